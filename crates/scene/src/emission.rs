@@ -1,0 +1,1 @@
+//! Which surfaces emit, and how much.
