@@ -1,13 +1,65 @@
 //! Extra layers: what the first hit saw, and how sure a pixel is.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// One extra layer of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Aov {
+    /// Directional albedo of the first hit (1: reflects everything), mean over the samples.
     Albedo,
+    /// Unit shading normal of the first hit in world space, turned to the camera, mean over the samples.
     Normal,
+    /// Distance from the camera's plane along the view axis, scene units; mean over the samples that hit.
     Depth,
+    /// World-space position, scene units; mean over the samples that hit.
     Position,
+    /// Variance of the pixel's mean, per channel (radiance²).
     Variance,
+    /// Number of samples.
     SampleCount,
+    /// Index of the object + 1 at the pixel's first sample, 0 = nothing; exact to 2^24.
     ObjectId,
+    /// Index of the material + 1, likewise.
     MaterialId,
 }
-// FromStr (albedo, normal, depth, position, variance, samples, object, material), Display, ALL
+
+impl Aov {
+    /// All of them, with the name the command line and the EXR layer use.
+    pub const ALL: [(Self, &'static str); 8] = [
+        (Self::Albedo, "albedo"),
+        (Self::Normal, "normal"),
+        (Self::Depth, "depth"),
+        (Self::Position, "position"),
+        (Self::Variance, "variance"),
+        (Self::SampleCount, "samples"),
+        (Self::ObjectId, "object"),
+        (Self::MaterialId, "material"),
+    ];
+
+    /// Needs the first hit of each sample.
+    pub(crate) fn needs_first_hit(self) -> bool {
+        !matches!(self, Self::Variance | Self::SampleCount)
+    }
+}
+
+impl fmt::Display for Aov {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = Self::ALL.iter().find(|(aov, _)| aov == self).map_or("", |(_, name)| name);
+        f.write_str(name)
+    }
+}
+
+/// Not the name of a layer.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error(
+    "'{0}' is no layer; choose from albedo, normal, depth, position, variance, samples, object, material"
+)]
+pub struct UnknownAov(String);
+
+impl FromStr for Aov {
+    type Err = UnknownAov;
+    fn from_str(s: &str) -> Result<Self, UnknownAov> {
+        Self::ALL.iter().find(|(_, name)| *name == s).map(|(aov, _)| *aov).ok_or_else(|| UnknownAov(s.into()))
+    }
+}

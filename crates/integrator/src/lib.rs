@@ -1,4 +1,10 @@
-//! The two tracers, composed of the parts, and the render loop. Re-exports the parts as modules.
+//! The two tracers, composed of the parts, and the render loop.
+//!
+//! This crate is thin: what light does at a point is in `materials`, where it comes from in `lights`, what a ray hits
+//! in `geometry`. Here stands only who sums over what. All parts are re-exported as modules, so that one dependency
+//! is enough to build a scene in code and render it.
+#![forbid(unsafe_code)]
+
 pub use dapple_camera as camera;
 pub use dapple_geometry as geometry;
 pub use dapple_imaging as imaging;
@@ -6,11 +12,25 @@ pub use dapple_lights as lights;
 pub use dapple_materials as materials;
 pub use dapple_sampling as sampling;
 pub use dapple_scene as scene;
+
 pub mod aov;
+mod direct;
+mod emission;
+mod kernel;
+mod path;
 pub mod render;
 pub mod replay;
+mod sample;
 pub mod settings;
+mod tile;
+mod vertex;
+mod visibility;
+
 pub use aov::Aov;
-pub use render::{Outcome, Progress, Stats, render};
+pub use render::{BadSample, Outcome, Progress, Stats, render};
 pub use replay::{PathVertex, replay};
 pub use settings::{Method, Settings};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,49 +1,218 @@
 //! The render loop: tiles, threads, passes, limits.
-use crate::Settings;
+//!
+//! A pass gives every pixel the same number of further samples. Passes start at one sample and grow to about two
+//! seconds, so a render can stop at any time with every pixel equally sampled; how it is cut into passes, tiles and
+//! threads changes no bit of the picture, for each pixel's samples are added in order.
+
+use crate::kernel::{self, Job};
+use crate::settings::Settings;
+use crate::tile::Tile;
 use dapple_camera::{Camera, Film};
 use dapple_imaging::Layers;
 use dapple_scene::Scene;
 use std::ops::ControlFlow;
-use std::time::Duration;
-/// Told a few times a second.
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+mod layers;
+
+/// How far a render is; told a few times a second.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
+    /// Done, 0 to 1, by samples or by time, whichever is further.
     pub fraction: f64,
+    /// Samples per pixel that all pixels have.
     pub spp: u32,
+    /// Rays traced so far.
     pub rays: u64,
+    /// Since rendering began.
     pub elapsed: Duration,
 }
+
+/// What a render took.
 #[derive(Clone, Debug, Default)]
 pub struct Stats {
+    /// Wall time of rendering alone.
     pub seconds: f64,
+    /// Camera samples.
     pub samples: u64,
+    /// Rays: camera, scattered and shadow.
     pub rays: u64,
+    /// Samples per pixel.
     pub spp: u32,
+    /// Worker threads.
     pub threads: usize,
+    /// Sample kernel and traversal kernel.
     pub kernel: String,
+    /// Places of the first samples that were not finite.
     pub bad_samples: Vec<BadSample>,
+    /// How many samples were not finite. They add zero and still count.
     pub bad_sample_count: u64,
 }
-/// A sample that was not finite: replay it with `dapple replay --pixel x,y --sample s`.
+
+/// A sample that was not finite; `dapple replay --pixel x,y --sample i` shows its path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BadSample {
+    /// Pixel column.
     pub x: u32,
+    /// Pixel row from the top.
     pub y: u32,
+    /// Sample index.
     pub sample: u32,
 }
+
+/// A finished render.
 #[derive(Debug)]
 pub struct Outcome {
+    /// Means and variances.
     pub film: Film,
-    /** beauty + AOVs, metadata empty */
+    /// Beauty and the extra layers; metadata is for the caller to fill in.
     pub layers: Layers,
+    /// What it took.
     pub stats: Stats,
 }
-/// Renders. `progress` may stop the render early by returning Break: whole passes so far are kept.
+
+/// Most bad samples reported by place.
+const REPORTED: usize = 16;
+
+/// Renders. `progress` may stop the render by returning `Break`; the pass under way is finished first.
 pub fn render(
-    _scene: &Scene,
-    _camera: &Camera,
-    _settings: &Settings,
-    _progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Outcome {
-    todo!()
+    let job = Job { scene, camera, settings };
+    let (kernel, name) = kernel::choose(&job);
+    let watched = settings.aovs.iter().any(|aov| aov.needs_first_hit());
+    let mut tiles = Tile::cut(settings.rect(), watched);
+    let threads = thread_count(settings);
+    let watch = Watch::new(settings, progress);
+    let mut spp = 0;
+    while let Some(end) = watch.next_pass(spp) {
+        each_tile(threads, &mut tiles, |tile| {
+            let before = tile.rays;
+            tile.render(&job, kernel, spp, end);
+            watch.tile_done(tile, end - spp, tile.rays - before, spp);
+        });
+        spp = end;
+    }
+    let seconds = watch.start.elapsed().as_secs_f64();
+    let kernel = format!("{name}/{}", scene.world.kernel().name());
+    finish(&job, tiles, Stats { seconds, spp, threads, kernel, ..Stats::default() })
+}
+
+fn finish(job: &Job<'_>, tiles: Vec<Tile>, mut stats: Stats) -> Outcome {
+    let mut film = Film::new(job.settings.rect());
+    for tile in &tiles {
+        film.put(&tile.film);
+        stats.rays += tile.rays;
+        stats.bad_sample_count += tile.bad_count;
+        let room = REPORTED - stats.bad_samples.len();
+        stats.bad_samples.extend(tile.bad.iter().take(room));
+    }
+    let rect = job.settings.rect();
+    stats.samples = u64::from(rect.x1 - rect.x0) * u64::from(rect.y1 - rect.y0) * u64::from(stats.spp);
+    let layers = layers::compose(job, &film, &tiles);
+    Outcome { film, layers, stats }
+}
+
+/// Decides how long each pass is, when to stop, and tells how far things are.
+struct Watch<'a> {
+    start: Instant,
+    settings: &'a Settings,
+    progress: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    pixels: u64,
+    samples: AtomicU64,
+    rays: AtomicU64,
+    told_ms: AtomicU64,
+    stop: AtomicBool,
+}
+
+impl<'a> Watch<'a> {
+    fn new(settings: &'a Settings, progress: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Self {
+        let rect = settings.rect();
+        Self {
+            start: Instant::now(),
+            settings,
+            progress,
+            pixels: u64::from(rect.x1 - rect.x0) * u64::from(rect.y1 - rect.y0),
+            samples: AtomicU64::new(0),
+            rays: AtomicU64::new(0),
+            told_ms: AtomicU64::new(0),
+            stop: AtomicBool::new(false),
+        }
+    }
+
+    /// End of the next pass; None when the render is over.
+    fn next_pass(&self, spp: u32) -> Option<u32> {
+        let limit = self.settings.spp.unwrap_or(u32::MAX);
+        let elapsed = self.start.elapsed();
+        let over = spp > 0 && self.settings.time_limit.is_some_and(|limit| elapsed >= limit);
+        if spp >= limit || over || (spp > 0 && self.stop.load(Ordering::Relaxed)) {
+            return None;
+        }
+        let per_sample = elapsed.as_secs_f64() / f64::from(spp.max(1));
+        let left = self
+            .settings
+            .time_limit
+            .map_or(f64::INFINITY, |limit| (limit.saturating_sub(elapsed)).as_secs_f64());
+        // Two seconds a pass, and never more than the time that is left is likely to hold.
+        let by_time = (2.0f64.min(left) / per_sample.max(1e-9)).clamp(1.0, 1e6) as u32;
+        let size = if spp == 0 { 1 } else { by_time.min(spp.saturating_mul(4)) };
+        Some(spp.saturating_add(size).min(limit))
+    }
+
+    fn tile_done(&self, tile: &Tile, added: u32, rays: u64, spp: u32) {
+        let pixels = u64::from(tile.rect.x1 - tile.rect.x0) * u64::from(tile.rect.y1 - tile.rect.y0);
+        let samples =
+            self.samples.fetch_add(pixels * u64::from(added), Ordering::Relaxed) + pixels * u64::from(added);
+        let rays = self.rays.fetch_add(rays, Ordering::Relaxed) + rays;
+        let elapsed = self.start.elapsed();
+        let now = elapsed.as_millis() as u64;
+        let told = self.told_ms.load(Ordering::Relaxed);
+        if now < told + 100
+            || self.told_ms.compare_exchange(told, now, Ordering::Relaxed, Ordering::Relaxed).is_err()
+        {
+            return;
+        }
+        let by_samples = self
+            .settings
+            .spp
+            .map_or(0.0, |spp| samples as f64 / (self.pixels.max(1) as f64 * f64::from(spp)));
+        let by_time = self
+            .settings
+            .time_limit
+            .map_or(0.0, |limit| elapsed.as_secs_f64() / limit.as_secs_f64().max(1e-9));
+        let told = Progress { fraction: by_samples.max(by_time).min(1.0), spp, rays, elapsed };
+        if (self.progress)(told).is_break() {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+#[cfg(feature = "parallel")]
+fn thread_count(settings: &Settings) -> usize {
+    settings.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into)).max(1)
+}
+
+#[cfg(not(feature = "parallel"))]
+fn thread_count(_: &Settings) -> usize {
+    1
+}
+
+#[cfg(feature = "parallel")]
+fn each_tile(threads: usize, tiles: &mut [Tile], work: impl Fn(&mut Tile) + Sync + Send) {
+    use rayon::prelude::*;
+    if threads > 1
+        && let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build()
+    {
+        return pool.install(|| tiles.par_iter_mut().with_max_len(1).for_each(work));
+    }
+    tiles.iter_mut().for_each(work);
+}
+
+#[cfg(not(feature = "parallel"))]
+fn each_tile(_: usize, tiles: &mut [Tile], work: impl Fn(&mut Tile)) {
+    tiles.iter_mut().for_each(work);
 }

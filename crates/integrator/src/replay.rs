@@ -1,29 +1,108 @@
-//! One path again, vertex by vertex.
-use crate::Settings;
+//! One path again, vertex by vertex: numbers are keyed by name, so any sample of any render can be told in full.
+
+use crate::kernel::{self, Job};
+use crate::path::Follow;
+use crate::settings::Settings;
+use crate::vertex::Vertex;
+use crate::visibility::{Cutout, Solid};
 use dapple_camera::Camera;
+use dapple_materials::BsdfSample;
 use dapple_scene::Scene;
-use glam::Vec3;
-/// World-space vertex of a replayed path.
+use glam::{DVec3, Vec3};
+
+/// A vertex of a replayed path, in world space.
 #[derive(Clone, Debug)]
 pub struct PathVertex {
+    /// `surface` or `environment`.
     pub kind: String,
+    /// Name of the object.
     pub object: String,
+    /// Name of the material.
     pub material: String,
-    pub p: glam::DVec3,
+    /// Position, scene units; for the environment the direction.
+    pub p: DVec3,
+    /// Unit shading normal.
     pub n: Vec3,
+    /// The lobe the path left by; empty at its end.
     pub lobe: String,
+    /// Solid-angle density of the direction it left by.
     pub pdf: f32,
+    /// Throughput on arrival.
     pub beta: Vec3,
+    /// Radiance picked up here, with its MIS weight.
     pub emitted: Vec3,
+    /// Direct light by next-event estimation.
     pub direct: Vec3,
 }
-/// The path of sample `sample` of pixel (x, y), and its radiance.
+
+/// The path of sample `sample` of pixel `pixel`, and the radiance it brought.
 pub fn replay(
-    _scene: &Scene,
-    _camera: &Camera,
-    _settings: &Settings,
-    _pixel: (u32, u32),
-    _sample: u32,
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+    pixel: (u32, u32),
+    sample: u32,
 ) -> (Vec<PathVertex>, Vec3) {
-    todo!()
+    let job = Job { scene, camera, settings };
+    let mut recorder = Recorder { scene, vertices: Vec::new() };
+    let (x, y) = pixel;
+    let rays = &mut 0;
+    let (radiance, weight) = if scene.has_alpha() || settings.cull_backfaces {
+        let cutout = Cutout { cull_backfaces: settings.cull_backfaces };
+        kernel::sample(&job, cutout, x, y, sample, &mut recorder, rays)
+    } else {
+        kernel::sample(&job, Solid, x, y, sample, &mut recorder, rays)
+    };
+    (recorder.vertices, radiance * weight)
+}
+
+struct Recorder<'a> {
+    scene: &'a Scene,
+    vertices: Vec<PathVertex>,
+}
+
+impl Follow for Recorder<'_> {
+    fn vertex(&mut self, _: u32, vertex: &Vertex, beta: Vec3, emitted: Vec3) {
+        let object = &self.scene.objects[vertex.hit.object as usize];
+        self.vertices.push(PathVertex {
+            kind: "surface".into(),
+            object: object.name.clone(),
+            material: self.scene.materials[object.material as usize].name.clone(),
+            p: self.scene.space.to_world(vertex.surface.p),
+            n: vertex.frame.z,
+            lobe: String::new(),
+            pdf: 0.0,
+            beta,
+            emitted,
+            direct: Vec3::ZERO,
+        });
+    }
+
+    fn direct(&mut self, direct: Vec3) {
+        if let Some(last) = self.vertices.last_mut() {
+            last.direct = direct;
+        }
+    }
+
+    fn scattered(&mut self, sample: &BsdfSample) {
+        if let Some(last) = self.vertices.last_mut() {
+            last.lobe = format!("{:?}", sample.lobe);
+            last.pdf = sample.pdf;
+        }
+    }
+
+    fn escaped(&mut self, beta: Vec3, radiance: Vec3, d: Vec3) {
+        self.vertices.push(PathVertex {
+            kind: "environment".into(),
+            object: String::new(),
+            material: String::new(),
+            p: d.as_dvec3(),
+            n: -d,
+            lobe: String::new(),
+            pdf: 0.0,
+            beta,
+            emitted: radiance,
+            direct: Vec3::ZERO,
+        });
+    }
 }

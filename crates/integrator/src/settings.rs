@@ -1,29 +1,94 @@
-//! Everything that changes the estimate or when it stops.
+//! Everything that changes the estimate, or when it stops.
+
+use crate::Aov;
 use dapple_camera::{Filter, PixelRect};
 use dapple_sampling::Pattern;
 use std::time::Duration;
+
+/// Who sums over what.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
+    /// The whole path is randomised, all integrals at once.
     #[default]
     Path,
+    /// Every effect is an explicit integral with its own sample count and estimator.
     Distribution,
 }
+
+/// What to render and how; `Settings::default()` is the command line's default at 512×512.
 #[derive(Clone, Debug)]
 pub struct Settings {
+    /// Which tracer.
     pub method: Method,
+    /// Full picture, in pixels.
     pub size: (u32, u32),
+    /// Part of the picture to render; its pixels equal the full picture's.
     pub crop: Option<PixelRect>,
-    /// None: no limit (then `time_limit` must be set).
+    /// Samples per pixel. `None`: no limit (then `time_limit` must be set).
     pub spp: Option<u32>,
+    /// Stop after this long, at the end of a pass in which every pixel got the same number of samples.
     pub time_limit: Option<Duration>,
+    /// How the points of each dimension are laid out.
     pub pattern: Pattern,
     /// Scattering events: 0 = emitters seen directly, 1 = direct light.
     pub max_bounces: u32,
+    /// Russian roulette; without it paths end only at `max_bounces` or when they carry nothing.
     pub roulette: bool,
+    /// Which of the independent renders.
     pub seed: u64,
-    /// None: all the system grants.
+    /// Worker threads; `None` = all the system grants. Changes no bit of the picture.
     pub threads: Option<usize>,
+    /// Pixel filter.
     pub filter: Filter,
-    pub aovs: Vec<crate::Aov>,
+    /// Extra layers.
+    pub aovs: Vec<Aov>,
+    /// Hide back faces of single-sided materials (the letter of glTF).
     pub cull_backfaces: bool,
+    /// Which of the two strategies for direct light take part; for tests and teaching.
+    pub strategy: Strategy,
+}
+
+/// How light that falls directly on a surface is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Strategy {
+    /// Light and BSDF sampling, combined by the power heuristic [Veach 1997, §9.2].
+    #[default]
+    Both,
+    /// Only by aiming at lights (and by delta lobes, which nothing can aim for).
+    LightOnly,
+    /// Only by following the BSDF (delta lights are still aimed at, for nothing can hit them).
+    BsdfOnly,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            method: Method::Path,
+            size: (512, 512),
+            crop: None,
+            spp: Some(64),
+            time_limit: None,
+            pattern: Pattern::Sobol,
+            max_bounces: 16,
+            roulette: true,
+            seed: 0,
+            threads: None,
+            filter: Filter::default(),
+            aovs: Vec::new(),
+            cull_backfaces: false,
+            strategy: Strategy::Both,
+        }
+    }
+}
+
+impl Settings {
+    /// The pixels to render: the crop, or the whole picture.
+    pub fn rect(&self) -> PixelRect {
+        self.crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: self.size.0, y1: self.size.1 })
+    }
+
+    /// Points per block of the pattern: the sample count, or a fixed block when only time limits the render.
+    pub(crate) fn block(&self) -> u32 {
+        self.spp.unwrap_or(16).max(1)
+    }
 }

@@ -1,0 +1,78 @@
+//! What a ray picks up where it ends: radiance of the surface it hit or of the environment, weighted against the
+//! light sampling that could have found the same place.
+
+use crate::settings::Strategy;
+use dapple_geometry::{Hit, Surface};
+use dapple_lights::Light;
+use dapple_sampling::mis;
+use dapple_scene::Scene;
+use glam::Vec3;
+
+/// How a ray came to where it is: what the light sampling at its origin needs to be weighed against.
+#[derive(Clone, Copy)]
+pub(crate) struct Arrival {
+    /// Origin of the ray and the normal there, as given to the light choice.
+    pub p: Vec3,
+    pub n: Vec3,
+    /// Solid-angle density of the direction.
+    pub pdf: f32,
+    /// Nothing else could have made this direction: camera rays and delta lobes.
+    pub delta: bool,
+}
+
+impl Arrival {
+    pub const CAMERA: Self = Self { p: Vec3::ZERO, n: Vec3::ZERO, pdf: 1.0, delta: true };
+}
+
+/// Radiance of the environment along `d`.
+pub(crate) fn escaped(scene: &Scene, d: Vec3, arrival: &Arrival, strategy: Strategy) -> Vec3 {
+    let Some(index) = scene.environment else { return Vec3::ZERO };
+    let Light::Environment(environment) = &scene.lights[index as usize] else { return Vec3::ZERO };
+    let radiance = environment.radiance(d);
+    if radiance == Vec3::ZERO {
+        return radiance;
+    }
+    radiance * bsdf_weight(scene, index, arrival, d, f32::INFINITY, Vec3::ZERO, strategy)
+}
+
+/// Radiance of the surface that was hit, towards `wo`.
+pub(crate) fn surface(
+    scene: &Scene,
+    hit: &Hit,
+    surface: &Surface,
+    wo: Vec3,
+    distance: f32,
+    arrival: &Arrival,
+    strategy: Strategy,
+) -> Vec3 {
+    let radiance = scene.emission(hit, surface, wo);
+    if radiance == Vec3::ZERO {
+        return radiance;
+    }
+    match scene.light_of(hit) {
+        Some(light) => radiance * bsdf_weight(scene, light, arrival, -wo, distance, surface.ng, strategy),
+        None => radiance,
+    }
+}
+
+/// Weight of the direction having been found by the BSDF.
+fn bsdf_weight(
+    scene: &Scene,
+    light: u32,
+    arrival: &Arrival,
+    wi: Vec3,
+    distance: f32,
+    n: Vec3,
+    strategy: Strategy,
+) -> f32 {
+    if arrival.delta || strategy == Strategy::BsdfOnly {
+        return 1.0;
+    }
+    let Some(choice) = &scene.light_choice else { return 1.0 };
+    let pmf = choice.pmf(arrival.p, arrival.n, light as usize);
+    let pdf = pmf * scene.lights[light as usize].pdf(arrival.p, wi, distance, n);
+    match strategy {
+        Strategy::LightOnly if pdf > 0.0 => 0.0,
+        _ => mis::power(arrival.pdf, pdf),
+    }
+}

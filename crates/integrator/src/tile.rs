@@ -1,0 +1,132 @@
+//! A tile of the film: the pixels one worker renders, with the layers asked for.
+
+use crate::kernel::{Job, Kernel};
+use crate::path::Follow;
+use crate::render::BadSample;
+use crate::vertex::Vertex;
+use dapple_camera::{Film, PixelRect};
+use glam::{DVec3, Vec3};
+
+/// Side of a tile in pixels.
+const SIDE: u32 = 16;
+
+/// Most bad samples remembered by place per tile; all are counted.
+const REMEMBERED: usize = 4;
+
+/// What the first hit of a sample saw, in render space.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct FirstHit {
+    pub hit: bool,
+    pub albedo: Vec3,
+    pub normal: Vec3,
+    pub p: Vec3,
+    pub object: u32,
+}
+
+impl Follow for FirstHit {
+    fn vertex(&mut self, depth: u32, vertex: &Vertex, _: Vec3, _: Vec3) {
+        if depth > 0 {
+            return;
+        }
+        let side = vertex.surface.ng.dot(vertex.wo).signum();
+        *self = Self {
+            hit: true,
+            albedo: if vertex.shading.unlit {
+                vertex.shading.material.base_color
+            } else {
+                vertex.bsdf.albedo()
+            },
+            normal: vertex.frame.z * side,
+            p: vertex.surface.p,
+            object: vertex.hit.object,
+        };
+    }
+}
+
+/// Sums of first hits over the samples of a pixel.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct FirstHits {
+    pub hits: u64,
+    pub albedo: DVec3,
+    pub normal: DVec3,
+    pub p: DVec3,
+    /// Object + 1 at the first sample; 0 = nothing.
+    pub object: u32,
+}
+
+impl FirstHits {
+    fn add(&mut self, first: &FirstHit, index: u32) {
+        if !first.hit {
+            return;
+        }
+        self.hits += 1;
+        self.albedo += first.albedo.as_dvec3();
+        self.normal += first.normal.as_dvec3();
+        self.p += first.p.as_dvec3();
+        if index == 0 {
+            self.object = first.object + 1;
+        }
+    }
+}
+
+/// Pixels, their sums, and what went wrong among them.
+pub(crate) struct Tile {
+    pub rect: PixelRect,
+    pub film: Film,
+    pub first_hits: Vec<FirstHits>,
+    pub rays: u64,
+    pub bad: Vec<BadSample>,
+    pub bad_count: u64,
+}
+
+impl Tile {
+    /// `rect` cut into tiles, row by row.
+    pub fn cut(rect: PixelRect, watched: bool) -> Vec<Self> {
+        let rows = (rect.y0..rect.y1).step_by(SIDE as usize);
+        rows.flat_map(|y0| {
+            (rect.x0..rect.x1).step_by(SIDE as usize).map(move |x0| {
+                let part = PixelRect { x0, y0, x1: (x0 + SIDE).min(rect.x1), y1: (y0 + SIDE).min(rect.y1) };
+                Self::new(part, watched)
+            })
+        })
+        .collect()
+    }
+
+    fn new(rect: PixelRect, watched: bool) -> Self {
+        let pixels = if watched { ((rect.x1 - rect.x0) * (rect.y1 - rect.y0)) as usize } else { 0 };
+        Self {
+            rect,
+            film: Film::new(rect),
+            first_hits: vec![FirstHits::default(); pixels],
+            rays: 0,
+            bad: Vec::new(),
+            bad_count: 0,
+        }
+    }
+
+    /// Adds samples `from..to` of every pixel.
+    pub fn render(&mut self, job: &Job<'_>, kernel: Kernel, from: u32, to: u32) {
+        for y in self.rect.y0..self.rect.y1 {
+            for x in self.rect.x0..self.rect.x1 {
+                for index in from..to {
+                    self.sample(job, kernel, x, y, index);
+                }
+            }
+        }
+    }
+
+    fn sample(&mut self, job: &Job<'_>, kernel: Kernel, x: u32, y: u32, index: u32) {
+        let mut first = FirstHit::default();
+        let (value, weight) = kernel(job, x, y, index, &mut first, &mut self.rays);
+        if !self.film.add(x, y, value, weight) {
+            self.bad_count += 1;
+            if self.bad.len() < REMEMBERED {
+                self.bad.push(BadSample { x, y, sample: index });
+            }
+        }
+        if !self.first_hits.is_empty() {
+            let pixel = (y - self.rect.y0) * (self.rect.x1 - self.rect.x0) + (x - self.rect.x0);
+            self.first_hits[pixel as usize].add(&first, index);
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! What stops a ray: everything, or what alpha and culling leave of it.
+//!
+//! The kernel decides once per render whether the question is asked at all ([`Solid`]) or inside the traversal loop
+//! ([`Cutout`]). A BLEND surface stops a ray with probability alpha, decided by a hash of the ray's key and the
+//! triangle: passing through is no bounce, costs no depth, and draws no number from another dimension.
+
+use dapple_geometry::{Filter, Hit, Opaque, Ray};
+use dapple_sampling::Key;
+use dapple_scene::Scene;
+use glam::Vec3;
+
+/// The two queries, with or without the alpha question compiled in.
+pub(crate) trait Visibility: Copy + Send + Sync {
+    fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit>;
+    fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool;
+}
+
+/// Every surface stops every ray.
+#[derive(Clone, Copy)]
+pub(crate) struct Solid;
+
+impl Visibility for Solid {
+    #[inline(always)]
+    fn closest(self, scene: &Scene, ray: &Ray, time: f32, _: Key) -> Option<Hit> {
+        scene.world.closest(ray, time, &Opaque)
+    }
+    #[inline(always)]
+    fn blocked(self, scene: &Scene, ray: &Ray, time: f32, _: Key) -> bool {
+        scene.world.blocked(ray, time, &Opaque)
+    }
+}
+
+/// Alpha MASK and BLEND, and back-face culling when asked for.
+#[derive(Clone, Copy)]
+pub(crate) struct Cutout {
+    pub cull_backfaces: bool,
+}
+
+impl Visibility for Cutout {
+    fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit> {
+        scene.world.closest(ray, time, &self.filter(scene, ray, key))
+    }
+    fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool {
+        scene.world.blocked(ray, time, &self.filter(scene, ray, key))
+    }
+}
+
+impl Cutout {
+    fn filter<'a>(self, scene: &'a Scene, ray: &Ray, key: Key) -> CutoutFilter<'a> {
+        CutoutFilter { scene, d: ray.d, bits: key.bits(), cull_backfaces: self.cull_backfaces }
+    }
+}
+
+struct CutoutFilter<'a> {
+    scene: &'a Scene,
+    d: Vec3,
+    bits: u64,
+    cull_backfaces: bool,
+}
+
+impl Filter for CutoutFilter<'_> {
+    const OPAQUE: bool = false;
+    fn accept(&self, hit: &Hit) -> bool {
+        if self.cull_backfaces && !self.scene.is_double_sided(hit.object) && self.is_back(hit) {
+            return false;
+        }
+        let opacity = self.scene.opacity(hit);
+        opacity >= 1.0 || (opacity > 0.0 && unit_hash(self.bits, hit) < opacity)
+    }
+}
+
+impl CutoutFilter<'_> {
+    fn is_back(&self, hit: &Hit) -> bool {
+        let [a, b, c] = self.scene.world.corners(hit.object, hit.primitive);
+        (b - a).cross(c - a).dot(self.d) > 0.0
+    }
+}
+
+/// A number in [0, 1) from the ray's key and the triangle (finaliser of MurmurHash3, 64 bit).
+fn unit_hash(bits: u64, hit: &Hit) -> f32 {
+    let mut x =
+        bits ^ ((u64::from(hit.object) << 32) | u64::from(hit.primitive)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    x = (x ^ (x >> 33)).wrapping_mul(0xFF51_AFD7_ED55_8CCD);
+    x = (x ^ (x >> 33)).wrapping_mul(0xC4CE_B9FE_1A85_EC53);
+    ((x ^ (x >> 33)) >> 40) as f32 * (1.0 / 16_777_216.0)
+}
