@@ -1,28 +1,125 @@
-//! Choosing one of n things with given weights.
+//! Choosing one of n things with given weights: a cumulative table in f64, searched, so that stratified u stay
+//! stratified (an alias table would shuffle them).
+
+/// n things with probabilities proportional to their weights.
 #[derive(Clone, Debug)]
-pub struct Discrete {}
-/// index, probability, and `u` stretched back to [0,1)
+pub struct Discrete {
+    /// cdf[i] = probability of an index below i; n + 1 entries, the last exactly 1.
+    cdf: Vec<f64>,
+}
+
+/// What was chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
+    /// Which.
     pub index: usize,
+    /// With which probability.
     pub pmf: f32,
+    /// `u` stretched back to [0,1).
     pub u: f32,
 }
+
 impl Discrete {
-    /// None when no weight is positive or one is negative or not finite.
-    pub fn new(_weights: &[f64]) -> Option<Self> {
-        todo!()
+    /// None when no weight is positive, or one is negative or not finite, or the sum overflows.
+    pub fn new(weights: &[f64]) -> Option<Self> {
+        if weights.iter().any(|w| !w.is_finite() || *w < 0.0) {
+            return None;
+        }
+        let sum: f64 = weights.iter().sum();
+        if !(sum > 0.0 && sum.is_finite()) {
+            return None;
+        }
+        let mut cdf = Vec::with_capacity(weights.len() + 1);
+        let mut running = 0.0;
+        cdf.push(0.0);
+        for w in weights {
+            running += w;
+            cdf.push((running / sum).min(1.0));
+        }
+        // Rounding must not leave a gap behind the last thing that has weight.
+        let last = weights.iter().rposition(|w| *w > 0.0)?;
+        cdf[last + 1..].fill(1.0);
+        Some(Self { cdf })
     }
-    pub fn sample(&self, _u: f32) -> Choice {
-        todo!()
+
+    /// The thing at `u` in [0,1); one without weight is never chosen.
+    pub fn sample(&self, u: f32) -> Choice {
+        let (index, u) = self.locate(f64::from(u));
+        Choice { index, pmf: self.pmf(index), u: u as f32 }
     }
-    pub fn pmf(&self, _index: usize) -> f32 {
-        todo!()
+
+    /// As [`Discrete::sample`] with 32 random bits, for more than 2^24 things.
+    pub fn sample_bits(&self, bits: u32) -> Choice {
+        let (index, u) = self.locate(f64::from(bits) / 4_294_967_296.0);
+        Choice { index, pmf: self.pmf(index), u: u as f32 }
     }
+
+    /// Bin and place within it; the place is kept below 1 also after rounding to f32.
+    pub(crate) fn locate(&self, u: f64) -> (usize, f64) {
+        let u = u.clamp(0.0, 1.0 - f64::EPSILON);
+        // First bin whose upper edge lies above u: bins of zero width are never first.
+        let index = self.cdf[1..].partition_point(|&edge| edge <= u);
+        let (low, high) = (self.cdf[index], self.cdf[index + 1]);
+        (index, ((u - low) / (high - low)).clamp(0.0, 1.0 - f64::from(f32::EPSILON)))
+    }
+
+    /// Probability of `index`; 0 out of range.
+    pub fn pmf(&self, index: usize) -> f32 {
+        self.probability(index) as f32
+    }
+
+    pub(crate) fn probability(&self, index: usize) -> f64 {
+        if index >= self.len() { 0.0 } else { self.cdf[index + 1] - self.cdf[index] }
+    }
+
+    /// Number of things.
     pub fn len(&self) -> usize {
-        todo!()
+        self.cdf.len() - 1
     }
+
+    /// Never: an empty table cannot be made.
     pub fn is_empty(&self) -> bool {
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weightless_things_are_never_chosen() {
+        let d = Discrete::new(&[0.0, 1.0, 0.0, 0.0, 3.0, 0.0]).unwrap();
+        for i in 0..100_000 {
+            let c = d.sample(i as f32 / 100_000.0);
+            assert!(c.index == 1 || c.index == 4);
+            assert!((0.0..1.0).contains(&c.u));
+        }
+        assert_eq!((d.pmf(1), d.pmf(4), d.pmf(0)), (0.25, 0.75, 0.0));
+        assert_eq!(d.sample(1.0).index, 4);
+    }
+
+    #[test]
+    fn u_is_stretched_back() {
+        let d = Discrete::new(&[1.0, 1.0, 2.0]).unwrap();
+        let c = d.sample(0.375);
+        assert_eq!((c.index, c.u), (1, 0.5));
+    }
+
+    #[test]
+    fn bad_weights_are_refused() {
+        for w in [&[][..], &[0.0], &[-1.0, 2.0], &[f64::NAN], &[f64::INFINITY]] {
+            assert!(Discrete::new(w).is_none());
+        }
+    }
+
+    #[test]
+    fn all_of_2_to_the_25_bins_can_be_reached() {
+        let n = 1usize << 25;
+        let d = Discrete::new(&vec![1.0; n]).unwrap();
+        for bits in (0..u32::MAX).step_by(1 << 20) {
+            assert_eq!(d.sample_bits(bits).index, bits as usize >> 7);
+            assert_eq!(d.sample_bits(bits | 127).index, bits as usize >> 7);
+        }
     }
 }

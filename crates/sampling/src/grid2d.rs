@@ -1,23 +1,101 @@
-//! A piecewise constant density on a grid over the unit square (marginal + conditional CDF, built in f64).
+//! A piecewise constant density on a grid over the unit square: marginal and conditional tables in f64, so that
+//! stratified points stay stratified and cells without weight are never sampled.
+
+use crate::Discrete;
 use glam::Vec2;
+
+/// Density on `width`×`height` cells, row 0 at y = 0.
 #[derive(Clone, Debug)]
-pub struct Grid2d {}
+pub struct Grid2d {
+    rows: Discrete,
+    /// One per row; None for rows without weight.
+    columns: Vec<Option<Discrete>>,
+    width: usize,
+}
+
 /// A point of the unit square, the cell it lies in, and its density with respect to the unit square.
 #[derive(Clone, Copy, Debug)]
 pub struct GridSample {
+    /// In [0,1)².
     pub point: Vec2,
+    /// Column and row.
     pub cell: (u32, u32),
+    /// Place within the cell, [0,1)².
+    pub within: Vec2,
+    /// ∫ pdf over the unit square = 1.
     pub pdf: f32,
 }
+
 impl Grid2d {
-    /// `weights` row by row. None when the sum is zero or a weight is negative or not finite.
-    pub fn new(_width: usize, _height: usize, _weights: &[f64]) -> Option<Self> {
-        todo!()
+    /// `weights` row by row, `width`·`height` of them. None when the sum is zero, a weight is negative or not finite,
+    /// or their number is wrong.
+    pub fn new(width: usize, height: usize, weights: &[f64]) -> Option<Self> {
+        if width == 0
+            || weights.len() != width.checked_mul(height)?
+            || weights.iter().any(|w| !w.is_finite() || *w < 0.0)
+        {
+            return None;
+        }
+        let sums: Vec<f64> = weights.chunks(width).map(|row| row.iter().sum()).collect();
+        let columns = weights.chunks(width).map(Discrete::new).collect();
+        Some(Self { rows: Discrete::new(&sums)?, columns, width })
     }
-    pub fn sample(&self, _u: Vec2) -> GridSample {
-        todo!()
+
+    /// The point at `u` in [0,1)²: y by the marginal, x by the row's conditional.
+    pub fn sample(&self, u: Vec2) -> GridSample {
+        let (row, v) = self.rows.locate(f64::from(u.y));
+        // A row with probability always has a table.
+        let (column, h) = self.columns[row].as_ref().map_or((0, 0.5), |c| c.locate(f64::from(u.x)));
+        let (w, h_cells) = (self.width as f64, self.rows.len() as f64);
+        let point = Vec2::new(((column as f64 + h) / w) as f32, ((row as f64 + v) / h_cells) as f32);
+        let below_one = Vec2::splat(1.0 - f32::EPSILON / 2.0);
+        GridSample {
+            point: point.min(below_one),
+            cell: (column as u32, row as u32),
+            within: Vec2::new(h as f32, v as f32),
+            pdf: self.cell_pdf(column as u32, row as u32),
+        }
     }
-    pub fn pdf(&self, _point: Vec2) -> f32 {
-        todo!()
+
+    /// Density at `point`, clamped into the square.
+    pub fn pdf(&self, point: Vec2) -> f32 {
+        let cell = |x: f32, n: usize| ((f64::from(x).clamp(0.0, 1.0) * n as f64) as usize).min(n - 1) as u32;
+        self.cell_pdf(cell(point.x, self.width), cell(point.y, self.rows.len()))
+    }
+
+    /// Density within a cell.
+    pub fn cell_pdf(&self, column: u32, row: u32) -> f32 {
+        let Some(Some(columns)) = self.columns.get(row as usize) else { return 0.0 };
+        let p = self.rows.probability(row as usize) * columns.probability(column as usize);
+        (p * self.width as f64 * self.rows.len() as f64) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_have_their_density() {
+        let g = Grid2d::new(3, 2, &[1.0, 0.0, 2.0, 0.0, 0.0, 5.0]).unwrap();
+        let mut counts = [0u32; 6];
+        let n = 400;
+        for i in 0..n * n {
+            let s = g.sample(Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32);
+            counts[s.cell.1 as usize * 3 + s.cell.0 as usize] += 1;
+            assert_eq!(s.pdf, g.pdf(s.point));
+        }
+        for (count, weight) in counts.iter().zip([1.0, 0.0, 2.0, 0.0, 0.0, 5.0]) {
+            let expected = weight / 8.0 * f64::from(n * n);
+            assert!((f64::from(*count) - expected).abs() <= 2.0 * f64::from(n), "{count} {expected}");
+        }
+        assert_eq!(counts[1], 0);
+    }
+
+    #[test]
+    fn nothing_to_sample_is_none() {
+        assert!(Grid2d::new(2, 2, &[0.0; 4]).is_none());
+        assert!(Grid2d::new(2, 2, &[1.0; 3]).is_none());
+        assert!(Grid2d::new(0, 0, &[]).is_none());
     }
 }

@@ -1,9 +1,50 @@
-//! Multiple importance sampling weights, in the ratio form that survives pdfs of 1e±30.
-/// Power heuristic (beta = 2) of strategy a against b; pass count·pdf when counts differ.
-pub fn power(_pdf_a: f32, _pdf_b: f32) -> f32 {
-    todo!()
+//! Multiple importance sampling weights, in the ratio form that survives densities of 1e±30.
+
+/// Power heuristic with β = 2 of strategy a against b [Veach 1997, §9.2.2]; pass count·pdf when counts differ.
+/// w(0, ·) = 0; two infinite densities share equally; w(a,b) + w(b,a) = 1 unless both are 0.
+pub fn power(pdf_a: f32, pdf_b: f32) -> f32 {
+    weight(pdf_a, pdf_b, |r| r * r)
 }
-/// Balance heuristic.
-pub fn balance(_pdf_a: f32, _pdf_b: f32) -> f32 {
-    todo!()
+
+/// Balance heuristic, likewise.
+pub fn balance(pdf_a: f32, pdf_b: f32) -> f32 {
+    weight(pdf_a, pdf_b, |r| r)
+}
+
+/// 1 / (1 + g(b/a)), with the smaller density divided by the larger so that nothing overflows.
+fn weight(a: f32, b: f32, g: impl Fn(f32) -> f32) -> f32 {
+    if a.is_nan() || a <= 0.0 {
+        return 0.0;
+    }
+    if a.is_infinite() && b.is_infinite() {
+        return 0.5;
+    }
+    if b <= a {
+        1.0 / (1.0 + g(b / a))
+    } else {
+        let r = g(a / b);
+        r / (1.0 + r)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extreme_densities_are_weighed() {
+        let inf = f32::INFINITY;
+        for (a, b) in
+            [(1e20, 1e18), (1e-25, 1e-24), (3e38, 1.0), (inf, 1.0), (1.0, 0.0), (0.3, 0.7), (1e-30, 1e30)]
+        {
+            let sum = power(a, b) + power(b, a);
+            assert!((sum - 1.0).abs() < 1e-6, "{a} {b}: {sum}");
+            assert!((balance(a, b) + balance(b, a) - 1.0).abs() < 1e-6);
+        }
+        assert_eq!(power(0.0, 0.0), 0.0);
+        assert_eq!(power(0.0, 1.0), 0.0);
+        assert_eq!(power(inf, inf), 0.5);
+        assert_eq!(power(inf, 1.0), 1.0);
+        assert!((power(1.0, 3.0) - 0.1).abs() < 1e-7);
+    }
 }

@@ -1,21 +1,137 @@
-//! How many points an integral gets, and which: `4x4:stratified`, `16:random`, `1`, `0`.
-use crate::{Key, Pattern};
+//! How many points an integral gets, and which: `4x4:stratified`, `6x6:grid`, `16:random`, `1`, `0`.
+
+use crate::pattern::{cell_2d, nearest_square, point_1d};
+use crate::{Key, Pattern, sobol};
 use glam::Vec2;
+use std::fmt;
+use std::str::FromStr;
+
+/// Most points one integral may have.
+pub const MAX_COUNT: u32 = 1 << 24;
+
+/// The points of one integral. Count 0: the effect is off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Plan {
+    /// Cells along the first coordinate.
     pub nx: u32,
+    /// Cells along the second; the count is nx·ny.
     pub ny: u32,
+    /// Which points.
     pub pattern: Pattern,
 }
+
+/// Not a plan.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlanError(String);
+
+impl fmt::Display for PlanError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "'{}' is no sample plan; write a count and an estimator, like 4x4:stratified, 16:random, 6x6:grid, 9:sobol, 1, or 0 for off (at most {MAX_COUNT} points)",
+            self.0
+        )
+    }
+}
+
+impl std::error::Error for PlanError {}
+
 impl Plan {
+    /// The effect is off.
+    pub const OFF: Self = Self { nx: 0, ny: 0, pattern: Pattern::Stratified };
+
+    /// `count` points split as near to a square as possible.
+    pub fn new(count: u32, pattern: Pattern) -> Self {
+        let [nx, ny] = if count == 0 { [0, 0] } else { nearest_square(count) };
+        Self { nx, ny, pattern }
+    }
+
+    /// Number of points.
     pub fn count(self) -> u32 {
         self.nx * self.ny
     }
-    pub fn point_2d(self, _s: u32, _key: Key) -> Vec2 {
-        todo!()
+
+    /// The s-th point in [0,1)².
+    pub fn point_2d(self, s: u32, key: Key) -> Vec2 {
+        match self.pattern {
+            Pattern::Sobol => sobol::point_2d(s, key),
+            Pattern::Random => crate::point_2d(Pattern::Random, s, self.count(), key),
+            pattern => cell_2d(pattern, s, [self.nx, self.ny], key),
+        }
     }
-    pub fn point_1d(self, _s: u32, _key: Key) -> f32 {
-        todo!()
+
+    /// The s-th point in [0,1): the count counts in one dimension.
+    pub fn point_1d(self, s: u32, key: Key) -> f32 {
+        point_1d(self.pattern, s, self.count(), key)
     }
 }
-// plus FromStr (typed error PlanError) and Display that round-trip
+
+impl FromStr for Plan {
+    type Err = PlanError;
+    fn from_str(text: &str) -> Result<Self, PlanError> {
+        let wrong = || PlanError(text.into());
+        let (counts, pattern) = match text.split_once(':') {
+            Some((counts, name)) => (counts, name.parse().map_err(|_| wrong())?),
+            None => (text, Pattern::Stratified),
+        };
+        let number = |s: &str| {
+            s.parse::<u32>().ok().filter(|_| s.bytes().all(|b| b.is_ascii_digit())).ok_or_else(wrong)
+        };
+        let plan = match counts.split_once('x') {
+            Some((nx, ny)) => Self { nx: number(nx)?, ny: number(ny)?, pattern },
+            None => match number(counts)? {
+                n if n <= MAX_COUNT => Self::new(n, pattern),
+                _ => return Err(wrong()),
+            },
+        };
+        let count = u64::from(plan.nx) * u64::from(plan.ny);
+        if count > u64::from(MAX_COUNT) || (plan.nx == 0) != (plan.ny == 0) {
+            return Err(wrong());
+        }
+        Ok(plan)
+    }
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.count() == 0 {
+            return f.write_str("0");
+        }
+        write!(f, "{}x{}:{}", self.nx, self.ny, self.pattern)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grammar_round_trips() {
+        for text in ["4x4:stratified", "6x6:grid", "16x1:random", "3x2:sobol", "0"] {
+            assert_eq!(text.parse::<Plan>().unwrap().to_string(), text);
+        }
+        assert_eq!("16".parse::<Plan>().unwrap(), Plan { nx: 4, ny: 4, pattern: Pattern::Stratified });
+        assert_eq!("12:random".parse::<Plan>().unwrap().count(), 12);
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        for text in [
+            "",
+            "abc",
+            "0x4",
+            "4x",
+            "x4",
+            "-1",
+            "4x4:",
+            "4x4:foo",
+            "99999999999",
+            "5000x5000",
+            "+4",
+            "1.5",
+            "4 x4",
+        ] {
+            assert!(text.parse::<Plan>().is_err(), "{text}");
+        }
+    }
+}

@@ -1,21 +1,73 @@
-//! Means, variances and their errors, in f64.
+//! Means, variances and their errors, in f64 [Welford 1962; Chan, Golub, LeVeque 1983].
+
+/// Running mean and variance.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moments {
+    /// How many values.
     pub n: u64,
+    /// Their mean.
     pub mean: f64,
     m2: f64,
 }
+
 impl Moments {
-    pub fn add(&mut self, _x: f64) {
-        todo!()
+    /// Adds a value.
+    pub fn add(&mut self, x: f64) {
+        self.n += 1;
+        let d = x - self.mean;
+        self.mean += d / self.n as f64;
+        self.m2 += d * (x - self.mean);
     }
-    pub fn merge(&mut self, _other: &Self) {
-        todo!()
+
+    /// Adds all the values of another.
+    pub fn merge(&mut self, other: &Self) {
+        if other.n == 0 {
+            return;
+        }
+        let n = self.n + other.n;
+        let d = other.mean - self.mean;
+        self.mean += d * (other.n as f64 / n as f64);
+        self.m2 += other.m2 + d * d * (self.n as f64 * other.n as f64 / n as f64);
+        self.n = n;
     }
+
+    /// Unbiased variance of a value; 0 below two values.
     pub fn variance(&self) -> f64 {
-        todo!()
+        if self.n < 2 { 0.0 } else { self.m2 / (self.n - 1) as f64 }
     }
+
+    /// Standard error of the mean of independent values.
     pub fn standard_error(&self) -> f64 {
-        todo!()
+        if self.n == 0 { 0.0 } else { (self.variance() / self.n as f64).sqrt() }
+    }
+}
+
+impl Extend<f64> for Moments {
+    fn extend<T: IntoIterator<Item = f64>>(&mut self, values: T) {
+        values.into_iter().for_each(|x| self.add(x));
+    }
+}
+
+impl FromIterator<f64> for Moments {
+    fn from_iter<T: IntoIterator<Item = f64>>(values: T) -> Self {
+        let mut moments = Self::default();
+        moments.extend(values);
+        moments
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn merging_equals_adding() {
+        let values: Vec<f64> = (0..1000).map(|i| f64::from(i * i % 37) + 1e9).collect();
+        let whole: Moments = values.iter().copied().collect();
+        let mut parts: Moments = values[..300].iter().copied().collect();
+        parts.merge(&values[300..].iter().copied().collect());
+        assert_eq!(whole.n, parts.n);
+        assert!((whole.mean - parts.mean).abs() < 1e-6);
+        assert!((whole.variance() / parts.variance() - 1.0).abs() < 1e-9);
     }
 }

@@ -1,33 +1,137 @@
-//! From the unit square to the shapes of rendering, each with its density. All total on [0,1)².
+//! From the unit square to the shapes of rendering, each with its density. All are total on [0,1)² and keep
+//! neighbouring points neighbours, so that strata survive.
+
 use glam::{Vec2, Vec3};
-pub fn disk(_u: Vec2) -> Vec2 {
-    todo!()
+use libm::{cosf, sinf};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
+
+/// Uniform on the unit disk, squares to concentric rings [Shirley & Chiu 1997]. pdf = 1/π per area.
+pub fn disk(u: Vec2) -> Vec2 {
+    let p = u * 2.0 - Vec2::ONE;
+    if p == Vec2::ZERO {
+        return Vec2::ZERO;
+    }
+    let (r, phi) = if p.x.abs() > p.y.abs() {
+        (p.x, FRAC_PI_4 * (p.y / p.x))
+    } else {
+        (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y))
+    };
+    Vec2::new(cosf(phi), sinf(phi)) * r
 }
-pub fn hemisphere_cosine(_u: Vec2) -> Vec3 {
-    todo!()
+
+/// Cosine-weighted on the hemisphere about +z. pdf = cosθ/π per solid angle.
+pub fn hemisphere_cosine(u: Vec2) -> Vec3 {
+    let p = disk(u);
+    Vec3::new(p.x, p.y, (1.0 - p.length_squared()).max(0.0).sqrt())
 }
-pub fn hemisphere_cosine_pdf(_cos: f32) -> f32 {
-    todo!()
+
+/// Density of [`hemisphere_cosine`], 0 below the horizon.
+pub fn hemisphere_cosine_pdf(cos: f32) -> f32 {
+    cos.max(0.0) * FRAC_1_PI
 }
-pub fn sphere(_u: Vec2) -> Vec3 {
-    todo!()
+
+/// Uniform on the unit sphere. pdf = 1/4π per solid angle.
+pub fn sphere(u: Vec2) -> Vec3 {
+    cone(u, 2.0)
 }
-/// Uniform in the cone about +z given `one_minus_cos` = 1 − cosθ_max (stable for tiny cones).
-pub fn cone(_u: Vec2, _one_minus_cos: f32) -> Vec3 {
-    todo!()
+
+/// Uniform in the cone about +z with 1 − cosθ_max = `one_minus_cos` (0..2), stable for cones of any size:
+/// with v = u₁(1 − cosθ_max), cosθ = 1 − v and sin²θ = v(2 − v).
+pub fn cone(u: Vec2, one_minus_cos: f32) -> Vec3 {
+    let v = u.x * one_minus_cos;
+    let sin = (v * (2.0 - v)).max(0.0).sqrt();
+    let phi = TAU * u.y;
+    Vec3::new(sin * cosf(phi), sin * sinf(phi), 1.0 - v)
 }
-pub fn cone_pdf(_one_minus_cos: f32) -> f32 {
-    todo!()
+
+/// Density of [`cone`] inside it: 1 / (2π(1 − cosθ_max)) per solid angle.
+pub fn cone_pdf(one_minus_cos: f32) -> f32 {
+    1.0 / (TAU * one_minus_cos)
 }
-/// Barycentrics (b1, b2) uniform over a triangle.
-pub fn triangle(_u: Vec2) -> Vec2 {
-    todo!()
+
+/// Barycentrics (b1, b2) uniform over a triangle, by folding the square without a root [Heitz 2019]. pdf = 1/area.
+pub fn triangle(u: Vec2) -> Vec2 {
+    if u.y > u.x {
+        let b = u.x * 0.5;
+        Vec2::new(b, u.y - b)
+    } else {
+        let b = u.y * 0.5;
+        Vec2::new(u.x - b, b)
+    }
 }
-/// Regular n-gon of circumradius 1, first corner at angle `rotation` (radians).
-pub fn polygon(_u: Vec2, _blades: u32, _rotation: f32) -> Vec2 {
-    todo!()
+
+/// Uniform on the regular n-gon of circumradius 1, first corner at angle `rotation` (radians).
+/// pdf = 1/(½·n·sin(2π/n)) per area. Fewer than 3 blades give the disk.
+pub fn polygon(u: Vec2, blades: u32, rotation: f32) -> Vec2 {
+    if blades < 3 {
+        return disk(u);
+    }
+    let x = u.x * blades as f32;
+    let blade = x.floor().min(blades as f32 - 1.0);
+    let b = triangle(Vec2::new((x - blade).min(1.0 - f32::EPSILON), u.y));
+    let corner = |i: f32| {
+        let phi = rotation + TAU * i / blades as f32;
+        Vec2::new(cosf(phi), sinf(phi))
+    };
+    corner(blade) * b.x + corner(blade + 1.0) * b.y
 }
-/// Tent filter of radius r on one axis.
-pub fn tent(_u: f32, _radius: f32) -> f32 {
-    todo!()
+
+/// Tent filter of half-width `radius` on one axis: density (1 − |x|/r)/r.
+pub fn tent(u: f32, radius: f32) -> f32 {
+    if u < 0.5 { radius * ((2.0 * u).sqrt() - 1.0) } else { radius * (1.0 - (2.0 - 2.0 * u).max(0.0).sqrt()) }
+}
+
+/// Density of [`disk`] per area.
+pub const DISK_PDF: f32 = FRAC_1_PI;
+
+/// Density of [`sphere`] per solid angle.
+pub const SPHERE_PDF: f32 = 1.0 / (4.0 * PI);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lattice(n: u32) -> impl Iterator<Item = Vec2> {
+        (0..n * n).map(move |i| (Vec2::new((i % n) as f32, (i / n) as f32) + 0.5) / n as f32)
+    }
+
+    #[test]
+    fn means_are_those_of_the_shapes() {
+        let n = 200;
+        let count = f64::from(n * n);
+        let mean = |f: &dyn Fn(Vec2) -> f64| lattice(n).map(f).sum::<f64>() / count;
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 6e-4, "{a} {b}");
+        close(mean(&|u| f64::from(disk(u).length_squared())), 0.5);
+        close(mean(&|u| f64::from(hemisphere_cosine(u).z)), 2.0 / 3.0);
+        close(mean(&|u| f64::from(sphere(u).z.powi(2))), 1.0 / 3.0);
+        close(mean(&|u| f64::from(triangle(u).x)), 1.0 / 3.0);
+        close(mean(&|u| f64::from(triangle(u).y)), 1.0 / 3.0);
+        close(mean(&|u| f64::from(tent(u.x, 2.0).powi(2))), 4.0 / 6.0);
+        close(mean(&|u| f64::from(polygon(u, 6, 0.3).x)), 0.0);
+        // Polar second moment of a regular hexagon of circumradius 1: (R²/6)(2 + cos(2π/n)).
+        close(mean(&|u| f64::from(polygon(u, 6, 0.3).length_squared())), (2.0 + 0.5) / 6.0);
+    }
+
+    #[test]
+    fn tiny_cones_keep_their_shape() {
+        for one_minus_cos in [2.0, 1e-3, 1e-10, 1e-20] {
+            for u in lattice(20) {
+                let d = cone(u, one_minus_cos);
+                assert!((d.length() - 1.0).abs() < 1e-6);
+                let sin2 = d.x * d.x + d.y * d.y;
+                let v = u.x * one_minus_cos;
+                assert!((sin2 / (v * (2.0 - v)) - 1.0).abs() < 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn ends_of_the_range_are_fine() {
+        let end = 1.0 - f32::EPSILON / 2.0;
+        for u in [Vec2::ZERO, Vec2::splat(end), Vec2::new(0.0, end), Vec2::new(end, 0.0), Vec2::splat(0.5)] {
+            assert!(disk(u).is_finite() && hemisphere_cosine(u).is_finite() && sphere(u).is_finite());
+            assert!(polygon(u, 5, 1.0).is_finite() && tent(u.x, 1.0).is_finite());
+            assert!(hemisphere_cosine(u).z >= 0.0);
+        }
+    }
 }

@@ -1,0 +1,69 @@
+//! Integer hashes: stable over versions and machines.
+
+/// Finaliser with full avalanche on 64 bits (SplitMix64 [Steele, Lea, Flood 2014]).
+pub(crate) const fn mix64(x: u64) -> u64 {
+    let x = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    x ^ (x >> 31)
+}
+
+/// 24 high bits as a float in [0, 1): `u32 / 2^32` would round up to 1.
+pub(crate) fn unit(bits: u32) -> f32 {
+    (bits >> 8) as f32 * (1.0 / 16_777_216.0)
+}
+
+/// A bijection on 0..n chosen by `key`: cycle walking over the next power of two [Kensler 2013, in spirit].
+pub(crate) fn permute(i: u32, n: u32, key: u64) -> u32 {
+    if n <= 1 {
+        return 0;
+    }
+    let mask = u32::MAX >> (n - 1).leading_zeros();
+    let bits = mask.count_ones();
+    let mut x = i;
+    loop {
+        x = scramble(x, mask, bits, key);
+        if x < n {
+            return x;
+        }
+    }
+}
+
+/// A keyed bijection on the low `bits` bits: odd multiplications and xor-shifts, each invertible under the mask.
+fn scramble(x: u32, mask: u32, bits: u32, key: u64) -> u32 {
+    let (a, b) = (key as u32, (key >> 32) as u32);
+    let shift = (bits / 2).max(1);
+    let mut x = (x ^ a) & mask;
+    x = x.wrapping_mul(b | 1) & mask;
+    x ^= x >> shift;
+    x = x.wrapping_add(a.rotate_left(13)) & mask;
+    x = x.wrapping_mul(0x2C1B_3C6D) & mask;
+    x ^= x >> shift;
+    x = (x ^ b.rotate_left(7)) & mask;
+    x = x.wrapping_mul((a ^ b.rotate_left(16)) | 1) & mask;
+    x ^= x >> shift;
+    x = x.wrapping_mul(0x297A_2D39) & mask;
+    x ^ (x >> shift)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn permute_is_a_bijection() {
+        for n in [1, 2, 3, 5, 16, 17, 100, 1000, 4096] {
+            for key in 0..8 {
+                let mut seen = vec![false; n as usize];
+                (0..n).for_each(|i| seen[permute(i, n, mix64(key)) as usize] = true);
+                assert!(seen.iter().all(|&s| s), "n = {n}");
+            }
+        }
+    }
+
+    #[test]
+    fn unit_is_below_one() {
+        assert!(unit(u32::MAX) < 1.0);
+        assert_eq!(unit(0), 0.0);
+    }
+}
