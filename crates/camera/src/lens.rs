@@ -1,14 +1,159 @@
-//! Thin lens.
-#[derive(Clone, Copy, Debug, PartialEq)]
+//! Thin lens: where on the aperture does a ray leave, and which plane is sharp?
+//!
+//! `disk`, `square`, `blades:N[:rotation]` on the command line; the rotation there is in degrees.
+use dapple_sampling::warp;
+use glam::Vec2;
+use std::{fmt, str::FromStr};
+
+/// Shape of the aperture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Aperture {
+    /// A round aperture.
+    #[default]
     Disk,
+    /// A square aperture, sides along right and up.
     Square,
-    Blades { n: u32, rotation: f32 },
+    /// A regular polygon, as the blades of a diaphragm form it.
+    Blades {
+        /// Number of corners, at least 3.
+        n: u32,
+        /// Angle of the first corner from right towards up, in radians.
+        rotation: f32,
+    },
 }
-/// `radius` (half side for the square) and focus distance along the view axis, render units; infinite focus allowed.
+
+/// `radius` (half side for the square, circumradius for blades) and focus distance along the view axis, render units;
+/// infinite focus allowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
+    /// Shape.
     pub aperture: Aperture,
+    /// Radius, half side or circumradius in render units; 0 is a pinhole.
     pub radius: f32,
+    /// Distance of the sharp plane along the view axis in render units, > 0.
     pub focus_distance: f32,
+}
+
+impl Lens {
+    /// Uniform point of the aperture for `u` in \[0,1)², in render units about the lens centre (x right, y up).
+    #[inline]
+    pub fn point(&self, u: Vec2) -> Vec2 {
+        let unit = match self.aperture {
+            Aperture::Disk => warp::disk(u),
+            Aperture::Square => u + u - Vec2::ONE,
+            Aperture::Blades { n, rotation } => warp::polygon(u, n.max(3), rotation),
+        };
+        unit * self.radius
+    }
+
+    /// Area of the aperture in square render units.
+    pub fn area(&self) -> f64 {
+        let r2 = self.radius as f64 * self.radius as f64;
+        r2 * match self.aperture {
+            Aperture::Disk => std::f64::consts::PI,
+            Aperture::Square => 4.0,
+            Aperture::Blades { n, .. } => {
+                let n = n.max(3) as f64;
+                0.5 * n * libm::sin(std::f64::consts::TAU / n)
+            }
+        }
+    }
+
+    /// 1/focus: 0 at infinity. A focus of zero (refused by the callers) acts as the smallest positive one.
+    #[inline]
+    pub(crate) fn inverse_focus(&self) -> f64 {
+        1.0 / (self.focus_distance as f64).max(f32::MIN_POSITIVE as f64)
+    }
+}
+
+/// Why an aperture could not be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ApertureError {
+    /// No shape of that name.
+    Unknown(String),
+    /// The number of blades is missing, not a number, or not in 3..=1000.
+    Blades(String),
+    /// The rotation is not a finite number of degrees.
+    Rotation(String),
+}
+impl fmt::Display for ApertureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown(s) => {
+                write!(f, "unknown aperture '{s}': use disk, square or blades:N[:degrees], e.g. blades:6")
+            }
+            Self::Blades(s) => write!(f, "'{s}' blades: give a whole number from 3 to 1000, e.g. blades:6"),
+            Self::Rotation(s) => write!(f, "aperture rotation '{s}': give degrees, e.g. blades:6:15"),
+        }
+    }
+}
+impl std::error::Error for ApertureError {}
+
+impl FromStr for Aperture {
+    type Err = ApertureError;
+    fn from_str(s: &str) -> Result<Self, ApertureError> {
+        match s {
+            "disk" => return Ok(Self::Disk),
+            "square" => return Ok(Self::Square),
+            _ => {}
+        }
+        let rest = s.strip_prefix("blades:").ok_or_else(|| ApertureError::Unknown(s.to_owned()))?;
+        let (n, rotation) = rest.split_once(':').map_or((rest, None), |(n, r)| (n, Some(r)));
+        let blades = n.parse().ok().filter(|n| (3..=1000).contains(n));
+        let n = blades.ok_or_else(|| ApertureError::Blades(n.to_owned()))?;
+        let rotation = rotation.map_or(Ok(0.0), degrees)?;
+        Ok(Self::Blades { n, rotation })
+    }
+}
+
+fn degrees(s: &str) -> Result<f32, ApertureError> {
+    let degrees: Option<f64> = s.parse().ok();
+    let radians = degrees.map(|d| d.to_radians() as f32).filter(|r| r.is_finite());
+    radians.ok_or_else(|| ApertureError::Rotation(s.to_owned()))
+}
+
+impl fmt::Display for Aperture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Disk => f.write_str("disk"),
+            Self::Square => f.write_str("square"),
+            Self::Blades { n, rotation: 0.0 } => write!(f, "blades:{n}"),
+            Self::Blades { n, rotation } => {
+                // The short form when it reads back as the same angle, else all digits.
+                let degrees = (rotation as f64).to_degrees();
+                let short = degrees as f32;
+                if short.to_string().parse::<f64>().is_ok_and(|d| d.to_radians() as f32 == rotation) {
+                    write!(f, "blades:{n}:{short}")
+                } else {
+                    write!(f, "blades:{n}:{degrees}")
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_round_trip() {
+        for s in ["disk", "square", "blades:6", "blades:5:30", "blades:7:-12.5", "blades:9:33.333"] {
+            let a: Aperture = s.parse().unwrap();
+            assert_eq!(a.to_string(), s);
+        }
+        for i in 0..1000 {
+            let a = Aperture::Blades { n: 5, rotation: 0.001 + i as f32 * 0.00617 };
+            assert_eq!(a.to_string().parse(), Ok(a));
+        }
+    }
+
+    #[test]
+    fn nonsense_is_a_typed_error() {
+        let parse = |s: &str| s.parse::<Aperture>().unwrap_err();
+        assert_eq!(parse("round"), ApertureError::Unknown("round".into()));
+        assert_eq!(parse("blades:2"), ApertureError::Blades("2".into()));
+        assert_eq!(parse("blades:"), ApertureError::Blades(String::new()));
+        assert_eq!(parse("blades:6:nan"), ApertureError::Rotation("nan".into()));
+    }
 }
