@@ -1,46 +1,384 @@
-//! The sum of lobes at one point, with eval / sample / pdf that agree.
-use crate::{Lobe, Lobes, Material};
+//! The sum of lobes at one point seen from one direction, with value, density and sampling that agree.
+//!
+//! Built once per path vertex from plain numbers; lobes without weight do not exist (a bare Lambert surface has one
+//! lobe and no table look-up). Either side of a surface may be hit: everything is turned so that `wo` is above it, and
+//! only the index of refraction knows which side that was. Opaque matter therefore looks alike from both sides.
+//!
+//! With several lobes, one is chosen with probability proportional to its directional albedo (at least 5 % each) and
+//! the weight is the sum of all lobes' f·cos over the mixture density: the balance heuristic over lobes.
+
+use crate::albedo::Row;
+use crate::diffuse::Diffuse;
+use crate::fresnel::{Clear, Schlick, normal_reflectance};
+use crate::microfacet::Ggx;
+use crate::mirror::{SHARP_BLUR, SquareBlur};
+use crate::reflection::{Fresnel, Rough};
+use crate::transmission::Transmission;
+use crate::{Lobe, Lobes, Material, Mirror};
+use dapple_sampling::warp;
 use glam::{Vec2, Vec3};
+
+/// Every live lobe is chosen at least this often before normalising.
+const LEAST_ODDS: f32 = 0.05;
+
 /// Ready to evaluate for one `wo`. Directions are unit, point away, local frame; wo.z may be negative (back side).
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf {}
+pub struct Bsdf {
+    /// Turned so that z ≥ 0.
+    wo: Vec3,
+    /// −1 when turned over, else 1.
+    side: f32,
+    live: Lobes,
+    body: Body,
+}
+
+/// What the surface is.
+#[derive(Clone, Copy, Debug)]
+enum Body {
+    /// Seen edge-on.
+    Nothing,
+    Mirror {
+        kr: Vec3,
+        blur: Option<SquareBlur>,
+    },
+    Layers(Layers),
+}
+
+/// glTF's layers, each with the share it has in the mix.
+#[derive(Clone, Copy, Debug)]
+struct Layers {
+    diffuse: Option<Diffuse>,
+    reflection: Option<Fresnel>,
+    transmission: Option<Transmission>,
+    /// `None` = smooth.
+    rough: Option<Rough>,
+    /// Odds of diffuse, reflection, transmission; not normalised; meaningless with fewer than two lobes.
+    odds: [f32; 3],
+}
+
+/// One sampled direction.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
+    /// Local frame, unit, pointing away.
     pub wi: Vec3,
     /// f·|cosθ_i| / pdf (mixture over the lobes asked for); never negative.
     pub weight: Vec3,
     /// Solid-angle density of the mixture; meaningless (1) for delta lobes.
     pub pdf: f32,
+    /// The lobe that was chosen.
     pub lobe: Lobe,
-    /// Ratio η_i/η_o squared factor for roulette: 1 for reflection.
+    /// (η_i/η_o)², the inverse of the radiance scaling in `weight`, for roulette: 1 for reflection and thin walls.
     pub eta: f32,
 }
+
 impl Bsdf {
-    /// `wo` local; `wo.z < 0` means the ray arrives at the back side.
-    pub fn new(_material: &Material, _wo: Vec3) -> Self {
-        todo!()
+    /// `wo` local; `wo.z < 0` means the ray arrives at the back side. Parameters outside their ranges are clamped, and
+    /// not-a-number counts as 0.
+    pub fn new(material: &Material, wo: Vec3) -> Self {
+        let side = if wo.z < 0.0 { -1.0 } else { 1.0 };
+        let wo = Vec3::new(wo.x, wo.y, wo.z * side);
+        let (live, body) = if wo.z == 0.0 || wo.is_nan() {
+            (Lobes::NONE, Body::Nothing)
+        } else if let Some(mirror) = &material.mirror {
+            mirror_body(mirror, wo)
+        } else {
+            let layers = Layers::new(material, wo, side);
+            (layers.live(), Body::Layers(layers))
+        };
+        Self { wo, side, live, body }
     }
-    /// BSDF value without cosine, delta lobes excluded.
-    pub fn f(&self, _wi: Vec3, _lobes: Lobes) -> Vec3 {
-        todo!()
+
+    /// BSDF value without cosine (1/sr), delta lobes excluded; zero for directions in the surface.
+    pub fn f(&self, wi: Vec3, lobes: Lobes) -> Vec3 {
+        self.eval(wi, lobes).0
     }
-    /// Solid-angle density of `sample_f` for the same lobes.
-    pub fn pdf(&self, _wi: Vec3, _lobes: Lobes) -> f32 {
-        todo!()
+
+    /// Solid-angle density of `sample_f` for the same lobes; delta lobes count in the choice, not in the density.
+    pub fn pdf(&self, wi: Vec3, lobes: Lobes) -> f32 {
+        self.eval(wi, lobes).1
     }
-    pub fn sample_f(&self, _uc: f32, _u: Vec2, _lobes: Lobes) -> Option<BsdfSample> {
-        todo!()
+
+    /// [`Self::f`] and [`Self::pdf`] at once.
+    pub fn eval(&self, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
+        let asked = self.live.and(lobes);
+        let wi = self.turn(wi);
+        if asked.without(Lobes::DELTA).is_empty() || wi.z == 0.0 {
+            return (Vec3::ZERO, 0.0);
+        }
+        match &self.body {
+            Body::Mirror { kr, blur: Some(blur) } if wi.z > 0.0 => {
+                let pdf = blur.pdf(wi);
+                (*kr * (pdf / wi.z), pdf)
+            }
+            Body::Layers(layers) => layers.eval(self.wo, wi, asked),
+            _ => (Vec3::ZERO, 0.0),
+        }
     }
+
+    /// A direction for the lobes asked for; `None` when they carry nothing or the direction falls where light cannot go
+    /// (the sample then counts as zero). `uc` chooses the lobe, `u` the direction.
+    pub fn sample_f(&self, uc: f32, u: Vec2, lobes: Lobes) -> Option<BsdfSample> {
+        let asked = self.live.and(lobes);
+        if asked.is_empty() {
+            return None;
+        }
+        let mut sample = match &self.body {
+            Body::Nothing => None,
+            Body::Mirror { kr, blur } => sample_mirror(self.wo, *kr, blur.as_ref(), u),
+            Body::Layers(layers) => layers.sample(self.wo, uc, u, asked),
+        }?;
+        sample.wi = self.turn(sample.wi);
+        Some(sample)
+    }
+
     /// Lobes that carry weight.
     pub fn lobes(&self) -> Lobes {
-        todo!()
+        self.live
     }
+
     /// All delta: next-event estimation cannot help.
     pub fn is_delta(&self) -> bool {
-        todo!()
+        self.live.without(Lobes::DELTA).is_empty()
     }
-    /// Directional albedo estimate, for lobe choice and AOVs.
+
+    /// Directional albedo estimate, for lobe choice and AOVs; transmission without its radiance scaling.
     pub fn albedo(&self) -> Vec3 {
-        todo!()
+        match &self.body {
+            Body::Nothing => Vec3::ZERO,
+            Body::Mirror { kr, .. } => *kr,
+            Body::Layers(layers) => layers.albedos(self.wo.z).into_iter().sum(),
+        }
     }
+
+    /// To and from the frame in which `wo` is above the surface.
+    fn turn(&self, w: Vec3) -> Vec3 {
+        Vec3::new(w.x, w.y, w.z * self.side)
+    }
+}
+
+fn mirror_body(mirror: &Mirror, wo: Vec3) -> (Lobes, Body) {
+    let kr = mirror.kr.max(Vec3::ZERO);
+    let blur = (mirror.blur >= SHARP_BLUR).then(|| SquareBlur::new(wo, mirror.blur));
+    let lobe = if blur.is_some() { Lobe::Mirror } else { Lobe::DeltaReflection };
+    (Lobes::of(lobe), Body::Mirror { kr, blur })
+}
+
+fn sample_mirror(wo: Vec3, kr: Vec3, blur: Option<&SquareBlur>, u: Vec2) -> Option<BsdfSample> {
+    let Some(blur) = blur else {
+        let wi = Vec3::new(-wo.x, -wo.y, wo.z);
+        return Some(BsdfSample { wi, weight: kr, pdf: 1.0, lobe: Lobe::DeltaReflection, eta: 1.0 });
+    };
+    let wi = blur.sample(u)?;
+    Some(BsdfSample { wi, weight: kr, pdf: blur.pdf(wi), lobe: Lobe::Mirror, eta: 1.0 })
+}
+
+/// Into 0..1; not-a-number becomes 0.
+fn unit(x: f32) -> f32 {
+    if x.is_nan() { 0.0 } else { x.clamp(0.0, 1.0) }
+}
+
+impl Layers {
+    /// glTF's mix: metallic·metal + (1 − metallic)·(coat over mix(diffuse, clear, transmission)).
+    fn new(material: &Material, wo: Vec3, side: f32) -> Self {
+        let alpha = unit(material.roughness) * unit(material.roughness);
+        let ggx = Ggx::isotropic(alpha);
+        let base = material.base_color.max(Vec3::ZERO);
+        let metal = unit(material.metallic);
+        let clear_share = (1.0 - metal) * unit(material.transmission);
+        let opaque_share = (1.0 - metal) * (1.0 - unit(material.transmission));
+        let coat = dielectric_schlick(material);
+
+        let diffuse = diffuse_layer(base * opaque_share, &coat, alpha, wo.z);
+        let clear = (clear_share > 0.0).then(|| clear_layer(material, coat, side));
+        let opaque =
+            Schlick { f0: base * metal + coat.f0 * opaque_share, f90: metal + coat.f90 * opaque_share };
+        let reflection = Fresnel { opaque, clear: clear.map(|clear| (clear, clear_share)) };
+        let reflects =
+            opaque.f90 > 0.0 || opaque.f0 != Vec3::ZERO || clear.is_some_and(|clear| clear.reflects());
+        let rough = ggx.map(|ggx| Rough::new(ggx, wo));
+        let transmission = clear.map(|clear| Transmission {
+            tint: base * clear_share,
+            clear,
+            rough: rough.filter(|_| clear.thin || !clear.goes_straight()),
+        });
+        let mut layers = Self {
+            diffuse,
+            reflection: reflects.then_some(reflection),
+            transmission: transmission.filter(|t| t.tint != Vec3::ZERO),
+            rough,
+            odds: [1.0; 3],
+        };
+        if layers.live().0.count_ones() > 1 {
+            layers.odds = layers.odds(wo.z);
+        }
+        layers
+    }
+
+    /// The lobe each layer is, in the order of `odds`.
+    fn slots(&self) -> [Option<Lobe>; 3] {
+        let reflection = if self.rough.is_some() { Lobe::GlossyReflection } else { Lobe::DeltaReflection };
+        let transmission = |t: &Transmission| match t.rough {
+            Some(_) => Lobe::GlossyTransmission,
+            None => Lobe::DeltaTransmission,
+        };
+        [
+            self.diffuse.map(|_| Lobe::Diffuse),
+            self.reflection.as_ref().map(|_| reflection),
+            self.transmission.as_ref().map(transmission),
+        ]
+    }
+
+    fn live(&self) -> Lobes {
+        self.slots().into_iter().flatten().fold(Lobes::NONE, Lobes::with)
+    }
+
+    fn row(&self) -> Row {
+        Row::new(self.rough.map_or(0.0, |rough| rough.ggx.ax))
+    }
+
+    /// Directional albedo of each layer.
+    fn albedos(&self, mu: f32) -> [Vec3; 3] {
+        let row = self.row();
+        [
+            self.diffuse.map_or(Vec3::ZERO, |d| d.albedo()),
+            self.reflection.map_or(Vec3::ZERO, |r| r.albedo(row, mu)),
+            self.transmission.map_or(Vec3::ZERO, |t| t.albedo(row.at(mu).c, mu)),
+        ]
+    }
+
+    /// Mean of the channels of each albedo, raised to the least share.
+    fn odds(&self, mu: f32) -> [f32; 3] {
+        let grey = self.albedos(mu).map(|albedo| albedo.element_sum());
+        let least = (LEAST_ODDS * grey.iter().sum::<f32>()).max(f32::MIN_POSITIVE);
+        grey.map(|x| x.max(least))
+    }
+
+    /// Odds of the lobes asked for, normalised; zero elsewhere.
+    fn shares(&self, slots: [Option<Lobe>; 3], asked: Lobes) -> [f32; 3] {
+        let mut odds = [0.0; 3];
+        for (k, slot) in slots.into_iter().enumerate() {
+            if slot.is_some_and(|lobe| asked.contains(lobe)) {
+                odds[k] = self.odds[k];
+            }
+        }
+        let sum: f32 = odds.iter().sum();
+        // A lone lobe gets exactly 1: x/x.
+        odds.map(|x| x / sum)
+    }
+
+    fn eval(&self, wo: Vec3, wi: Vec3, asked: Lobes) -> (Vec3, f32) {
+        self.eval_shares(wo, wi, self.shares(self.slots(), asked))
+    }
+
+    /// Sum of the chosen lobes and of their densities times shares. Delta lobes add nothing.
+    fn eval_shares(&self, wo: Vec3, wi: Vec3, shares: [f32; 3]) -> (Vec3, f32) {
+        let (mut f, mut pdf) = (Vec3::ZERO, 0.0);
+        if wi.z < 0.0 {
+            if let (Some(transmission), true) = (&self.transmission, shares[2] > 0.0) {
+                let (value, density) = transmission.eval(wo, wi);
+                return (value, shares[2] * density);
+            }
+            return (f, pdf);
+        }
+        if let (Some(diffuse), true) = (&self.diffuse, shares[0] > 0.0) {
+            f += diffuse.f(wi.z);
+            pdf += shares[0] * warp::hemisphere_cosine_pdf(wi.z);
+        }
+        if let (Some(fresnel), Some(rough), true) = (&self.reflection, &self.rough, shares[1] > 0.0) {
+            let (value, density, c) = rough.eval(wo, wi);
+            f += fresnel.at(c) * value;
+            pdf += shares[1] * density;
+        }
+        (f, pdf)
+    }
+
+    fn sample(&self, wo: Vec3, uc: f32, u: Vec2, asked: Lobes) -> Option<BsdfSample> {
+        let slots = self.slots();
+        let shares = self.shares(slots, asked);
+        let k = pick(shares, uc);
+        let (lobe, share) = (slots[k]?, shares[k]);
+        let mut sample =
+            BsdfSample { wi: self.direction(k, wo, u)?, weight: Vec3::ZERO, pdf: 1.0, lobe, eta: 1.0 };
+        if let (2, Some(transmission)) = (k, &self.transmission) {
+            sample.eta = transmission.eta_squared();
+        }
+        if lobe.is_delta() {
+            sample.weight = self.delta_weight(k, wo) / share;
+            return Some(sample);
+        }
+        let (f, pdf) = self.eval_shares(wo, sample.wi, shares);
+        if !(pdf > 0.0 && pdf.is_finite()) {
+            return None;
+        }
+        sample.pdf = pdf;
+        sample.weight = match &self.diffuse {
+            // Alone, the cosine cancels.
+            Some(diffuse) if k == 0 && share == 1.0 => diffuse.weight(sample.wi.z),
+            _ => f * (sample.wi.z.abs() / pdf),
+        };
+        Some(sample)
+    }
+
+    /// A direction of layer `k`, strictly on its side of the surface.
+    fn direction(&self, k: usize, wo: Vec3, u: Vec2) -> Option<Vec3> {
+        let wi = match (k, &self.rough) {
+            (0, _) => warp::hemisphere_cosine(u),
+            (1, None) => Vec3::new(-wo.x, -wo.y, wo.z),
+            (1, Some(rough)) => rough.sample(wo, u)?,
+            _ => self.transmission.as_ref()?.sample(wo, u)?,
+        };
+        (wi.z != 0.0).then_some(wi)
+    }
+
+    /// Weight of a smooth layer before dividing by its share.
+    fn delta_weight(&self, k: usize, wo: Vec3) -> Vec3 {
+        match (k, &self.reflection, &self.transmission) {
+            (1, Some(fresnel), _) => fresnel.at(wo.z),
+            (2, _, Some(transmission)) => transmission.delta_weight(wo),
+            _ => Vec3::ZERO,
+        }
+    }
+}
+
+/// Index chosen by `uc` among shares that add up to 1; the last one with a share takes what rounding leaves.
+fn pick(shares: [f32; 3], uc: f32) -> usize {
+    let mut left = uc;
+    let mut last = 0;
+    for (k, share) in shares.into_iter().enumerate() {
+        if share > 0.0 {
+            last = k;
+            if left < share {
+                break;
+            }
+            left -= share;
+        }
+    }
+    last
+}
+
+/// `KHR_materials_ior` and `_specular`: F0 = min(r0·colour, 1)·specular, F90 = specular.
+fn dielectric_schlick(material: &Material) -> Schlick {
+    let specular = unit(material.specular);
+    let r0 = normal_reflectance(material.ior.max(0.0));
+    let f0 = (material.specular_color * r0).clamp(Vec3::ZERO, Vec3::ONE) * specular;
+    Schlick { f0, f90: specular }
+}
+
+/// Lambert under the opaque dielectric's coat; bare when there is no coat.
+fn diffuse_layer(rho: Vec3, coat: &Schlick, alpha: f32, mu: f32) -> Option<Diffuse> {
+    if rho == Vec3::ZERO {
+        None
+    } else if coat.f90 == 0.0 {
+        Some(Diffuse::bare(rho))
+    } else {
+        Diffuse::coated(rho, Row::new(alpha), coat.f0.max_element(), coat.f90, mu)
+    }
+}
+
+/// The interface of clear matter as seen from the side of `wo`.
+fn clear_layer(material: &Material, tint: Schlick, side: f32) -> Clear {
+    // η² has to stay a number.
+    let ior = if material.ior > 0.0 { material.ior.clamp(1e-6, 1e6) } else { 0.0 };
+    let eta = if side < 0.0 && !material.thin && ior > 0.0 { 1.0 / ior } else { ior };
+    Clear::new(tint, eta, material.thin)
 }

@@ -1,1 +1,114 @@
-//! stub
+//! How much a smooth interface reflects: the exact law for dielectrics, Schlick's *approximation* as glTF asks for it,
+//! and the two mixed as `KHR_materials_specular` tints them.
+
+use glam::Vec3;
+
+/// (1 − c)⁵ for c = |w·m| in 0..1: the weight of F90 over F0 in Schlick's *approximation* [Schlick 1994].
+pub fn schlick_weight(c: f32) -> f32 {
+    let x = (1.0 - c).clamp(0.0, 1.0);
+    let x2 = x * x;
+    x2 * x2 * x
+}
+
+/// Reflectance at normal incidence ((η−1)/(η+1))²: the same from either side; 1 for η = 0 [KHR_materials_ior].
+pub fn normal_reflectance(eta: f32) -> f32 {
+    let r = (eta - 1.0) / (eta + 1.0);
+    r * r
+}
+
+/// Unpolarised reflectance of a dielectric interface, c = cosine on the near side (0..1), `eta` = far over near index
+/// (> 0). 1 under total internal reflection.
+///
+/// With g = η cosθ_t = √((η−1)(η+1) + c²): r_s = (c−g)/(c+g), r_p = (η²c−g)/(η²c+g), F = (r_s² + r_p²)/2. The product
+/// form of η²−1 keeps the digits near η = 1 and does not overflow for η < 1e9.
+pub fn dielectric(c: f32, eta: f32) -> f32 {
+    let g2 = (eta - 1.0) * (eta + 1.0) + c * c;
+    if g2 <= 0.0 || c <= 0.0 {
+        return 1.0;
+    }
+    let g = g2.sqrt();
+    let s = (c - g) / (c + g);
+    let e2c = eta * eta * c;
+    let p = (e2c - g) / (e2c + g);
+    0.5 * (s * s + p * p)
+}
+
+/// Direction refracted at `m` (wo·m = c > 0), on the far side; `None` under total internal reflection.
+///
+/// wi = ((c − g) m − wo)/η with g as in [`dielectric`] (Snell's law).
+pub fn refract(wo: Vec3, m: Vec3, c: f32, eta: f32) -> Option<Vec3> {
+    let g2 = (eta - 1.0) * (eta + 1.0) + c * c;
+    (g2 > 0.0).then(|| ((m * (c - g2.sqrt()) - wo) / eta).normalize())
+}
+
+/// Schlick's F0 + (F90 − F0)(1 − c)⁵: reflectance of metals and of opaque dielectrics in glTF.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schlick {
+    /// Reflectance along the normal.
+    pub f0: Vec3,
+    /// Reflectance at grazing incidence.
+    pub f90: f32,
+}
+
+impl Schlick {
+    /// F at c = |w·m|.
+    pub fn at(self, c: f32) -> Vec3 {
+        self.f0 + (Vec3::splat(self.f90) - self.f0) * schlick_weight(c)
+    }
+}
+
+/// Reflectance of clear matter that also transmits: what is not reflected goes through, so both lobes ask here.
+///
+/// The exact F is stretched to run from `specular`'s F0 to its F90: F0 + (F90 − F0)(F − r0)/(1 − r0), which is F itself
+/// for untinted matter. A thin wall reflects at both faces: 2F/(1+F), the sum of all passes inside the slab. (The letter
+/// of `KHR_materials_transmission` counts the first face only.)
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clear {
+    tint: Schlick,
+    /// Reflectance along the normal before tinting.
+    r0: f32,
+    /// Index on the far side over the near side; 0 = nothing but Schlick's law is known (glTF's `ior` 0).
+    pub eta: f32,
+    /// Both faces of a wall.
+    pub thin: bool,
+}
+
+impl Clear {
+    /// `eta` = far over near index as seen from `wo`, 0 for glTF's special case.
+    pub fn new(tint: Schlick, eta: f32, thin: bool) -> Self {
+        if (eta - 1.0).abs() < 1e-4 {
+            // Matched indices: no interface at all. Refraction would divide by η − 1.
+            return Self { tint: Schlick { f0: Vec3::ZERO, f90: 0.0 }, r0: 0.0, eta: 1.0, thin };
+        }
+        Self { tint, r0: normal_reflectance(eta), eta, thin }
+    }
+
+    /// Light keeps its direction: a thin wall, matched indices, or no index at all.
+    pub fn goes_straight(&self) -> bool {
+        self.thin || self.eta == 1.0 || self.eta == 0.0
+    }
+
+    /// Whether any light is reflected at any angle.
+    pub fn reflects(&self) -> bool {
+        self.tint.f90 > 0.0 || (self.eta > 0.0 && self.eta < 1.0)
+    }
+
+    /// Reflectance at c = wo·m on the near side, per channel.
+    pub fn reflectance(&self, c: f32) -> Vec3 {
+        let exact = if self.eta > 0.0 { dielectric(c, self.eta) } else { schlick_weight(c) };
+        // Where light cannot leave, no tint can make it.
+        if exact >= 1.0 && self.eta < 1.0 && self.eta > 0.0 && !self.thin {
+            return Vec3::ONE;
+        }
+        let r0 = if self.eta > 0.0 { self.r0 } else { 0.0 };
+        let s = (exact - r0) / (1.0 - r0);
+        let f = (self.tint.f0 + (Vec3::splat(self.tint.f90) - self.tint.f0) * s).clamp(Vec3::ZERO, Vec3::ONE);
+        if self.thin { f * 2.0 / (f + Vec3::ONE) } else { f }
+    }
+
+    /// What goes through: 1 − the largest channel of the reflectance, grey as `KHR_materials_specular` asks, so that a
+    /// tinted reflection does not tint what is behind with the opposite colour.
+    pub fn transmittance(&self, c: f32) -> f32 {
+        1.0 - self.reflectance(c).max_element()
+    }
+}

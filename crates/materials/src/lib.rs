@@ -1,14 +1,29 @@
-//! How light leaves a point, in the local frame (z = shading normal); knows no scene.
+//! How light leaves a point.
+//!
+//! Everything happens in the local frame: z is the shading normal on the surface's front side, directions are unit
+//! vectors that point away from the point, colours are linear Rec.709. The crate knows no scene, no texture and no
+//! light: a [`Material`] is plain numbers at one point, and a [`Bsdf`] is that material seen from one direction `wo`.
+//!
+//! `f` is the BSDF without the cosine, for radiance carried against the ray (from `wi` to `wo`). `pdf` is per solid
+//! angle about `wi`. [`Bsdf::sample_f`], [`Bsdf::pdf`] and [`Bsdf::f`] agree for every set of [`Lobes`].
+#![forbid(unsafe_code)]
+
 pub mod albedo;
+mod albedo_table;
 pub mod bsdf;
-pub mod conductor;
-pub mod dielectric;
 pub mod diffuse;
 pub mod fresnel;
 pub mod lobe;
 pub mod material;
 pub mod microfacet;
 pub mod mirror;
+pub mod reflection;
+pub mod transmission;
+
 pub use bsdf::{Bsdf, BsdfSample};
 pub use lobe::{Lobe, Lobes};
 pub use material::{Material, Mirror};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

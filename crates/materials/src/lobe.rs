@@ -1,27 +1,79 @@
-//! Names of the ways light leaves a point.
+//! The names of the ways light leaves a point, and sets of them.
+
+/// One way of leaving a point. Delta lobes have a direction but no density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
 pub enum Lobe {
+    /// Light that went into the base and came out again without direction.
     Diffuse,
+    /// Reflection at a rough surface.
     GlossyReflection,
+    /// Transmission through a rough surface.
     GlossyTransmission,
+    /// Reflection at a smooth surface, and the perfect [`crate::Mirror`].
     DeltaReflection,
+    /// Transmission through a smooth surface, or one that does not bend light at all.
     DeltaTransmission,
+    /// The square blur of [`crate::Mirror`].
     Mirror,
 }
+
 impl Lobe {
+    /// No density: next-event estimation cannot find it, and its pdf carries no MIS weight.
     pub fn is_delta(self) -> bool {
         matches!(self, Self::DeltaReflection | Self::DeltaTransmission)
     }
+
+    /// The light goes to the other side of the surface.
     pub fn is_transmission(self) -> bool {
         matches!(self, Self::GlossyTransmission | Self::DeltaTransmission)
     }
 }
-/// Which lobes take part: the distribution tracer gives each its own integral.
+
+/// A set of lobes: the distribution tracer gives each its own integral.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lobes(pub u8);
+
 impl Lobes {
+    /// Every lobe there is.
     pub const ALL: Self = Self(0xff);
-    pub fn contains(self, lobe: Lobe) -> bool {
+    /// The empty set.
+    pub const NONE: Self = Self(0);
+    /// The lobes without a density.
+    pub const DELTA: Self = Self::of(Lobe::DeltaReflection).with(Lobe::DeltaTransmission);
+    /// Every kind of reflection but the diffuse one.
+    pub const REFLECTION: Self =
+        Self::of(Lobe::GlossyReflection).with(Lobe::DeltaReflection).with(Lobe::Mirror);
+    /// Every kind of transmission.
+    pub const TRANSMISSION: Self = Self::of(Lobe::GlossyTransmission).with(Lobe::DeltaTransmission);
+
+    /// The set of one lobe.
+    pub const fn of(lobe: Lobe) -> Self {
+        Self(1 << lobe as u8)
+    }
+
+    /// This set and one lobe more.
+    pub const fn with(self, lobe: Lobe) -> Self {
+        Self(self.0 | 1 << lobe as u8)
+    }
+
+    /// The lobes in both sets.
+    pub const fn and(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
+    /// The lobes of this set that are not in the other.
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// Whether `lobe` takes part.
+    pub const fn contains(self, lobe: Lobe) -> bool {
         self.0 & (1 << lobe as u8) != 0
+    }
+
+    /// Whether nothing takes part.
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
     }
 }

@@ -1,0 +1,78 @@
+//! Specular reflection, smooth or rough, of metals, coats and clear matter in one lobe: they share the roughness, and
+//! every Fresnel law is linear in its share, so a blend of materials is a blend of F.
+//!
+//! f = F(wo·m) D(m) G2(wo,wi) / (4 wo.z wi.z), m = normalise(wo + wi) [Walter 2007, eq. 20]; single scattering only (what
+//! bounces twice between facets is lost: the energy column of SCIENCE C01).
+
+use crate::albedo::Row;
+use crate::fresnel::{Clear, Schlick};
+use crate::microfacet::{Ggx, reflect};
+use glam::{Vec2, Vec3};
+
+/// F of the whole blend.
+#[derive(Clone, Copy, Debug)]
+pub struct Fresnel {
+    /// Metal and opaque dielectric, already weighted by their shares.
+    pub opaque: Schlick,
+    /// Clear matter and its share.
+    pub clear: Option<(Clear, f32)>,
+}
+
+impl Fresnel {
+    /// F at c = wo·m.
+    pub fn at(&self, c: f32) -> Vec3 {
+        let opaque = self.opaque.at(c);
+        match &self.clear {
+            None => opaque,
+            Some((clear, share)) => opaque + clear.reflectance(c) * *share,
+        }
+    }
+
+    /// Directional albedo of the lobe. *Approximation*: clear matter takes F at the macroscopic angle; good enough to choose
+    /// lobes by.
+    pub fn albedo(&self, row: Row, mu: f32) -> Vec3 {
+        let e = row.at(mu);
+        let opaque = self.opaque.f0 * e.c + (Vec3::splat(self.opaque.f90) - self.opaque.f0) * e.b;
+        match &self.clear {
+            None => opaque,
+            Some((clear, share)) => opaque + clear.reflectance(mu) * (*share * e.c),
+        }
+    }
+}
+
+/// A rough surface seen from one `wo`, with the numbers that depend on `wo` alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Rough {
+    /// The distribution of normals.
+    pub ggx: Ggx,
+    /// t(wo).
+    t: f32,
+    /// Bound of the cap.
+    k: f32,
+}
+
+impl Rough {
+    /// `wo` above the surface.
+    pub fn new(ggx: Ggx, wo: Vec3) -> Self {
+        Self { ggx, t: ggx.t(wo), k: ggx.cap_bound(wo) }
+    }
+
+    /// t(wo) [`Ggx::t`].
+    pub fn t(&self) -> f32 {
+        self.t
+    }
+
+    /// D·G2/(4 cos cos), the pdf of [`Self::sample`], and c = wo·m, for wi above the surface.
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> (f32, f32, f32) {
+        let Some(m) = (wo + wi).try_normalize() else { return (0.0, 0.0, 0.0) };
+        let half_d = 0.5 * self.ggx.d(m);
+        let value = half_d / (self.t * wi.z + self.ggx.t(wi) * wo.z);
+        (value, half_d / (self.k * wo.z + self.t), wo.dot(m))
+    }
+
+    /// A reflected direction above the surface, by bounded visible normals [Eto & Tokuyoshi 2023].
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
+        let wi = reflect(wo, self.ggx.sample_bounded(wo, u, self.k)?);
+        (wi.z > 0.0).then_some(wi)
+    }
+}
