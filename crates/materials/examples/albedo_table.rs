@@ -5,26 +5,35 @@
 //!   C = ∫ G2/G1 D_v(m) dm,  B = ∫ (1 − wo·m)⁵ G2/G1 D_v(m) dm.
 //! Both are integrated in f64 by the midpoint rule over the sphere cap of [Dupuy & Benyoub 2023]. The nodes are then
 //! raised until the bilinear interpolant lies above the integral on a finer lattice, so that a diffuse base that
-//! takes what the coat leaves, 1 − E, can never make more light than comes in.
+//! takes what the coat leaves, 1 − E, can never make more light than comes in. Takes about a minute.
 
 use libm::{cos, sqrt};
 
-/// Nodes per axis: μ = (i/31)², roughness = j/31 (α = roughness²).
-const N: usize = 32;
+/// Nodes in μ = x⁴, x = i/63: where the lobe is narrow, its albedo changes within μ ≈ α.
+const NX: usize = 64;
+/// Nodes in roughness √α = r0 + (1 − r0) y², y = j/31.
+const NY: usize = 32;
+/// √1e-3: smoother surfaces are mirrors, C = 1 and B = (1 − μ)⁵.
+const R0: f64 = 0.031_622_776_601_683_79;
 /// Lattice points per cell and axis at which the bound is enforced.
 const FINE: usize = 4;
 /// Midpoints per axis of the integral.
-const Q: usize = 192;
+const Q: usize = 224;
+/// What the lattice and the midpoint rule may have missed.
+const MARGIN: f64 = 2e-4;
 
-fn node(k: f64) -> f64 {
-    k / (N - 1) as f64
+fn mu(x: f64) -> f64 {
+    (x / (NX - 1) as f64).powi(4)
+}
+
+fn alpha(y: f64) -> f64 {
+    let y = y / (NY - 1) as f64;
+    let r = R0 + (1.0 - R0) * y * y;
+    r * r
 }
 
 /// (C, B) at one point.
 fn integrate(mu: f64, alpha: f64) -> [f64; 2] {
-    if alpha == 0.0 {
-        return [1.0, (1.0 - mu).powi(5)];
-    }
     let wo = [sqrt(1.0 - mu * mu), 0.0, mu];
     let length = sqrt(alpha * alpha * wo[0] * wo[0] + mu * mu);
     let w = [alpha * wo[0] / length, 0.0, mu / length];
@@ -53,67 +62,76 @@ fn integrate(mu: f64, alpha: f64) -> [f64; 2] {
 }
 
 fn main() {
-    let fine = (N - 1) * FINE + 1;
-    let at = |k: usize| node(k as f64 / FINE as f64);
-    let truth: Vec<Vec<[f64; 2]>> =
-        (0..fine).map(|j| (0..fine).map(|i| integrate(at(i) * at(i), at(j) * at(j))).collect()).collect();
+    let sub = |k: usize| k as f64 / FINE as f64;
+    let row = |j: usize| (0..=(NX - 1) * FINE).map(|i| integrate(mu(sub(i)), alpha(sub(j)))).collect();
+    let truth: Vec<Vec<[f64; 2]>> = (0..=(NY - 1) * FINE).map(row).collect();
     let mut table: Vec<Vec<[f64; 2]>> =
-        (0..N).map(|j| (0..N).map(|i| truth[j * FINE][i * FINE]).collect()).collect();
-    let mut raised = [0.0f64; 2];
+        (0..NY).map(|j| (0..NX).map(|i| truth[j * FINE][i * FINE]).collect()).collect();
     for channel in 0..2 {
-        // Cell row 0 holds only α < 1e-3, where the lobe is a mirror and row 0 is used alone.
-        for j in 1..N - 1 {
-            for i in 0..N - 1 {
-                let lift = shortfall(&truth, &table, i, j, channel);
-                raised[channel] = raised[channel].max(lift);
-                for (y, x) in [(j, i), (j, i + 1), (j + 1, i), (j + 1, i + 1)] {
-                    table[y][x][channel] = (table[y][x][channel] + lift).min(1.0);
-                }
+        for (j, i) in (0..NY - 1).flat_map(|j| (0..NX - 1).map(move |i| (j, i))) {
+            let lift = shortfall(&truth, &table, i, j, channel);
+            for (y, x) in [(j, i), (j, i + 1), (j + 1, i), (j + 1, i + 1)] {
+                table[y][x][channel] += lift;
             }
         }
     }
-    // What the lattice and the midpoint rule may have missed.
-    for row in &mut table {
-        for v in row {
-            *v = v.map(|x| (x + 1e-4).min(1.0));
-        }
+    for v in table.iter_mut().flatten() {
+        *v = v.map(|x| ((x + MARGIN).min(1.0) * 1e6).ceil() / 1e6);
     }
-    eprintln!("largest lift: C {:.5}, B {:.5}", raised[0], raised[1]);
+    let above = [0, 1].map(|channel| {
+        (0..NY - 1)
+            .flat_map(|j| (0..NX - 1).map(move |i| (j, i)))
+            .map(|(j, i)| -least(&truth, &table, i, j, channel, -1.0))
+            .fold(0.0, f64::max)
+    });
+    eprintln!("the interpolant lies above the integral by at most: C {:.5}, B {:.5}", above[0], above[1]);
     print(&table);
 }
 
 /// How far the interpolant lies below the integral in one cell.
 fn shortfall(truth: &[Vec<[f64; 2]>], table: &[Vec<[f64; 2]>], i: usize, j: usize, channel: usize) -> f64 {
-    let mu = |k: f64| node(k) * node(k);
-    let mut lift = 0.0f64;
-    for y in 0..=FINE {
-        for x in 0..=FINE {
-            let fx =
-                (mu(i as f64 + x as f64 / FINE as f64) - mu(i as f64)) / (mu(i as f64 + 1.0) - mu(i as f64));
-            let fy = y as f64 / FINE as f64;
-            let t = |b: usize, a: usize| table[j + b][i + a][channel];
-            let value = (1.0 - fy) * ((1.0 - fx) * t(0, 0) + fx * t(0, 1))
-                + fy * ((1.0 - fx) * t(1, 0) + fx * t(1, 1));
-            lift = lift.max(truth[j * FINE + y][i * FINE + x][channel] - value);
-        }
+    least(truth, table, i, j, channel, 1.0).max(0.0)
+}
+
+/// Largest of sign·(integral − interpolant) in one cell, times sign.
+fn least(
+    truth: &[Vec<[f64; 2]>],
+    table: &[Vec<[f64; 2]>],
+    i: usize,
+    j: usize,
+    channel: usize,
+    sign: f64,
+) -> f64 {
+    let r = |y: f64| sqrt(alpha(y));
+    let mut most = f64::NEG_INFINITY;
+    for (y, x) in (0..=FINE).flat_map(|y| (0..=FINE).map(move |x| (y, x))) {
+        let (at_x, at_y) = (i as f64 + x as f64 / FINE as f64, j as f64 + y as f64 / FINE as f64);
+        let fx = (mu(at_x) - mu(i as f64)) / (mu(i as f64 + 1.0) - mu(i as f64));
+        let fy = (r(at_y) - r(j as f64)) / (r(j as f64 + 1.0) - r(j as f64));
+        let t = |b: usize, a: usize| table[j + b][i + a][channel];
+        let value =
+            (1.0 - fy) * ((1.0 - fx) * t(0, 0) + fx * t(0, 1)) + fy * ((1.0 - fx) * t(1, 0) + fx * t(1, 1));
+        most = most.max(sign * (truth[j * FINE + y][i * FINE + x][channel] - value));
     }
-    lift
+    sign * most
 }
 
 fn print(table: &[Vec<[f64; 2]>]) {
     println!("//! Written by `examples/albedo_table.rs`; see there for what the numbers are. Do not edit.");
     println!();
-    println!("/// Nodes per axis: μ = (i/31)² along a row, roughness = j/31 down the rows.");
-    println!("pub(crate) const N: usize = {N};");
+    println!("/// Nodes along a row: μ = (i/63)⁴.");
+    println!("pub(crate) const NX: usize = {NX};");
+    println!("/// Rows: √α = r0 + (1 − r0)(j/31)², r0 = √1e-3.");
+    println!("pub(crate) const NY: usize = {NY};");
     println!();
     println!("/// (C, B): E = F0·C + (F90 − F0)·B.");
     println!("#[rustfmt::skip]");
-    println!("pub(crate) static TABLE: [[[f32; 2]; N]; N] = [");
+    println!("pub(crate) static TABLE: [[[f32; 2]; NX]; NY] = [");
     for row in table {
         println!("    [");
-        for chunk in row.chunks(6) {
+        for chunk in row.chunks(8) {
             let line: Vec<String> =
-                chunk.iter().map(|v| format!("[{:.6}, {:.6}],", up(v[0]), up(v[1]))).collect();
+                chunk.iter().map(|v| format!("[{:?}, {:?}],", v[0] as f32, v[1] as f32)).collect();
             println!("        {}", line.join(" "));
         }
         println!("    ],");
@@ -121,27 +139,22 @@ fn print(table: &[Vec<[f64; 2]>]) {
     println!("];");
     println!();
     println!(
-        "/// 2∫(C, B) μ dμ of the interpolant, per row: exact, so that the coat's complement is normalised exactly."
+        "/// 2∫(C, B) μ dμ of the interpolant, row by row: exact, so that the coat's complement is normalised exactly."
     );
     println!("#[rustfmt::skip]");
-    println!("pub(crate) static MEAN: [[f32; 2]; N] = [");
+    println!("pub(crate) static MEAN: [[f32; 2]; NY] = [");
     for row in table {
-        let mean = [0, 1].map(|channel| {
-            (0..N - 1)
-                .map(|i| {
-                    let (a, b) =
-                        (node(i as f64) * node(i as f64), node(i as f64 + 1.0) * node(i as f64 + 1.0));
-                    let (fa, fb) = (up(row[i][channel]), up(row[i + 1][channel]));
-                    (b - a) * (fa * (2.0 * a + b) + fb * (a + 2.0 * b)) / 3.0
-                })
-                .sum::<f64>()
-        });
-        println!("    [{:?}, {:?}],", mean[0] as f32, mean[1] as f32);
+        let mean = [0, 1].map(|channel| mean(row, channel) as f32);
+        println!("    [{:?}, {:?}],", mean[0], mean[1]);
     }
     println!("];");
 }
 
-/// Rounded up to six decimals, as printed.
-fn up(x: f64) -> f64 {
-    ((x * 1e6).ceil() / 1e6).min(1.0)
+/// 2∫ f μ dμ of the piecewise linear f.
+fn mean(row: &[[f64; 2]], channel: usize) -> f64 {
+    let piece = |i: usize| {
+        let (a, b) = (mu(i as f64), mu(i as f64 + 1.0));
+        (b - a) * (row[i][channel] * (2.0 * a + b) + row[i + 1][channel] * (a + 2.0 * b)) / 3.0
+    };
+    (0..NX - 1).map(piece).sum()
 }

@@ -1,19 +1,20 @@
 //! How much of the light a rough coat reflects in all directions together: the directional albedo of the GGX lobe, from
 //! a table.
 //!
-//! E(μ) = F0·C(μ,α) + (F90 − F0)·B(μ,α) for Schlick's Fresnel term. The table (see `examples/albedo_table.rs`) is bilinear
-//! in (μ, roughness) and lies everywhere at or above the truth: *approximation*, by at most the lift its generator
-//! prints. Its mean over the hemisphere is exact for the interpolant.
+//! E(μ) = F0·C(μ,α) + (F90 − F0)·B(μ,α) for Schlick's Fresnel term. Smooth surfaces: C = 1, B = (1 − μ)⁵. Rough ones: a
+//! table (see `examples/albedo_table.rs`), bilinear in μ and roughness, that lies everywhere at or above the truth —
+//! *approximation*, by at most 0.005 — and whose mean over the hemisphere is exact for the interpolant.
 
-use crate::albedo_table::{MEAN, N, TABLE};
+use crate::albedo_table::{MEAN, NX, NY, TABLE};
+use crate::fresnel::schlick_weight;
 use crate::microfacet::SMOOTH_ALPHA;
 
-/// A place between two rows of the table: one roughness.
+/// √1e-3, the roughness of the first row.
+const R0: f32 = 0.031_622_78;
+
+/// A place between two rows of the table: one roughness. `None`: smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    index: u32,
-    fraction: f32,
-}
+pub struct Row(Option<(u32, f32)>);
 
 /// The two parts of a directional albedo: E = F0·`c` + (F90 − F0)·`b`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,36 +25,54 @@ pub struct Split {
     pub b: f32,
 }
 
+impl Split {
+    /// F0·c + (F90 − F0)·b.
+    pub fn with(self, f0: f32, f90: f32) -> f32 {
+        f0 * self.c + (f90 - f0) * self.b
+    }
+}
+
 impl Row {
-    /// The row of one α; smooth surfaces have their own, exact one.
+    /// The row of one α.
     pub fn new(alpha: f32) -> Self {
         if alpha < SMOOTH_ALPHA {
-            return Self { index: 0, fraction: 0.0 };
+            return Self(None);
         }
-        let x = (alpha.sqrt() * (N - 1) as f32).clamp(1.0, (N - 1) as f32);
-        let index = (x as u32).min(N as u32 - 2);
-        Self { index, fraction: x - index as f32 }
+        let roughness = |y: f32| R0 + (1.0 - R0) * (y / (NY - 1) as f32) * (y / (NY - 1) as f32);
+        let r = alpha.min(1.0).sqrt();
+        let y = ((r - R0).max(0.0) / (1.0 - R0)).sqrt() * (NY - 1) as f32;
+        let j = (y as usize).min(NY - 2);
+        let (low, high) = (roughness(j as f32), roughness((j + 1) as f32));
+        Self(Some((j as u32, ((r - low) / (high - low)).clamp(0.0, 1.0))))
     }
 
     /// Albedo seen from cosine `mu` (0..1).
     pub fn at(self, mu: f32) -> Split {
+        let Some((j, fraction)) = self.0 else {
+            return Split { c: 1.0, b: schlick_weight(mu) };
+        };
         let mu = mu.clamp(0.0, 1.0);
-        let i = ((mu.sqrt() * (N - 1) as f32) as usize).min(N - 2);
-        let node = |i: usize| (i * i) as f32 * (1.0 / ((N - 1) * (N - 1)) as f32);
-        // Rounding may leave μ an ulp outside its cell; extrapolating by an ulp is harmless.
-        let x = (mu - node(i)) / (node(i + 1) - node(i));
-        let j = self.index as usize;
+        let i = ((mu.sqrt().sqrt() * (NX - 1) as f32) as usize).min(NX - 2);
+        let node = |i: usize| {
+            let x = i as f32 * (1.0 / (NX - 1) as f32);
+            (x * x) * (x * x)
+        };
+        let x = ((mu - node(i)) / (node(i + 1) - node(i))).clamp(0.0, 1.0);
+        let (low, high) = (&TABLE[j as usize], &TABLE[j as usize + 1]);
         let part = |k: usize| {
-            let row = |j: usize| TABLE[j][i][k] + x * (TABLE[j][i + 1][k] - TABLE[j][i][k]);
-            row(j) + self.fraction * (row(j + 1) - row(j))
+            let along = |row: &[[f32; 2]; NX]| row[i][k] + x * (row[i + 1][k] - row[i][k]);
+            along(low) + fraction * (along(high) - along(low))
         };
         Split { c: part(0), b: part(1) }
     }
 
-    /// 2∫₀¹ E(μ) μ dμ of the interpolant.
+    /// 2∫₀¹ E(μ) μ dμ of the interpolant; 1 and 1/21 when smooth.
     pub fn mean(self) -> Split {
-        let j = self.index as usize;
-        let part = |k: usize| MEAN[j][k] + self.fraction * (MEAN[j + 1][k] - MEAN[j][k]);
+        let Some((j, fraction)) = self.0 else {
+            return Split { c: 1.0, b: 1.0 / 21.0 };
+        };
+        let j = j as usize;
+        let part = |k: usize| MEAN[j][k] + fraction * (MEAN[j + 1][k] - MEAN[j][k]);
         Split { c: part(0), b: part(1) }
     }
 }

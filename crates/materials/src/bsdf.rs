@@ -77,15 +77,14 @@ impl Bsdf {
     pub fn new(material: &Material, wo: Vec3) -> Self {
         let side = if wo.z < 0.0 { -1.0 } else { 1.0 };
         let wo = Vec3::new(wo.x, wo.y, wo.z * side);
-        let (live, body) = if wo.z == 0.0 || wo.is_nan() {
-            (Lobes::NONE, Body::Nothing)
+        let body = if wo.z == 0.0 || wo.is_nan() {
+            Body::Nothing
         } else if let Some(mirror) = &material.mirror {
-            mirror_body(mirror, wo)
+            Body::mirror(mirror, wo)
         } else {
-            let layers = Layers::new(material, wo, side);
-            (layers.live(), Body::Layers(layers))
+            Body::Layers(Layers::new(material, wo, side))
         };
-        Self { wo, side, live, body }
+        Self { wo, side, live: body.live(), body }
     }
 
     /// BSDF value without cosine (1/sr), delta lobes excluded; zero for directions in the surface.
@@ -150,17 +149,48 @@ impl Bsdf {
         }
     }
 
+    /// The ideal limit of the rough lobes asked for: reflection and refraction at a smooth surface with F at the
+    /// macroscopic angle, a mirror without blur. What a ray tracer without that integral shows.
+    pub fn sharp(mut self, lobes: Lobes) -> Self {
+        match &mut self.body {
+            Body::Mirror { blur, .. } if lobes.contains(Lobe::Mirror) => *blur = None,
+            Body::Layers(layers) => {
+                if lobes.contains(Lobe::GlossyReflection) {
+                    layers.rough = None;
+                }
+                if let (Some(transmission), true) =
+                    (&mut layers.transmission, lobes.contains(Lobe::GlossyTransmission))
+                {
+                    transmission.rough = None;
+                }
+            }
+            _ => {}
+        }
+        self.live = self.body.live();
+        self
+    }
+
     /// To and from the frame in which `wo` is above the surface.
     fn turn(&self, w: Vec3) -> Vec3 {
         Vec3::new(w.x, w.y, w.z * self.side)
     }
 }
 
-fn mirror_body(mirror: &Mirror, wo: Vec3) -> (Lobes, Body) {
-    let kr = mirror.kr.max(Vec3::ZERO);
-    let blur = (mirror.blur >= SHARP_BLUR).then(|| SquareBlur::new(wo, mirror.blur));
-    let lobe = if blur.is_some() { Lobe::Mirror } else { Lobe::DeltaReflection };
-    (Lobes::of(lobe), Body::Mirror { kr, blur })
+impl Body {
+    fn mirror(mirror: &Mirror, wo: Vec3) -> Self {
+        let blur = (mirror.blur >= SHARP_BLUR).then(|| SquareBlur::new(wo, mirror.blur));
+        Self::Mirror { kr: mirror.kr.max(Vec3::ZERO), blur }
+    }
+
+    fn live(&self) -> Lobes {
+        match self {
+            Self::Nothing => Lobes::NONE,
+            Self::Mirror { kr, .. } if *kr == Vec3::ZERO => Lobes::NONE,
+            Self::Mirror { blur: Some(_), .. } => Lobes::of(Lobe::Mirror),
+            Self::Mirror { blur: None, .. } => Lobes::of(Lobe::DeltaReflection),
+            Self::Layers(layers) => layers.live(),
+        }
+    }
 }
 
 fn sample_mirror(wo: Vec3, kr: Vec3, blur: Option<&SquareBlur>, u: Vec2) -> Option<BsdfSample> {
@@ -181,33 +211,27 @@ impl Layers {
     /// glTF's mix: metallic·metal + (1 − metallic)·(coat over mix(diffuse, clear, transmission)).
     fn new(material: &Material, wo: Vec3, side: f32) -> Self {
         let alpha = unit(material.roughness) * unit(material.roughness);
-        let ggx = Ggx::isotropic(alpha);
         let base = material.base_color.max(Vec3::ZERO);
         let metal = unit(material.metallic);
         let clear_share = (1.0 - metal) * unit(material.transmission);
         let opaque_share = (1.0 - metal) * (1.0 - unit(material.transmission));
         let coat = dielectric_schlick(material);
 
-        let diffuse = diffuse_layer(base * opaque_share, &coat, alpha, wo.z);
+        let diffuse = diffuse_layer(base * opaque_share, &coat, Row::new(alpha), wo.z);
         let clear = (clear_share > 0.0).then(|| clear_layer(material, coat, side));
         let opaque =
             Schlick { f0: base * metal + coat.f0 * opaque_share, f90: metal + coat.f90 * opaque_share };
-        let reflection = Fresnel { opaque, clear: clear.map(|clear| (clear, clear_share)) };
-        let reflects =
-            opaque.f90 > 0.0 || opaque.f0 != Vec3::ZERO || clear.is_some_and(|clear| clear.reflects());
-        let rough = ggx.map(|ggx| Rough::new(ggx, wo));
-        let transmission = clear.map(|clear| Transmission {
+        let reflects = opaque.f90 > 0.0 || clear.is_some_and(|clear| clear.reflects());
+        let reflection =
+            reflects.then_some(Fresnel { opaque, clear: clear.map(|clear| (clear, clear_share)) });
+        let rough =
+            Ggx::isotropic(alpha).filter(|_| reflects || clear.is_some()).map(|ggx| Rough::new(ggx, wo));
+        let transmission = clear.filter(|_| base != Vec3::ZERO).map(|clear| Transmission {
             tint: base * clear_share,
             clear,
             rough: rough.filter(|_| clear.thin || !clear.goes_straight()),
         });
-        let mut layers = Self {
-            diffuse,
-            reflection: reflects.then_some(reflection),
-            transmission: transmission.filter(|t| t.tint != Vec3::ZERO),
-            rough,
-            odds: [1.0; 3],
-        };
+        let mut layers = Self { diffuse, reflection, transmission, rough, odds: [1.0; 3] };
         if layers.live().0.count_ones() > 1 {
             layers.odds = layers.odds(wo.z);
         }
@@ -232,17 +256,14 @@ impl Layers {
         self.slots().into_iter().flatten().fold(Lobes::NONE, Lobes::with)
     }
 
-    fn row(&self) -> Row {
-        Row::new(self.rough.map_or(0.0, |rough| rough.ggx.ax))
-    }
-
     /// Directional albedo of each layer.
     fn albedos(&self, mu: f32) -> [Vec3; 3] {
-        let row = self.row();
+        let alpha = self.rough.map_or(0.0, |rough| rough.ggx.ax);
+        let split = Row::new(alpha).at(mu);
         [
             self.diffuse.map_or(Vec3::ZERO, |d| d.albedo()),
-            self.reflection.map_or(Vec3::ZERO, |r| r.albedo(row, mu)),
-            self.transmission.map_or(Vec3::ZERO, |t| t.albedo(row.at(mu).c, mu)),
+            self.reflection.map_or(Vec3::ZERO, |r| r.albedo(split, alpha, mu)),
+            self.transmission.map_or(Vec3::ZERO, |t| t.albedo(split, alpha, mu)),
         ]
     }
 
@@ -365,13 +386,13 @@ fn dielectric_schlick(material: &Material) -> Schlick {
 }
 
 /// Lambert under the opaque dielectric's coat; bare when there is no coat.
-fn diffuse_layer(rho: Vec3, coat: &Schlick, alpha: f32, mu: f32) -> Option<Diffuse> {
+fn diffuse_layer(rho: Vec3, coat: &Schlick, row: Row, mu: f32) -> Option<Diffuse> {
     if rho == Vec3::ZERO {
         None
     } else if coat.f90 == 0.0 {
         Some(Diffuse::bare(rho))
     } else {
-        Diffuse::coated(rho, Row::new(alpha), coat.f0.max_element(), coat.f90, mu)
+        Diffuse::coated(rho, row, coat.f0.max_element(), coat.f90, mu)
     }
 }
 

@@ -38,8 +38,7 @@ impl Diffuse {
 
     /// Under a Schlick coat; `None` when the coat lets nothing through. `mu` = cosine of wo.
     pub fn coated(rho: Vec3, row: Row, f0: f32, f90: f32, mu: f32) -> Option<Self> {
-        let mean = row.mean();
-        let through = 1.0 - (f0 * mean.c + (f90 - f0) * mean.b);
+        let through = 1.0 - row.mean().with(f0, f90);
         if through < SEALED {
             return None;
         }
@@ -72,7 +71,6 @@ impl Diffuse {
 impl Coat {
     /// 1 − E(μ).
     fn through(&self, mu: f32) -> f32 {
-        let e = self.row.at(mu);
-        (1.0 - (self.f0 * e.c + (self.f90 - self.f0) * e.b)).max(0.0)
+        (1.0 - self.row.at(mu).with(self.f0, self.f90)).max(0.0)
     }
 }

@@ -106,6 +106,19 @@ impl Clear {
         if self.thin { f * 2.0 / (f + Vec3::ONE) } else { f }
     }
 
+    /// Mean reflectance over the facets of a rough surface. *Approximation*, good enough to choose lobes by: three facets,
+    /// the macroscopic one and two tilted by α to and fro, which matters where total reflection sets in.
+    pub fn mean_reflectance(&self, alpha: f32, mu: f32) -> Vec3 {
+        let here = self.reflectance(mu);
+        if alpha == 0.0 {
+            return here;
+        }
+        let tilt = alpha * (1.0 - mu * mu).max(0.0).sqrt();
+        let scale = 1.0 / (1.0 + alpha * alpha).sqrt();
+        let facet = |c: f32| self.reflectance((c * scale).clamp(0.0, 1.0));
+        (here + facet(mu + tilt) + facet((mu - tilt).abs())) * (1.0 / 3.0)
+    }
+
     /// What goes through: 1 − the largest channel of the reflectance, grey as `KHR_materials_specular` asks, so that a
     /// tinted reflection does not tint what is behind with the opposite colour.
     pub fn transmittance(&self, c: f32) -> f32 {

@@ -4,7 +4,7 @@
 //! f = F(wo·m) D(m) G2(wo,wi) / (4 wo.z wi.z), m = normalise(wo + wi) [Walter 2007, eq. 20]; single scattering only (what
 //! bounces twice between facets is lost: the energy column of SCIENCE C01).
 
-use crate::albedo::Row;
+use crate::albedo::Split;
 use crate::fresnel::{Clear, Schlick};
 use crate::microfacet::{Ggx, reflect};
 use glam::{Vec2, Vec3};
@@ -28,14 +28,12 @@ impl Fresnel {
         }
     }
 
-    /// Directional albedo of the lobe. *Approximation*: clear matter takes F at the macroscopic angle; good enough to choose
-    /// lobes by.
-    pub fn albedo(&self, row: Row, mu: f32) -> Vec3 {
-        let e = row.at(mu);
-        let opaque = self.opaque.f0 * e.c + (Vec3::splat(self.opaque.f90) - self.opaque.f0) * e.b;
+    /// Directional albedo of the lobe. *Approximation* for clear matter (see [`Clear::mean_reflectance`]).
+    pub fn albedo(&self, split: Split, alpha: f32, mu: f32) -> Vec3 {
+        let opaque = self.opaque.f0 * split.c + (Vec3::splat(self.opaque.f90) - self.opaque.f0) * split.b;
         match &self.clear {
             None => opaque,
-            Some((clear, share)) => opaque + clear.reflectance(mu) * (*share * e.c),
+            Some((clear, share)) => opaque + clear.mean_reflectance(alpha, mu) * (*share * split.c),
         }
     }
 }

@@ -7,6 +7,7 @@
 //!
 //! Shadowing takes 1/(1 + Λ(wo) + Λ(wi)) for transmission as for reflection, as pbrt does: R + T ≤ 1 holds facet by facet.
 
+use crate::albedo::Split;
 use crate::fresnel::{Clear, refract};
 use crate::microfacet::Ggx;
 use crate::reflection::Rough;
@@ -83,8 +84,8 @@ impl Transmission {
         if self.clear.goes_straight() { 1.0 } else { self.clear.eta * self.clear.eta }
     }
 
-    /// Directional albedo, without the factor 1/η². *Approximation*: F at the macroscopic angle.
-    pub fn albedo(&self, c: f32, mu: f32) -> Vec3 {
-        self.tint * (self.clear.transmittance(mu) * c)
+    /// Directional albedo, without the factor 1/η². *Approximation* (see [`Clear::mean_reflectance`]).
+    pub fn albedo(&self, split: Split, alpha: f32, mu: f32) -> Vec3 {
+        self.tint * ((1.0 - self.clear.mean_reflectance(alpha, mu).max_element()) * split.c)
     }
 }
