@@ -1,4 +1,10 @@
 //! What a ray hits, and what is there.
+//!
+//! Two queries, [`World::closest`] and [`World::blocked`], return ids and barycentrics; positions, normals and
+//! attributes are asked for later, only where they are needed. There is no epsilon: hit points carry the bound of
+//! their own rounding error, and rays start outside it.
+#![deny(unsafe_code)]
+
 pub mod bvh;
 pub mod frame;
 pub mod hit;
@@ -8,9 +14,14 @@ pub mod ray;
 pub mod shapes;
 pub mod surface;
 pub mod world;
+
 pub use frame::Frame;
 pub use hit::Hit;
 pub use mesh::Mesh;
 pub use ray::Ray;
 pub use surface::Surface;
 pub use world::{Filter, Opaque, World, WorldBuilder};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
