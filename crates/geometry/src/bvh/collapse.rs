@@ -27,8 +27,29 @@ pub(super) fn build(triangles: &[[Vec3; 3]]) -> (Vec<Node>, Vec<Block>, u32, usi
         return (Vec::new(), blocks, root, 8);
     }
     let boxes = padded_boxes(&ids, triangles);
-    let binary = binary_tree(&boxes);
-    Collapse::new(&binary).emit(&ids, triangles)
+    let groups = groups(&boxes);
+    let hulls: Vec<Aabb> = groups.iter().map(|g| union(g, &boxes)).collect();
+    let binary = binary_tree(&hulls);
+    Collapse::new(&binary, &groups).emit(&ids, &boxes, triangles)
+}
+
+/// Boxes that share their centre, the smallest first. The binary builder cannot tell them apart and would make a chain
+/// of them, in quadratic time.
+fn groups(boxes: &[Aabb]) -> Vec<Vec<u32>> {
+    let key = |i: u32| boxes[i as usize].center().to_array().map(f32::to_bits);
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    order.sort_by(|&a, &b| {
+        let area = |i: u32| boxes[i as usize].half_area();
+        key(a).cmp(&key(b)).then(area(a).total_cmp(&area(b))).then(a.cmp(&b))
+    });
+    let mut groups: Vec<Vec<u32>> = order.chunk_by(|&a, &b| key(a) == key(b)).map(<[u32]>::to_vec).collect();
+    // Back to the order given, which often is already coherent.
+    groups.sort_by_key(|g| g.iter().min().copied());
+    groups
+}
+
+fn union(members: &[u32], boxes: &[Aabb]) -> Aabb {
+    members.iter().fold(Aabb::INVALID, |hull, &i| hull.union(&boxes[i as usize]))
 }
 
 fn padded_boxes(ids: &[u32], triangles: &[[Vec3; 3]]) -> Vec<Aabb> {
@@ -75,6 +96,7 @@ enum Way {
 
 struct Collapse<'a> {
     tree: &'a Bvh2,
+    groups: &'a [Vec<u32>],
     cost: Vec<[f32; 7]>,
     way: Vec<[Way; 7]>,
     /// How the node itself splits when it becomes a wide node with 8 slots.
@@ -83,10 +105,11 @@ struct Collapse<'a> {
 }
 
 impl<'a> Collapse<'a> {
-    fn new(tree: &'a Bvh2) -> Self {
+    fn new(tree: &'a Bvh2, groups: &'a [Vec<u32>]) -> Self {
         let n = tree.nodes.len();
         let mut this = Self {
             tree,
+            groups,
             cost: vec![[0.0; 7]; n],
             way: vec![[Way::Fewer; 7]; n],
             inner_split: vec![1; n],
@@ -102,7 +125,8 @@ impl<'a> Collapse<'a> {
         let binary = &self.tree.nodes[node];
         let area = binary.aabb().half_area();
         if binary.is_leaf() {
-            self.cost[node] = [area * LEAF_COST; 7];
+            self.count[node] = self.group(node).len() as u32;
+            self.cost[node] = [area * LEAF_COST * self.count[node].div_ceil(LEAF_SIZE) as f32; 7];
             self.way[node][0] = Way::Leaf;
             return;
         }
@@ -134,26 +158,37 @@ impl<'a> Collapse<'a> {
         best
     }
 
-    fn emit(&self, ids: &[u32], triangles: &[[Vec3; 3]]) -> (Vec<Node>, Vec<Block>, u32, usize) {
-        let (mut nodes, mut blocks) = (vec![Node::NONE], Vec::new());
+    fn group(&self, leaf: usize) -> &[u32] {
+        let first = self.tree.nodes[leaf].first_index as usize;
+        &self.groups[self.tree.primitive_indices[first] as usize]
+    }
+
+    fn emit(
+        &self,
+        ids: &[u32],
+        boxes: &[Aabb],
+        triangles: &[[Vec3; 3]],
+    ) -> (Vec<Node>, Vec<Block>, u32, usize) {
+        let mut out = Wide { nodes: vec![Node::NONE], blocks: Vec::new(), depth: 1 };
+        if self.tree.nodes[0].is_leaf() {
+            let root = out.pack(&self.members(0), ids, boxes, triangles, 0).0;
+            return (out.nodes, out.blocks, root, 7 * out.depth + 8);
+        }
         let mut work = vec![(0usize, 0usize, 1usize)];
-        let mut depth = 1;
         while let Some((slot, binary, level)) = work.pop() {
-            depth = depth.max(level);
+            out.depth = out.depth.max(level);
             for (i, (child, is_leaf)) in self.children(binary).into_iter().enumerate() {
-                let aabb = self.tree.nodes[child].aabb();
-                let reference = if is_leaf {
-                    blocks.push(Block::new(&self.primitives(child, ids), triangles));
-                    LEAF | (blocks.len() as u32 - 1)
+                let (reference, hull) = if is_leaf {
+                    out.pack(&self.members(child), ids, boxes, triangles, level)
                 } else {
-                    nodes.push(Node::NONE);
-                    work.push((nodes.len() - 1, child, level + 1));
-                    nodes.len() as u32 - 1
+                    out.nodes.push(Node::NONE);
+                    work.push((out.nodes.len() - 1, child, level + 1));
+                    (out.nodes.len() as u32 - 1, *self.tree.nodes[child].aabb())
                 };
-                nodes[slot].set(i, Vec3::from(aabb.min), Vec3::from(aabb.max), reference);
+                out.nodes[slot].set(i, Vec3::from(hull.min), Vec3::from(hull.max), reference);
             }
         }
-        (nodes, blocks, 0, 7 * depth + 8)
+        (out.nodes, out.blocks, 0, 7 * out.depth + 8)
     }
 
     /// The binary nodes that become children of wide node `binary`, and whether each is a leaf.
@@ -177,18 +212,62 @@ impl<'a> Collapse<'a> {
         found
     }
 
-    fn primitives(&self, node: usize, ids: &[u32]) -> Vec<u32> {
+    /// Boxes under a binary node.
+    fn members(&self, node: usize) -> Vec<u32> {
         let (mut open, mut found) = (vec![node], Vec::with_capacity(8));
         while let Some(node) = open.pop() {
             let binary = &self.tree.nodes[node];
             if binary.is_leaf() {
-                found.push(ids[self.tree.primitive_indices[binary.first_index as usize] as usize]);
+                found.extend_from_slice(self.group(node));
             } else {
                 open.extend([binary.first_index as usize + 1, binary.first_index as usize]);
             }
         }
-        found.sort_unstable();
         found
+    }
+}
+
+/// The wide tree as it grows.
+struct Wide {
+    nodes: Vec<Node>,
+    blocks: Vec<Block>,
+    depth: usize,
+}
+
+impl Wide {
+    /// One block, or a balanced tree of blocks over boxes that cannot be told apart; its reference and its box.
+    fn pack(
+        &mut self,
+        members: &[u32],
+        ids: &[u32],
+        boxes: &[Aabb],
+        triangles: &[[Vec3; 3]],
+        level: usize,
+    ) -> (u32, Aabb) {
+        let mut row: Vec<(u32, Aabb)> = Vec::new();
+        for chunk in members.chunks(LEAF_SIZE as usize) {
+            let mut lanes: Vec<u32> = chunk.iter().map(|&i| ids[i as usize]).collect();
+            lanes.sort_unstable();
+            self.blocks.push(Block::new(&lanes, triangles));
+            row.push((LEAF | (self.blocks.len() as u32 - 1), union(chunk, boxes)));
+        }
+        let mut depth = level;
+        while row.len() > 1 {
+            depth += 1;
+            row = row.chunks(8).map(|children| self.join(children)).collect();
+        }
+        self.depth = self.depth.max(depth + 1);
+        row[0]
+    }
+
+    fn join(&mut self, children: &[(u32, Aabb)]) -> (u32, Aabb) {
+        let mut node = Node::NONE;
+        for (i, (reference, hull)) in children.iter().enumerate() {
+            node.set(i, Vec3::from(hull.min), Vec3::from(hull.max), *reference);
+        }
+        self.nodes.push(node);
+        let hull = children.iter().fold(Aabb::INVALID, |hull, c| hull.union(&c.1));
+        (self.nodes.len() as u32 - 1, hull)
     }
 }
 
