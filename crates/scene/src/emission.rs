@@ -1,1 +1,233 @@
 //! Which surfaces emit, and how much.
+//!
+//! Radiance = emissiveFactor × strength × texture, from the front side, from both if double-sided. Every emitting
+//! triangle, sphere and disk is an area light of its own; two neighbouring triangles that make up a parallelogram of
+//! constant radiance are one quad. The light carries the mean radiance of its surface, by which it is chosen; what a
+//! sampled point really sends is looked up there (`Scene::light_radiance`).
+//!
+//! Shadeless (unlit) surfaces are no lights: they are found by chance only.
+use crate::{AlphaMode, TexturedMaterial};
+use dapple_geometry::{Hit, World};
+use dapple_imaging::Texture;
+use dapple_lights::{Area, AreaShape, Light};
+use glam::{DVec3, Vec3};
+
+/// No light.
+pub(crate) const DARK: u32 = u32::MAX;
+
+/// What an object looks like to a light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Form {
+    Triangles(usize),
+    Sphere { centre: Vec3, radius: f32 },
+    Disk { centre: Vec3, normal: Vec3, radius: f32 },
+}
+
+impl Form {
+    /// How many values `Hit::primitive` can take.
+    pub fn primitives(&self) -> usize {
+        if let Self::Triangles(count) = self { *count } else { 1 }
+    }
+}
+
+/// The area lights of a scene and the way back from a surface to them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct AreaLights {
+    pub lights: Vec<Light>,
+    /// Object and first primitive of each light.
+    pub sources: Vec<(u32, u32)>,
+    /// Per object: where its primitives start in `of_primitive`; `DARK` for objects that emit nothing.
+    starts: Vec<u32>,
+    of_primitive: Vec<u32>,
+}
+
+/// What the emission of an object depends on.
+pub(crate) struct Emitter<'a> {
+    pub world: &'a World,
+    pub textures: &'a [Texture],
+    pub material: &'a TexturedMaterial,
+}
+
+impl Emitter<'_> {
+    /// Radiance × opacity is the same everywhere on the surface.
+    pub fn is_constant(&self) -> bool {
+        let m = self.material;
+        m.emissive_texture.is_none() && m.alpha_mode == AlphaMode::Opaque
+    }
+
+    /// Mean radiance × opacity at a place: what a ray that is not stopped by the surface's own holes meets.
+    pub fn radiance(&self, hit: &Hit) -> Vec3 {
+        self.material.radiance(self.world, self.textures, hit)
+            * self.material.opacity(self.world, self.textures, hit)
+    }
+
+    /// Mean over a triangle at the centroids of `cells`² equal parts. *Approximation* for textures finer than the
+    /// cells: the light is chosen more or less often than its power asks; its light is exact either way.
+    fn mean(&self, object: u32, primitive: u32, cells: u32) -> Vec3 {
+        if self.is_constant() {
+            return self.material.emission;
+        }
+        let mut sum = DVec3::ZERO;
+        for (u, v) in centroids(cells) {
+            sum += self.radiance(&Hit { t: 0.0, u, v, primitive, object }).as_dvec3();
+        }
+        (sum / f64::from(cells * cells)).as_vec3()
+    }
+}
+
+/// Barycentrics of the centroids of the n² congruent parts of a triangle.
+fn centroids(n: u32) -> impl Iterator<Item = (f32, f32)> {
+    let at = move |i: u32, third: f32| (i as f32 + third / 3.0) / n as f32;
+    (0..n).flat_map(move |i| {
+        (0..n - i).flat_map(move |j| {
+            let upright = (at(i, 1.0), at(j, 1.0));
+            let inverted = (i + j + 1 < n).then(|| (at(i, 2.0), at(j, 2.0)));
+            std::iter::once(upright).chain(inverted)
+        })
+    })
+}
+
+impl AreaLights {
+    /// Adds the lights of the next object (objects come in order); `object` is its index.
+    pub fn add(&mut self, emitter: &Emitter<'_>, object: u32, form: Form) {
+        let material = emitter.material;
+        if material.unlit || material.emission == Vec3::ZERO {
+            return self.starts.push(DARK);
+        }
+        let before = self.lights.len();
+        let start = self.of_primitive.len() as u32;
+        match form {
+            Form::Triangles(count) => self.triangles(emitter, object, count),
+            Form::Sphere { centre, radius } => {
+                self.shape(emitter, object, AreaShape::Sphere { centre, radius });
+            }
+            Form::Disk { centre, normal, radius } => {
+                self.shape(emitter, object, AreaShape::Disk { centre, normal, radius });
+            }
+        }
+        let dark = self.lights.len() == before;
+        self.starts.push(if dark { DARK } else { start });
+    }
+
+    /// The light a surface point belongs to.
+    pub fn of(&self, hit: &Hit) -> Option<u32> {
+        let start = self.starts[hit.object as usize];
+        let light = if start == DARK { DARK } else { self.of_primitive[(start + hit.primitive) as usize] };
+        (light != DARK).then_some(light)
+    }
+
+    /// First light of an object, `DARK` without any.
+    pub fn first(&self, object: u32, primitives: usize) -> u32 {
+        match self.starts[object as usize] {
+            DARK => DARK,
+            start => *self.of_primitive[start as usize..][..primitives].iter().min().unwrap_or(&DARK),
+        }
+    }
+
+    pub fn memory_bytes(&self) -> usize {
+        self.lights.capacity() * size_of::<Light>()
+            + self.sources.capacity() * size_of::<(u32, u32)>()
+            + (self.starts.capacity() + self.of_primitive.capacity()) * 4
+    }
+
+    fn shape(&mut self, emitter: &Emitter<'_>, object: u32, shape: AreaShape) {
+        let radiance = emitter.radiance(&Hit { t: 0.0, u: 0.0, v: 0.0, primitive: 0, object });
+        let light = self.push(emitter, object, 0, shape, radiance);
+        self.of_primitive.push(light);
+    }
+
+    fn triangles(&mut self, emitter: &Emitter<'_>, object: u32, count: usize) {
+        // A few million lookups in all, whatever the size of the mesh.
+        let cells = libm::sqrt(4e6 / count.max(1) as f64).clamp(2.0, 64.0) as u32;
+        let mut primitive = 0;
+        while (primitive as usize) < count {
+            let corners = emitter.world.corners(object, primitive);
+            let mean = emitter.mean(object, primitive, cells);
+            let pair = (emitter.is_constant() && primitive as usize + 1 < count)
+                .then(|| parallelogram(corners, emitter.world.corners(object, primitive + 1)))
+                .flatten();
+            let light =
+                self.push(emitter, object, primitive, pair.unwrap_or(AreaShape::Triangle(corners)), mean);
+            let covered = if pair.is_some() { 2 } else { 1 };
+            self.of_primitive.extend((0..covered).map(|_| light));
+            primitive += covered;
+        }
+    }
+
+    fn push(
+        &mut self,
+        emitter: &Emitter<'_>,
+        object: u32,
+        primitive: u32,
+        shape: AreaShape,
+        radiance: Vec3,
+    ) -> u32 {
+        if radiance == Vec3::ZERO {
+            return DARK;
+        }
+        let two_sided = emitter.material.double_sided;
+        self.lights.push(Light::Area(Area { shape, radiance, two_sided }));
+        self.sources.push((object, primitive));
+        self.lights.len() as u32 - 1
+    }
+}
+
+/// The parallelogram that two triangles of the same front side make up across a shared edge. The corners may miss it
+/// by their own rounding, no more.
+fn parallelogram(a: [Vec3; 3], b: [Vec3; 3]) -> Option<AreaShape> {
+    for i in 0..3 {
+        let (corner, next, before) = (a[i], a[(i + 1) % 3], a[(i + 2) % 3]);
+        // `next`–`before` is the candidate for the shared edge; b has it in the opposite sense.
+        for j in 0..3 {
+            if b[j] == before && b[(j + 1) % 3] == next {
+                let (e1, e2) = (next - corner, before - corner);
+                let far = b[(j + 2) % 3];
+                let miss = ((far - next) - e2).abs().max_element();
+                let size = [corner, next, before, far].map(|p| p.abs().max_element());
+                let rounding = size.into_iter().fold(0.0, f32::max) * (4.0 * f32::EPSILON);
+                let small = 1e-3 * e1.abs().max_element().min(e2.abs().max_element());
+                return (miss <= rounding && miss <= small).then_some(AreaShape::Quad { corner, e1, e2 });
+            }
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn centroids_tile_the_triangle() {
+        for n in [1, 2, 5, 16] {
+            let all: Vec<_> = centroids(n).collect();
+            assert_eq!(all.len() as u32, n * n);
+            assert!(all.iter().all(|&(u, v)| u > 0.0 && v > 0.0 && u + v < 1.0));
+            let mean = all.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
+            let k = (n * n) as f32 / 3.0;
+            assert!((mean.0 / k - 1.0).abs() < 1e-5 && (mean.1 / k - 1.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_split_square_is_one_quad_whatever_the_corner_order() {
+        let p = [Vec3::ZERO, Vec3::X, Vec3::new(1.2, 1.0, 0.0), Vec3::new(0.2, 1.0, 0.0)];
+        let rotate = |t: [Vec3; 3], k: usize| [t[k % 3], t[(k + 1) % 3], t[(k + 2) % 3]];
+        for k in 0..9 {
+            let quad = parallelogram(rotate([p[0], p[1], p[2]], k % 3), rotate([p[0], p[2], p[3]], k / 3));
+            let Some(AreaShape::Quad { corner, e1, e2 }) = quad else { panic!("{k}") };
+            assert_eq!(corner, p[1], "the corner opposite the shared edge");
+            assert!(e1.cross(e2).z > 0.0, "same front side");
+            assert!(((corner + e1 + e2) - p[3]).length() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn other_pairs_are_left_alone() {
+        let p = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.0, 1.01, 0.0)];
+        assert!(parallelogram([p[0], p[1], p[2]], [p[0], p[2], p[3]]).is_none(), "not quite");
+        assert!(parallelogram([p[0], p[1], p[2]], [p[2], p[0], Vec3::Y]).is_none(), "opposite fronts");
+        let bent = Vec3::new(0.0, 1.0, 0.1);
+        assert!(parallelogram([p[0], p[1], p[2]], [p[0], p[2], bent]).is_none(), "not flat");
+    }
+}

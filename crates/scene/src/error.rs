@@ -1,9 +1,85 @@
-//! What can be wrong with a scene; each error names file, object and remedy.
+//! What can be wrong with a scene. Every message is one line that names the file (or the scene built in code), the
+//! thing in it, and what to do.
+use std::path::PathBuf;
+
+/// Why there is no scene.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    #[error("stub")]
-    Stub,
+    /// The file, or a file it refers to, cannot be read.
+    #[error("{}: cannot read {what}: {source}", file.display())]
+    Io {
+        /// The scene's file.
+        file: PathBuf,
+        /// What was being read.
+        what: String,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// Not glTF, or cut short.
+    #[error("{}: not a readable glTF 2.0 file: {what}", file.display())]
+    Malformed {
+        /// The scene's file.
+        file: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+    /// Something in the file contradicts itself or the format.
+    #[error("{file}: {place}: {what}")]
+    Invalid {
+        /// File or scene name.
+        file: String,
+        /// The thing that is wrong, by kind, index and name.
+        place: String,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The file cannot be shown as meant without an extension that dapple does not have.
+    #[error(
+        "{}: needs the glTF extension {extension}, which dapple does not support; export the scene without it",
+        file.display()
+    )]
+    Extension {
+        /// The scene's file.
+        file: PathBuf,
+        /// The extension's name.
+        extension: String,
+    },
+    /// A reference that leaves the scene's folder.
+    #[error("{}: {place} refers to '{uri}': {what}", file.display())]
+    Path {
+        /// The scene's file.
+        file: PathBuf,
+        /// What refers.
+        place: String,
+        /// Where to.
+        uri: String,
+        /// Why not.
+        what: String,
+    },
+    /// A texture that cannot be decoded.
+    #[error("{}: {place}: {source}", file.display())]
+    Image {
+        /// The scene's file.
+        file: PathBuf,
+        /// The image.
+        place: String,
+        /// The decoder's answer.
+        source: dapple_imaging::ImageError,
+    },
 }
+
+impl SceneError {
+    pub(crate) fn invalid(file: &str, place: impl Into<String>, what: impl Into<String>) -> Self {
+        Self::Invalid { file: file.to_owned(), place: place.into(), what: what.into() }
+    }
+}
+
 /// Something that will look different from what the file says; rendering goes on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning(pub String);
+
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}

@@ -1,17 +1,30 @@
 //! One checked picture: geometry, materials, lights and cameras, read from glTF or built in code.
+//!
+//! A [`SceneBuilder`] takes things in world space (f64, the file's units, metres in glTF); [`SceneBuilder::build`]
+//! checks them, moves them to render space ([`space`]) and gives a [`Scene`], which is all a tracer reads. Nothing
+//! here draws a random number or knows how light is transported.
+#![forbid(unsafe_code)]
+mod bake;
 pub mod builder;
 pub mod builtin;
-pub mod emission;
+mod emission;
 pub mod error;
+mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
 pub mod material;
+mod punctual;
 pub mod scene;
 pub mod space;
 pub mod survey;
-pub use builder::SceneBuilder;
+mod tangent;
+pub use builder::{CameraPose, SceneBuilder};
 pub use error::{SceneError, Warning};
-pub use material::{AlphaMode, TexturedMaterial};
+pub use material::{AlphaMode, TextureUse, TexturedMaterial};
 pub use scene::{NamedCamera, Object, Scene, Shading};
-pub use space::Space;
+pub use space::{Placement, Space};
 pub use survey::Survey;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

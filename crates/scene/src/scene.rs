@@ -1,80 +1,182 @@
-//! The checked scene: everything a tracer reads. Render space throughout (see `space`).
-use crate::{Space, Survey, TexturedMaterial, Warning};
+//! The checked scene: everything a tracer reads. Render space throughout (see [`crate::space`]).
+use crate::{
+    AlphaMode, Space, Survey, TexturedMaterial, Warning,
+    emission::{AreaLights, Emitter},
+};
 use dapple_camera::Camera;
 use dapple_geometry::{Frame, Hit, Surface, World};
 use dapple_imaging::Texture;
 use dapple_lights::{Light, LightChoice, LightPoint};
 use dapple_materials::Material;
 use glam::Vec3;
+
 /// Names for reports and ids for AOVs; index = world object index.
 #[derive(Clone, Debug)]
 pub struct Object {
+    /// The file's name for it.
     pub name: String,
+    /// Index into the scene's materials.
     pub material: u32,
-    /** first area light of this object's triangles, u32::MAX = emits nothing */
+    /// First area light of this object's surface; `u32::MAX` = emits nothing.
     pub first_light: u32,
 }
+
+/// A camera and the name to ask for it by.
 #[derive(Clone, Debug)]
 pub struct NamedCamera {
+    /// The file's name for it.
     pub name: String,
+    /// In render space.
     pub camera: Camera,
-    /** width / height asked for by the file */
+    /// Width / height asked for by the file.
     pub aspect: Option<f32>,
 }
+
+/// One picture's worth of geometry, materials, lights and cameras, checked: every index is in range, every number
+/// finite. Made by [`crate::SceneBuilder::build`].
 #[derive(Debug)]
 pub struct Scene {
+    /// Stem of the file's name.
     pub name: String,
+    /// How render space lies in the world.
     pub space: Space,
+    /// What rays hit.
     pub world: World,
+    /// One per world object.
     pub objects: Vec<Object>,
+    /// Materials by index.
     pub materials: Vec<TexturedMaterial>,
+    /// Textures by index.
     pub textures: Vec<Texture>,
+    /// All lights: area lights in the order of their surfaces, then punctual lights, then the environment.
     pub lights: Vec<Light>,
+    /// How to choose among them; None when there is nothing to aim at.
     pub light_choice: Option<LightChoice>,
     /// Index of the environment in `lights`.
     pub environment: Option<u32>,
+    /// At least one.
     pub cameras: Vec<NamedCamera>,
+    /// What there is, and what there is not.
     pub survey: Survey,
+    /// What will look different from what was asked for.
     pub warnings: Vec<Warning>,
+    pub(crate) area: AreaLights,
 }
+
 /// A hit with its textures looked up.
 #[derive(Clone, Copy, Debug)]
 pub struct Shading {
-    /// z = shading normal (normal map applied) on the *front* side of the surface; consistent with `surface.ng`.
+    /// z = shading normal (normal map applied) on the *front* side of the surface: z·ng > 0.
     pub frame: Frame,
+    /// Factors times textures.
     pub material: Material,
+    /// Absorption coefficient of the inside per render unit.
     pub sigma_a: Vec3,
+    /// Shadeless: emits its base colour and scatters nothing.
     pub unlit: bool,
 }
+
 impl Scene {
-    pub fn shading(&self, _hit: &Hit, _surface: &Surface) -> Shading {
-        todo!()
+    /// The material of an object.
+    pub fn material(&self, object: u32) -> &TexturedMaterial {
+        &self.materials[self.objects[object as usize].material as usize]
     }
-    /// Radiance emitted towards `wo` (unit, world): emissive texture, front side only unless double-sided.
-    pub fn emission(&self, _hit: &Hit, _surface: &Surface, _wo: Vec3) -> Vec3 {
-        todo!()
+
+    /// Material and shading frame at a hit.
+    pub fn shading(&self, hit: &Hit, surface: &Surface) -> Shading {
+        let material = self.material(hit.object);
+        Shading {
+            frame: self.frame(material, hit, surface),
+            material: material.at(&self.world, &self.textures, hit),
+            sigma_a: material.sigma_a,
+            unlit: material.unlit,
+        }
     }
+
+    /// Frame about the shading normal. The mapped normal is x·T + y·B + z·N with T the tangent made orthogonal to N
+    /// and B = w·(N × T), as the glTF specification has it. One that dips below the surface is folded back above it
+    /// (z·ng > 0 always); a degenerate one gives way to the interpolated normal.
+    fn frame(&self, material: &TexturedMaterial, hit: &Hit, surface: &Surface) -> Frame {
+        if material.normal_texture.is_none() {
+            return Frame::from_z(surface.ns);
+        }
+        let Some(tangent) = self.world.tangent(hit) else { return Frame::from_z(surface.ns) };
+        let base = Frame::from_z_tangent(surface.ns, tangent.truncate(), tangent.w);
+        let Some(mapped) = material.normal(&self.world, &self.textures, hit) else { return base };
+        let n = base.to_world(mapped);
+        let height = n.dot(surface.ng);
+        let n = if height < 0.0 { n - surface.ng * (2.0 * height) } else { n };
+        match n.try_normalize() {
+            Some(n) if n.dot(surface.ng) > 0.0 => Frame::from_z_tangent(n, tangent.truncate(), tangent.w),
+            _ => base,
+        }
+    }
+
+    /// Radiance (W·m⁻²·sr⁻¹) emitted at a hit towards `wo` (unit, world): from the front side, from both when the
+    /// material is double-sided or unlit.
+    pub fn emission(&self, hit: &Hit, surface: &Surface, wo: Vec3) -> Vec3 {
+        let material = self.material(hit.object);
+        if material.unlit || material.double_sided || wo.dot(surface.ng) > 0.0 {
+            material.radiance(&self.world, &self.textures, hit)
+        } else {
+            Vec3::ZERO
+        }
+    }
+
     /// The area light a hit lies on.
-    pub fn light_of(&self, _hit: &Hit) -> Option<u32> {
-        todo!()
+    pub fn light_of(&self, hit: &Hit) -> Option<u32> {
+        self.area.of(hit)
     }
-    /// Radiance of area light `light` at a sampled place towards `wi` reversed (texture applied).
-    pub fn light_radiance(&self, _light: u32, _point: &LightPoint, _mean: Vec3) -> Vec3 {
-        todo!()
+
+    /// What area light `light` sends from a sampled place, its texture and its holes (opacity) taken into account;
+    /// `mean` is the radiance of the sample, returned as it is when the light is uniform.
+    pub fn light_radiance(&self, light: u32, point: &LightPoint, mean: Vec3) -> Vec3 {
+        let Some(&(object, primitive)) = self.area.sources.get(light as usize) else { return mean };
+        let emitter = self.emitter(object);
+        if emitter.is_constant() {
+            return mean;
+        }
+        emitter.radiance(&Hit { t: 0.0, u: point.u, v: point.v, primitive, object })
     }
+
     /// Opacity at a hit, 1 for opaque materials; Mask gives 0 or 1.
-    pub fn opacity(&self, _hit: &Hit) -> f32 {
-        todo!()
+    pub fn opacity(&self, hit: &Hit) -> f32 {
+        self.material(hit.object).opacity(&self.world, &self.textures, hit)
     }
-    /// Any material with Mask or Blend.
+
+    /// Any object whose material is Mask or Blend and can let something through.
     pub fn has_alpha(&self) -> bool {
-        todo!()
+        self.survey.has_alpha
     }
+
     /// Backfaces can be hit only when the material is double-sided (with --cull-backfaces).
-    pub fn is_double_sided(&self, _object: u32) -> bool {
-        todo!()
+    pub fn is_double_sided(&self, object: u32) -> bool {
+        self.material(object).double_sided
     }
+
+    /// Everything the scene holds in memory, approximately.
     pub fn memory_bytes(&self) -> usize {
-        todo!()
+        self.world.memory_bytes()
+            + self.textures.iter().map(Texture::memory_bytes).sum::<usize>()
+            + self.lights.capacity() * size_of::<Light>()
+            + self.area.memory_bytes()
+            + self.materials.capacity() * size_of::<TexturedMaterial>()
+            + self.objects.iter().map(|o| size_of::<Object>() + o.name.len()).sum::<usize>()
+    }
+
+    fn emitter(&self, object: u32) -> Emitter<'_> {
+        Emitter { world: &self.world, textures: &self.textures, material: self.material(object) }
+    }
+}
+
+/// What of `materials` the objects use, for the survey.
+pub(crate) fn survey(objects: &[Object], materials: &[TexturedMaterial], survey: &mut Survey) {
+    for material in objects.iter().map(|o| &materials[o.material as usize]) {
+        survey.has_alpha |= material.alpha_mode != AlphaMode::Opaque;
+        survey.has_textures |= material.textures().next().is_some();
+        survey.has_transmission |= material.base.transmission > 0.0;
+        survey.has_volume |= material.sigma_a != Vec3::ZERO;
+        survey.has_normal_maps |= material.normal_texture.is_some();
+        survey.has_unlit |= material.unlit;
     }
 }

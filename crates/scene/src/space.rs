@@ -1,19 +1,194 @@
-//! Render space: the scene recentred and scaled by a power of two so that traversal works near unit scale.
-use glam::{DVec3, Vec3};
-/// render = (world − centre) · scale, in f64; scale is a power of two, the centre a multiple of one.
+//! Render space: the scene recentred and scaled by a power of two, so that traversal works near unit scale whatever
+//! the units of the file (SCIENCE A01, A02).
+//!
+//! render = (world − centre) · scale, in f64, rounded to f32 once at the end. `scale` is a power of two, so scaling
+//! rounds nothing; `centre` is a multiple of 1/scale, so that a scene moved by a multiple of 1/scale — or scaled by a
+//! power of two — gives the same render space to the last bit.
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+/// Golden-ratio offset of the rounding boundary of the centre. Centres of real scenes are mostly round numbers; half
+/// way between two grid points would be the place where rounding noise of a far translation flips them.
+const ROUNDING: f64 = 0.618_033_988_749_895;
+
+/// The map between the world (the file's units) and render space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Space {
+    /// Render-space origin in world units.
     pub centre: DVec3,
+    /// Render units per world unit, a power of two.
     pub scale: f64,
 }
+
 impl Space {
-    pub fn fit(_min: DVec3, _max: DVec3) -> Self {
-        todo!()
+    /// World space itself.
+    pub const IDENTITY: Self = Self { centre: DVec3::ZERO, scale: 1.0 };
+
+    /// Space in which the box from `min` to `max` has a diagonal in [256, 512) and lies around the origin. A box
+    /// without extent keeps its scale. Both corners must be finite.
+    pub fn fit(min: DVec3, max: DVec3) -> Self {
+        let size = (max - min).max(DVec3::ZERO);
+        let largest = size.max_element();
+        let scale = if largest > 0.0 {
+            libm::ldexp(1.0, 8 - floor_log2(largest * (size / largest).length()))
+        } else {
+            1.0
+        };
+        let middle = (min * 0.5 + max * 0.5) * scale;
+        Self { centre: (middle + ROUNDING).floor() / scale, scale }
     }
-    pub fn to_render(&self, _p: DVec3) -> Vec3 {
-        todo!()
+
+    /// World point to render space.
+    pub fn to_render(&self, p: DVec3) -> Vec3 {
+        ((p - self.centre) * self.scale).as_vec3()
     }
-    pub fn to_world(&self, _p: Vec3) -> DVec3 {
-        todo!()
+
+    /// Render-space point to the world.
+    pub fn to_world(&self, p: Vec3) -> DVec3 {
+        p.as_dvec3() / self.scale + self.centre
+    }
+
+    /// World length to render units.
+    pub fn length_to_render(&self, length: f64) -> f32 {
+        (length * self.scale) as f32
+    }
+
+    /// Render-space image of the point `v` of an object placed by `placement`. The centre leaves the translation
+    /// before the vertex joins it, so nothing is lost to a far translation.
+    pub(crate) fn place(&self, placement: &Placement, v: DVec3) -> DVec3 {
+        let origin = (placement.translation - self.centre) + placement.residual;
+        (origin + placement.linear * v) * self.scale
+    }
+}
+
+/// ⌊log₂ x⌋ for finite x > 0, x first rounded to 24 bits so that rounding noise does not flip round sizes; held to
+/// ±900 so that the scale and its inverse stay normal numbers.
+fn floor_log2(x: f64) -> i32 {
+    let (mantissa, exponent) = libm::frexp(x.min(f64::MAX));
+    let rounded_up = mantissa >= 1.0 - 0.5 / (1 << 24) as f64;
+    (if rounded_up { exponent } else { exponent - 1 }).clamp(-900, 900)
+}
+
+/// Where an object stands: world = linear · v + translation + residual, where `residual` is what the rounding of
+/// `translation` left over when transforms were composed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Rotation, scale and shear.
+    pub linear: DMat3,
+    /// Origin in the world, rounded.
+    pub translation: DVec3,
+    /// What is missing in `translation`.
+    pub residual: DVec3,
+}
+
+impl Placement {
+    /// The object's space is the world.
+    pub const IDENTITY: Self =
+        Self { linear: DMat3::IDENTITY, translation: DVec3::ZERO, residual: DVec3::ZERO };
+
+    /// Placement of a child that stands at `local` in this object's space.
+    pub fn child(&self, local: &Self) -> Self {
+        let moved = self.linear * local.translation;
+        let sum = self.translation + moved;
+        // Knuth's exact sum: what the rounding of `sum` dropped.
+        let virtual_part = sum - self.translation;
+        let dropped = (self.translation - (sum - virtual_part)) + (moved - virtual_part);
+        Self {
+            linear: self.linear * local.linear,
+            translation: sum,
+            residual: dropped + self.residual + self.linear * local.residual,
+        }
+    }
+
+    /// World image of a point.
+    pub fn point(&self, v: DVec3) -> DVec3 {
+        self.translation + (self.residual + self.linear * v)
+    }
+
+    /// Whether every number is finite.
+    pub fn is_finite(&self) -> bool {
+        self.linear.is_finite() && self.translation.is_finite() && self.residual.is_finite()
+    }
+}
+
+impl From<DAffine3> for Placement {
+    fn from(t: DAffine3) -> Self {
+        Self { linear: t.matrix3, translation: t.translation, residual: DVec3::ZERO }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_diagonal_lands_between_256_and_512() {
+        for k in -40..40 {
+            let side = 1.37 * libm::exp2(k as f64 * 0.91);
+            let space = Space::fit(DVec3::splat(-side), DVec3::splat(side));
+            let diagonal =
+                (space.to_render(DVec3::splat(side)) - space.to_render(DVec3::splat(-side))).length();
+            assert!((256.0..512.0).contains(&diagonal), "{side}: {diagonal}");
+            assert_eq!(libm::frexp(space.scale).0, 0.5, "power of two");
+        }
+    }
+
+    #[test]
+    fn round_sizes_do_not_flip() {
+        let a = Space::fit(DVec3::ZERO, DVec3::new(0.6, 0.8, 0.0));
+        let b = Space::fit(DVec3::splat(1e5), DVec3::splat(1e5) + DVec3::new(0.6, 0.8, 0.0));
+        assert_eq!(a.scale, 256.0);
+        assert_eq!(b.scale, 256.0);
+    }
+
+    #[test]
+    fn a_point_keeps_unit_scale() {
+        let space = Space::fit(DVec3::splat(3.0), DVec3::splat(3.0));
+        assert_eq!(space.scale, 1.0);
+        assert_eq!(space.to_render(DVec3::splat(3.0)), Vec3::ZERO);
+    }
+
+    #[test]
+    fn extremes_stay_finite() {
+        for size in [5e-324, 1e-300, 1e-45, 1e38, 1e300] {
+            let space = Space::fit(DVec3::splat(-size), DVec3::splat(size));
+            assert!(space.scale.is_finite() && space.scale > 0.0 && space.centre.is_finite());
+            assert!(space.to_render(DVec3::splat(size)).is_finite());
+        }
+    }
+
+    #[test]
+    fn far_translations_leave_no_trace() {
+        let corner = DVec3::new(0.3, -1.7, 0.9);
+        let local = Placement::from(DAffine3::from_translation(DVec3::new(0.1, 0.2, 0.3)));
+        let render = |t: f64| {
+            let root = Placement::from(DAffine3::from_translation(DVec3::splat(t)));
+            let placement = root.child(&local);
+            let ends = [placement.point(-corner), placement.point(corner)];
+            let space = Space::fit(ends[0].min(ends[1]), ends[0].max(ends[1]));
+            (0..1000)
+                .map(|i| space.place(&placement, corner * (i as f64 / 999.0)).as_vec3().to_array())
+                .collect::<Vec<_>>()
+        };
+        for t in [1e3, 1e4, 1e5, 1e6, 1e7] {
+            assert_eq!(render(0.0), render(t), "{t}");
+        }
+    }
+
+    #[test]
+    fn scaling_by_a_power_of_two_leaves_no_trace() {
+        let (min, max) = (DVec3::new(-0.3, 0.1, 2.0), DVec3::new(1.9, 0.7, 2.2));
+        let p = DVec3::new(0.123, 0.456, 2.1);
+        let a = Space::fit(min, max).to_render(p);
+        for k in [-40, -3, 1, 17] {
+            let s = libm::ldexp(1.0, k);
+            assert_eq!(a, Space::fit(min * s, max * s).to_render(p * s));
+        }
+    }
+
+    #[test]
+    fn there_and_back() {
+        let space = Space::fit(DVec3::new(10.0, 20.0, 30.0), DVec3::new(11.0, 21.5, 30.2));
+        let p = DVec3::new(10.25, 20.5, 30.125);
+        assert_eq!(space.to_world(space.to_render(p)), p);
     }
 }

@@ -1,14 +1,30 @@
 //! What a scene contains, exactly (what can be left out follows from it).
+
+/// Counts and questions; a feature that is false need not exist in the kernel that renders the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Survey {
+    /// Triangles that can be hit.
     pub triangles: usize,
+    /// Meshes, spheres and disks placed in the scene.
     pub objects: usize,
+    /// Exact spheres and disks among the objects.
+    pub shapes: usize,
+    /// Materials, used or not.
     pub materials: usize,
+    /// Texture maps in memory.
     pub textures: usize,
+    /// Lights, the environment included.
     pub lights: usize,
+    /// Some used material has holes (Mask or Blend).
     pub has_alpha: bool,
+    /// Some used material looks up a texture.
     pub has_textures: bool,
+    /// Some used material transmits light.
     pub has_transmission: bool,
+    /// Some used material absorbs light in its inside.
     pub has_volume: bool,
+    /// Some used material has a normal map.
     pub has_normal_maps: bool,
+    /// Some used material is shadeless.
+    pub has_unlit: bool,
 }
