@@ -1,1 +1,54 @@
-fn main() {}
+//! `dapple`: renders glTF 2.0 scenes on the CPU from the command line.
+//!
+//! This file answers one question: which command runs, and with which code the process ends
+//! (0 done · 1 a check failed · 2 bad input or arguments · 3 stopped early, to be resumed).
+//! Results go to standard output, everything said to a person to standard error.
+#![forbid(unsafe_code)]
+
+mod args;
+mod commands;
+mod error;
+mod load;
+mod machine;
+mod metadata;
+mod options;
+mod output;
+mod progress;
+mod report;
+mod retrace;
+mod settings_file;
+mod values;
+
+use args::{Cli, Command};
+use clap::{CommandFactory, FromArgMatches};
+use error::Failure;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            report::say(&format!("error: {}", error::one_line(&failure.to_string())));
+            failure.exit_code()
+        }
+    }
+}
+
+fn run() -> Result<(), Failure> {
+    let matches = match Cli::command().try_get_matches() {
+        Ok(matches) => matches,
+        Err(e) => return error::arguments(e),
+    };
+    let cli = Cli::from_arg_matches(&matches).map_err(|e| Failure::Arguments(error::clap_line(&e)))?;
+    match cli.command {
+        None => commands::render::run(None, &options::empty_matches()),
+        Some(Command::Render(a)) => commands::render::run(a.scene.as_deref(), subcommand(&matches)),
+        Some(Command::Info(a)) => commands::info::run(&a),
+        Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)),
+    }
+}
+
+/// The matches of the chosen subcommand, which say what was given on the command line and what was not.
+fn subcommand(matches: &clap::ArgMatches) -> &clap::ArgMatches {
+    matches.subcommand().map_or(matches, |(_, sub)| sub)
+}

@@ -1,0 +1,101 @@
+//! `dapple render`: check everything, load, render, write, report — in this order.
+
+use crate::error::Failure;
+use crate::load::{self, Loaded, Source};
+use crate::options::RenderOptions;
+use crate::output::Outputs;
+use crate::progress::Bar;
+use crate::report::{self, Report};
+use crate::{machine, metadata, retrace, settings_file};
+use clap::ArgMatches;
+use dapple_integrator::scene::NamedCamera;
+use dapple_integrator::{Outcome, Settings, Stats, render};
+use std::ops::ControlFlow;
+
+/// Most bad samples whose command is printed.
+const SHOWN: usize = 5;
+
+/// Renders `scene` with the sidecar's, the settings file's and the typed options.
+pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<(), Failure> {
+    let source = Source::new(scene);
+    let options = settings_file::layered(source.path(), typed)?;
+    report::start(&options);
+    let outputs = Outputs::plan(&options, &source.name())?;
+    let loaded = load::load(&source, &options)?;
+    let view = load::camera(&loaded.scene, options.camera.as_deref())?;
+    let settings = settings(&options, view)?;
+    warn(&loaded);
+    tracing::info!(?settings, "rendering");
+    let outcome = finish(draw(&loaded, view, &settings, &options), &loaded, view, &settings);
+    outputs.write(&outcome, &outcome.film.mean())?;
+    say_bad_samples(&outcome.stats, scene, typed);
+    tell(&options, &Report::new(&loaded, &settings, &outcome.stats, &outputs));
+    Ok(())
+}
+
+/// The options as settings of the integrator.
+pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings, Failure> {
+    let size = load::size(options, view);
+    let default = Settings::default();
+    Ok(Settings {
+        method: options.method.unwrap_or_default(),
+        size: (size.width, size.height),
+        crop: load::rect(options, size)?,
+        spp: options.samples(),
+        time_limit: options.time_limit,
+        pattern: options.pattern.unwrap_or_default(),
+        max_bounces: options.max_bounces.unwrap_or(default.max_bounces),
+        roulette: !RenderOptions::is(options.no_roulette),
+        seed: options.seed.unwrap_or(0),
+        threads: Some(machine::threads(options.threads)),
+        filter: options.filter.unwrap_or_default(),
+        aovs: options.aov.clone().unwrap_or_default(),
+        cull_backfaces: RenderOptions::is(options.cull_backfaces),
+        ..default
+    })
+}
+
+/// Says once what will look different from what the file says.
+pub fn warn(loaded: &Loaded) {
+    for warning in &loaded.scene.warnings {
+        report::say(&format!("warning: {}", warning.0));
+    }
+}
+
+fn draw(loaded: &Loaded, view: &NamedCamera, settings: &Settings, options: &RenderOptions) -> Outcome {
+    let bar = Bar::new(RenderOptions::is(options.quiet));
+    let outcome = render(&loaded.scene, &view.camera, settings, &|progress| {
+        bar.show(&progress);
+        ControlFlow::Continue(())
+    });
+    bar.finish();
+    outcome
+}
+
+fn finish(mut outcome: Outcome, loaded: &Loaded, view: &NamedCamera, settings: &Settings) -> Outcome {
+    outcome.layers.metadata =
+        metadata::attributes(settings, &outcome.stats, &view.camera, &loaded.scene.space);
+    outcome
+}
+
+fn say_bad_samples(stats: &Stats, scene: Option<&str>, typed: &ArgMatches) {
+    if stats.bad_sample_count == 0 {
+        return;
+    }
+    let count = stats.bad_sample_count;
+    report::say(&format!("warning: {count} samples were not finite and count as black; to see their paths:"));
+    for bad in stats.bad_samples.iter().take(SHOWN) {
+        report::say(&format!("  {}", retrace::command(scene, (bad.x, bad.y), bad.sample, typed)));
+    }
+}
+
+fn tell(options: &RenderOptions, told: &Report) {
+    if !RenderOptions::is(options.quiet) {
+        report::say(&told.summary());
+    }
+    if RenderOptions::is(options.json) {
+        report::json(told);
+    } else {
+        told.outputs.iter().for_each(|path| report::result(path));
+    }
+}

@@ -1,0 +1,65 @@
+//! What can go wrong, in one line each, and the exit code it gives.
+
+use dapple_integrator::imaging::ImageError;
+use dapple_integrator::scene::SceneError;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Why a command did not do what it was asked for.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// Something on the command line, already worded.
+    #[error("{0}")]
+    Arguments(String),
+    /// A scene that cannot be read or built.
+    #[error("{0}")]
+    Scene(#[from] SceneError),
+    /// A picture that cannot be read or written.
+    #[error("{0}")]
+    Image(#[from] ImageError),
+    /// A settings file that cannot be read.
+    #[error("{path}: {reason}", path = .path.display())]
+    SettingsFile { path: PathBuf, reason: String },
+    /// A key of a settings file that is unknown or has a wrong value.
+    #[error("{path}: key '{key}': {reason}", path = .path.display())]
+    SettingsKey { path: PathBuf, key: String, reason: String },
+    /// An environment picture with a value that is no radiance.
+    #[error("{path}: {reason}", path = .path.display())]
+    Environment { path: PathBuf, reason: String },
+}
+
+impl Failure {
+    /// 2 for bad input and bad arguments (1 is for checks that fail, 3 for renders that can be resumed).
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(2)
+    }
+}
+
+/// A message as one line, whatever its parts were.
+pub fn one_line(message: &str) -> String {
+    message.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
+}
+
+/// Help and version are no errors: they are printed, and the command is done.
+pub fn arguments(error: clap::Error) -> Result<(), Failure> {
+    use clap::error::ErrorKind::{DisplayHelp, DisplayVersion};
+    if matches!(error.kind(), DisplayHelp | DisplayVersion) {
+        // A closed pipe is the reader's choice.
+        let _ = error.print();
+        return Ok(());
+    }
+    Err(Failure::Arguments(clap_line(&error)))
+}
+
+/// The part of clap's message that says what is wrong, without the usage that follows it.
+pub fn clap_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let said = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more information"))
+        .filter(|line| !line.is_empty())
+        .collect::<Vec<_>>()
+        .join("; ");
+    said.strip_prefix("error: ").unwrap_or(&said).to_string()
+}

@@ -1,0 +1,175 @@
+//! From what was typed to a checked scene: the file or built-in scene, its environment, the camera and the size.
+
+use crate::error::Failure;
+use crate::options::RenderOptions;
+use crate::values::{MAX_PIXELS, Size};
+use dapple_integrator::camera::PixelRect;
+use dapple_integrator::imaging::read;
+use dapple_integrator::lights::Environment;
+use dapple_integrator::scene::{NamedCamera, Scene, SceneBuilder, builtin};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Height of a picture whose size was not given.
+const DEFAULT_HEIGHT: u32 = 512;
+
+/// Where a scene comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    Builtin(String),
+    File(PathBuf),
+}
+
+impl Source {
+    /// `builtin:NAME` or a path; nothing means the Cornell box.
+    pub fn new(scene: Option<&str>) -> Self {
+        let scene = scene.unwrap_or("builtin:cornell");
+        match scene.strip_prefix("builtin:") {
+            Some(name) => Self::Builtin(name.into()),
+            None => Self::File(scene.into()),
+        }
+    }
+
+    /// The file, if it is one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Builtin(_) => None,
+        }
+    }
+
+    /// What pictures of it are called.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Builtin(name) => name.clone(),
+            Self::File(path) => path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        }
+    }
+
+    /// Parts of the scene, to which an environment may still be added.
+    pub fn read(&self, at: f64, allow_path: bool) -> Result<SceneBuilder, Failure> {
+        match self {
+            Self::Builtin(name) => builtin::builtin(name).ok_or_else(|| unknown_builtin(name)),
+            Self::File(path) => read_file(path, at, allow_path),
+        }
+    }
+}
+
+#[cfg(feature = "gltf")]
+fn read_file(path: &Path, at: f64, allow_path: bool) -> Result<SceneBuilder, Failure> {
+    use dapple_integrator::scene::gltf;
+    Ok(gltf::read(path, &gltf::Options { at, allow_path })?)
+}
+
+#[cfg(not(feature = "gltf"))]
+fn read_file(path: &Path, _: f64, _: bool) -> Result<SceneBuilder, Failure> {
+    let said = format!("{}: this dapple was built without the glTF reader (feature gltf)", path.display());
+    Err(Failure::Arguments(said))
+}
+
+fn unknown_builtin(name: &str) -> Failure {
+    let names = builtin::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    Failure::Arguments(format!("builtin:{name}: there is no such built-in scene; choose from {names}"))
+}
+
+/// A scene ready to be rendered, and what it took.
+pub struct Loaded {
+    pub scene: Scene,
+    /// Reading and decoding files.
+    pub load_seconds: f64,
+    /// Checking, trees and light tables.
+    pub build_seconds: f64,
+}
+
+/// Reads the scene, adds the environment, builds.
+pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure> {
+    let start = Instant::now();
+    let allow_path = RenderOptions::is(options.allow_path);
+    let mut builder = source.read(options.at.unwrap_or(0.0), allow_path)?;
+    if let Some(environment) = environment(options)? {
+        builder.environment(environment);
+    }
+    let load_seconds = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let scene = builder.build()?;
+    Ok(Loaded { scene, load_seconds, build_seconds: start.elapsed().as_secs_f64() })
+}
+
+fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> {
+    let intensity = options.env_intensity.unwrap_or(1.0);
+    if let Some(color) = options.env_color {
+        return Ok(Some(Environment::constant(color.0 * intensity)));
+    }
+    let Some(path) = &options.env else { return Ok(None) };
+    let picture = read::picture(path)?;
+    let rotation = options.env_rotation.unwrap_or(0.0).to_radians();
+    let smooth = RenderOptions::is(options.env_smooth);
+    let environment = Environment::picture(picture, rotation, intensity, smooth).map_err(|bad| {
+        let reason = format!("texel ({}, {}) is {}, which is no radiance", bad.x, bad.y, bad.value);
+        Failure::Environment { path: path.clone(), reason }
+    })?;
+    Ok(Some(environment))
+}
+
+/// The camera called `wanted`, else the one with that index, else the first.
+pub fn camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a NamedCamera, Failure> {
+    let Some(wanted) = wanted else {
+        return scene.cameras.first().ok_or_else(|| Failure::Arguments("the scene has no camera".into()));
+    };
+    let by_name = scene.cameras.iter().find(|c| c.name == wanted);
+    let by_index = || wanted.parse::<usize>().ok().and_then(|i| scene.cameras.get(i));
+    by_name.or_else(by_index).ok_or_else(|| {
+        let names = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} '{}'", c.name));
+        let names = names.collect::<Vec<_>>().join(", ");
+        Failure::Arguments(format!("--camera {wanted}: there is no such camera; the scene has {names}"))
+    })
+}
+
+/// The size asked for, else 512 pixels high and as wide as the camera asks for.
+pub fn size(options: &RenderOptions, camera: &NamedCamera) -> Size {
+    options.size.unwrap_or_else(|| {
+        let aspect = camera.aspect.filter(|a| a.is_finite() && *a > 0.0).unwrap_or(1.5);
+        let width = (DEFAULT_HEIGHT as f32 * aspect.clamp(1.0 / 64.0, 64.0)).round().max(1.0) as u32;
+        Size { width, height: DEFAULT_HEIGHT }
+    })
+}
+
+/// The part to render, checked against the picture's size and against memory.
+pub fn rect(options: &RenderOptions, size: Size) -> Result<Option<PixelRect>, Failure> {
+    let full = PixelRect { x0: 0, y0: 0, x1: size.width, y1: size.height };
+    let rect = options.crop.map_or(full, |c| c.0);
+    if rect.x1 > full.x1 || rect.y1 > full.y1 {
+        let (w, h) = (size.width, size.height);
+        return Err(Failure::Arguments(format!("--crop: it reaches outside the picture, which is {w}x{h}")));
+    }
+    if u64::from(rect.x1 - rect.x0) * u64::from(rect.y1 - rect.y0) > MAX_PIXELS {
+        let said = format!("--size: more than {MAX_PIXELS} pixels at once; render parts of it with --crop");
+        return Err(Failure::Arguments(said));
+    }
+    Ok(options.crop.map(|c| c.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sources_have_names() {
+        assert_eq!(Source::new(None), Source::Builtin("cornell".into()));
+        assert_eq!(Source::new(Some("a/b.c.glb")).name(), "b.c");
+        assert_eq!(Source::new(Some("builtin:x")).name(), "x");
+    }
+
+    #[test]
+    fn crops_are_held_against_the_size() {
+        let size = Size { width: 8, height: 4 };
+        let crop = |text: &str| RenderOptions { crop: Some(text.parse().unwrap()), ..Default::default() };
+        assert!(rect(&crop("0,0,8,4"), size).unwrap().is_some());
+        assert!(rect(&crop("0,0,9,4"), size).is_err());
+        assert!(rect(&crop("0,3,8,5"), size).is_err());
+        assert!(rect(&RenderOptions::default(), size).unwrap().is_none());
+        let huge = Size { width: 1 << 20, height: 1 << 20 };
+        assert!(rect(&RenderOptions::default(), huge).is_err());
+        assert!(rect(&crop("0,0,8,4"), huge).unwrap().is_some());
+    }
+}

@@ -1,0 +1,94 @@
+//! What an EXR says about how it was made: enough to make it again, nothing about where, when or how fast.
+//!
+//! Matrices are OpenEXR's standard attributes, for row vectors (`v · M`, translation in the last row). Camera space is
+//! glTF's: the camera looks along −z, +y is up. NDC runs from (0,0) at the top left of the full picture to (1,1).
+
+use crate::values;
+use dapple_integrator::camera::{Camera, Projection};
+use dapple_integrator::imaging::picture::MetaValue;
+use dapple_integrator::scene::Space;
+use dapple_integrator::{Settings, Stats};
+use glam::{DMat4, DVec3, DVec4};
+
+/// All attributes of a render.
+pub fn attributes(
+    settings: &Settings,
+    stats: &Stats,
+    camera: &Camera,
+    space: &Space,
+) -> Vec<(String, MetaValue)> {
+    let to_camera = world_to_camera(camera, space);
+    let to_ndc = camera_to_ndc(camera, space, settings.size) * to_camera;
+    let text = |s: String| MetaValue::Text(s);
+    vec![
+        ("software".into(), text(format!("dapple {}", env!("CARGO_PKG_VERSION")))),
+        ("worldToCamera".into(), matrix(to_camera)),
+        ("worldToNDC".into(), matrix(to_ndc)),
+        ("spp".into(), MetaValue::Int(i32::try_from(stats.spp).unwrap_or(i32::MAX))),
+        ("seed".into(), text(settings.seed.to_string())),
+        ("settings".into(), text(settings_text(settings))),
+    ]
+}
+
+/// The settings that decide the picture, as the lines of a settings file.
+fn settings_text(settings: &Settings) -> String {
+    let (w, h) = settings.size;
+    let mut lines = vec![
+        format!("method = \"{}\"", values::method_name(settings.method)),
+        format!("size = \"{w}x{h}\""),
+        format!("pattern = \"{}\"", settings.pattern),
+        format!("max-bounces = {}", settings.max_bounces),
+        format!("no-roulette = {}", !settings.roulette),
+        format!("filter = \"{}\"", settings.filter),
+        format!("cull-backfaces = {}", settings.cull_backfaces),
+    ];
+    if let Some(spp) = settings.spp {
+        lines.push(format!("spp = {spp}"));
+    }
+    if let Some(c) = settings.crop {
+        lines.push(format!("crop = [{}, {}, {}, {}]", c.x0, c.y0, c.x1, c.y1));
+    }
+    lines.join("\n")
+}
+
+/// World to camera space, both in scene units; column vectors.
+fn world_to_camera(camera: &Camera, space: &Space) -> DMat4 {
+    let origin = space.to_world(camera.origin);
+    let row = |axis: glam::Vec3| {
+        let axis: DVec3 = axis.as_dvec3();
+        DVec4::from((axis, -axis.dot(origin)))
+    };
+    DMat4::from_cols(row(camera.right), row(camera.up), row(camera.backward), DVec4::W).transpose()
+}
+
+/// Camera space to NDC, y down, depth kept so that the matrix can be inverted; column vectors.
+fn camera_to_ndc(camera: &Camera, space: &Space, size: (u32, u32)) -> DMat4 {
+    let aspect = f64::from(size.0) / f64::from(size.1);
+    let rows = match camera.projection {
+        // Divided by w = −z.
+        Projection::Perspective { tan_half } => {
+            let half = f64::from(tan_half);
+            [
+                DVec4::new(0.5 / (half * aspect), 0.0, -0.5, 0.0),
+                DVec4::new(0.0, -0.5 / half, -0.5, 0.0),
+                DVec4::new(0.0, 0.0, 0.0, 1.0),
+                DVec4::new(0.0, 0.0, -1.0, 0.0),
+            ]
+        }
+        Projection::Orthographic { half_height } => {
+            let half = f64::from(half_height) / space.scale;
+            [
+                DVec4::new(0.5 / (half * aspect), 0.0, 0.0, 0.5),
+                DVec4::new(0.0, -0.5 / half, 0.0, 0.5),
+                DVec4::new(0.0, 0.0, -1.0, 0.0),
+                DVec4::W,
+            ]
+        }
+    };
+    DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose()
+}
+
+/// Row-vector order: the columns of the column-vector matrix, one after another.
+fn matrix(m: DMat4) -> MetaValue {
+    MetaValue::Matrix(m.as_mat4().to_cols_array())
+}

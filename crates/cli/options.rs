@@ -1,0 +1,157 @@
+//! The options of a render, as one plain struct: what is `None` was not said.
+//!
+//! The same struct is filled from the sidecar beside the scene, from `--settings` and from the command line,
+//! in this order, each later layer replacing what it names. All three go through clap, so a key of a settings
+//! file is by construction an option of the command line, with the same values and the same complaints.
+
+use crate::error::{self, Failure};
+use crate::values::{self, Color, Crop, Seconds, Size};
+use clap::{ArgMatches, Args, FromArgMatches};
+use dapple_integrator::camera::Filter;
+use dapple_integrator::imaging::Tone;
+use dapple_integrator::sampling::Pattern;
+use dapple_integrator::{Aov, Method};
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// All options of `dapple render`; also the keys of settings files. A flag can be taken back: `--half=false`.
+#[derive(Args, Clone, Debug, Default)]
+pub struct RenderOptions {
+    /// Where to write; the extension decides: .exr, .png or .hdr. May be repeated [default: NAME.exr and NAME.png in the current folder]
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    pub output: Option<Vec<PathBuf>>,
+    /// Write EXR channels as 16-bit half floats
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Output")]
+    pub half: Option<bool>,
+    /// Extra EXR layers, comma-separated: albedo, normal, depth, position, variance, samples, object, material
+    #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Output")]
+    pub aov: Option<Vec<Aov>>,
+    /// Exposure of PNG output, in stops
+    #[arg(long, value_name = "EV", allow_hyphen_values = true, value_parser = values::finite, help_heading = "Output")]
+    pub exposure: Option<f32>,
+    /// Tone curve of PNG output: srgb, agx, aces or neutral [default: srgb]
+    #[arg(long, value_name = "NAME", value_parser = values::tone, help_heading = "Output")]
+    pub tone: Option<Tone>,
+
+    /// Which tracer: path or distribution [default: path]
+    #[arg(long, value_name = "NAME", value_parser = values::method, help_heading = "Sampling")]
+    pub method: Option<Method>,
+    /// Samples per pixel [default: 64, or as many as --time-limit allows]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
+    pub spp: Option<u32>,
+    /// Stop after this much rendering: 30s, 5m, 1h
+    #[arg(long, value_name = "TIME", value_parser = values::duration, help_heading = "Sampling")]
+    pub time_limit: Option<Seconds>,
+    /// How sample points are placed: sobol, stratified, random or grid [default: sobol]
+    #[arg(long, value_name = "NAME", help_heading = "Sampling")]
+    pub pattern: Option<Pattern>,
+    /// Seed of all random decisions
+    #[arg(long, value_name = "N", help_heading = "Sampling")]
+    pub seed: Option<u64>,
+    /// Scattering events: 0 = emitters seen directly, 1 = direct light [default: 16]
+    #[arg(long, value_name = "N", help_heading = "Sampling")]
+    pub max_bounces: Option<u32>,
+    /// Follow every path to --max-bounces
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Sampling")]
+    pub no_roulette: Option<bool>,
+    /// Pixel filter: box, box:RADIUS, tent, gaussian, mitchell or blackman-harris [default: box]
+    #[arg(long, value_name = "NAME", help_heading = "Sampling")]
+    pub filter: Option<Filter>,
+    /// Worker threads; the picture does not depend on it [default: what the scheduler or the system grants]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), help_heading = "Sampling")]
+    pub threads: Option<u32>,
+
+    /// Picture size in pixels [default: 512 high, as wide as the camera asks for]
+    #[arg(long, value_name = "WxH", help_heading = "View")]
+    pub size: Option<Size>,
+    /// Render only this part, in pixels from the top left, upper bounds exclusive
+    #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true, help_heading = "View")]
+    pub crop: Option<Crop>,
+    /// Camera by name or by index [default: the first]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "View")]
+    pub camera: Option<String>,
+    /// Time at which animation is evaluated, in seconds
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = values::finite64, help_heading = "View")]
+    pub at: Option<f64>,
+    /// Hide back faces of single-sided materials, as glTF asks
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "View")]
+    pub cull_backfaces: Option<bool>,
+
+    /// Environment picture, latitude-longitude: .hdr or .exr
+    #[arg(long, value_name = "FILE", conflicts_with = "env_color", help_heading = "Environment")]
+    pub env: Option<PathBuf>,
+    /// Environment of one colour, linear radiance
+    #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, help_heading = "Environment")]
+    pub env_color: Option<Color>,
+    /// Turn the environment about the vertical axis
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite, help_heading = "Environment")]
+    pub env_rotation: Option<f32>,
+    /// Factor on the environment [default: 1]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::non_negative, help_heading = "Environment")]
+    pub env_intensity: Option<f32>,
+    /// Interpolate between the texels of the environment picture
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Environment")]
+    pub env_smooth: Option<bool>,
+
+    /// Settings from a TOML file whose keys are these options
+    #[arg(long, value_name = "FILE.toml", help_heading = "General")]
+    pub settings: Option<PathBuf>,
+    /// Let the scene name files outside its own folder
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "General")]
+    pub allow_path: Option<bool>,
+    /// Print one JSON object as the last line of standard output
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "General")]
+    pub json: Option<bool>,
+    /// No progress bar, no summary
+    #[arg(short, long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "General")]
+    pub quiet: Option<bool>,
+    /// Say more about what is done
+    #[arg(short, long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "General")]
+    pub verbose: Option<bool>,
+}
+
+/// A command that knows nothing but the options; parses layers that are not the command line.
+fn command() -> clap::Command {
+    RenderOptions::augment_args(clap::Command::new("settings").no_binary_name(true).disable_help_flag(true))
+}
+
+/// The matches of an empty command line.
+pub fn empty_matches() -> ArgMatches {
+    command().get_matches_from::<[&str; 0], &str>([])
+}
+
+/// The long names of all options.
+pub fn names() -> Vec<String> {
+    command().get_arguments().filter_map(|a| a.get_long().map(String::from)).collect()
+}
+
+impl RenderOptions {
+    /// Lays the given arguments over what is there.
+    pub fn lay(&mut self, arguments: &[OsString]) -> Result<(), Failure> {
+        let matches = command()
+            .try_get_matches_from(arguments)
+            .map_err(|e| Failure::Arguments(error::clap_line(&e)))?;
+        self.lay_matches(&matches)
+    }
+
+    /// Lays parsed arguments over what is there. A later environment of one kind replaces one of the other kind.
+    pub fn lay_matches(&mut self, matches: &ArgMatches) -> Result<(), Failure> {
+        if matches.contains_id("env") {
+            self.env_color = None;
+        }
+        if matches.contains_id("env_color") {
+            self.env = None;
+        }
+        self.update_from_arg_matches(matches).map_err(|e| Failure::Arguments(error::clap_line(&e)))
+    }
+
+    /// The samples asked for: 64 when neither a count nor a time is given.
+    pub fn samples(&self) -> Option<u32> {
+        self.spp.or(if self.time_limit.is_none() { Some(64) } else { None })
+    }
+
+    /// A flag that was never mentioned is off.
+    pub fn is(flag: Option<bool>) -> bool {
+        flag.unwrap_or(false)
+    }
+}

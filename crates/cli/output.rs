@@ -1,0 +1,81 @@
+//! Where pictures go: the extension decides the format, and everything is checked before rendering starts.
+
+use crate::error::Failure;
+use crate::options::RenderOptions;
+use dapple_integrator::Outcome;
+use dapple_integrator::imaging::write::{self, Depth};
+use dapple_integrator::imaging::{Picture, Tone};
+use std::path::{Path, PathBuf};
+
+/// Formats by extension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Exr,
+    Png,
+    Hdr,
+}
+
+/// The files to write and how.
+#[derive(Debug)]
+pub struct Outputs {
+    files: Vec<(PathBuf, Format)>,
+    depth: Depth,
+    tone: Tone,
+    exposure: f32,
+}
+
+impl Outputs {
+    /// The files asked for, or `NAME.exr` and `NAME.png` in the current folder; fails if one cannot be written.
+    pub fn plan(options: &RenderOptions, name: &str) -> Result<Self, Failure> {
+        let default = || vec![PathBuf::from(format!("{name}.exr")), PathBuf::from(format!("{name}.png"))];
+        let paths = options.output.clone().unwrap_or_else(default);
+        let files = paths.into_iter().map(with_format).collect::<Result<Vec<_>, _>>()?;
+        for (path, _) in &files {
+            write::check(path)?;
+            if let Some(env) = options.env.as_deref().filter(|env| same_file(env, path)) {
+                let said = format!("{}: is the environment picture; it would be overwritten", env.display());
+                return Err(Failure::Arguments(said));
+            }
+        }
+        let depth = if RenderOptions::is(options.half) { Depth::Half } else { Depth::Float };
+        let (tone, exposure) = (options.tone.unwrap_or_default(), options.exposure.unwrap_or(0.0));
+        Ok(Self { files, depth, tone, exposure })
+    }
+
+    /// Writes them all.
+    pub fn write(&self, outcome: &Outcome, picture: &Picture) -> Result<(), Failure> {
+        for (path, format) in &self.files {
+            match format {
+                Format::Exr => write::exr(path, &outcome.layers, self.depth)?,
+                Format::Png => write::png(path, picture, self.tone, self.exposure)?,
+                Format::Hdr => write::hdr(path, picture)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Their paths.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.files.iter().map(|(path, _)| path.as_path())
+    }
+}
+
+fn with_format(path: PathBuf) -> Result<(PathBuf, Format), Failure> {
+    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    match extension.as_deref() {
+        Some("exr") => Ok((path, Format::Exr)),
+        Some("png") => Ok((path, Format::Png)),
+        Some("hdr") => Ok((path, Format::Hdr)),
+        _ => Err(Failure::Arguments(format!(
+            "{}: the extension decides the format; use .exr, .png or .hdr",
+            path.display()
+        ))),
+    }
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}

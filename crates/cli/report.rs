@@ -1,0 +1,122 @@
+//! What is said after a render: results on standard output, a summary for people on standard error.
+
+use crate::load::Loaded;
+use crate::machine;
+use crate::output::Outputs;
+use dapple_integrator::sampling::Pattern;
+use dapple_integrator::{Settings, Stats};
+use serde::Serialize;
+use std::io::Write;
+
+/// A line to standard output; a closed pipe is the reader's choice.
+pub fn result(line: &str) {
+    let _ = writeln!(std::io::stdout().lock(), "{line}");
+}
+
+/// A line to standard error.
+pub fn say(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
+/// The JSON object of `dapple render --json`.
+#[derive(Serialize)]
+pub struct Report {
+    pub render_seconds: f64,
+    pub load_seconds: f64,
+    pub build_seconds: f64,
+    pub samples: u64,
+    pub rays: u64,
+    pub mrays_per_second: f64,
+    pub peak_memory_bytes: u64,
+    pub bad_samples: u64,
+    pub triangles: usize,
+    pub lights: usize,
+    pub kernel: String,
+    pub width: u32,
+    pub height: u32,
+    pub spp: u32,
+    pub seed: u64,
+    pub threads: usize,
+    pub method: &'static str,
+    #[serde(serialize_with = "as_text")]
+    pub pattern: Pattern,
+    pub version: &'static str,
+    pub outputs: Vec<String>,
+    pub warnings: Vec<String>,
+}
+
+fn as_text<S: serde::Serializer>(value: &impl std::fmt::Display, to: S) -> Result<S::Ok, S::Error> {
+    to.collect_str(value)
+}
+
+impl Report {
+    /// Gathers what a finished render has to say.
+    pub fn new(loaded: &Loaded, settings: &Settings, stats: &Stats, outputs: &Outputs) -> Self {
+        Self {
+            render_seconds: stats.seconds,
+            load_seconds: loaded.load_seconds,
+            build_seconds: loaded.build_seconds,
+            samples: stats.samples,
+            rays: stats.rays,
+            mrays_per_second: stats.rays as f64 / 1e6 / stats.seconds.max(1e-9),
+            peak_memory_bytes: machine::peak_memory_bytes(),
+            bad_samples: stats.bad_sample_count,
+            triangles: loaded.scene.survey.triangles,
+            lights: loaded.scene.lights.len(),
+            kernel: stats.kernel.clone(),
+            width: settings.size.0,
+            height: settings.size.1,
+            spp: stats.spp,
+            seed: settings.seed,
+            threads: stats.threads,
+            method: crate::values::method_name(settings.method),
+            pattern: settings.pattern,
+            version: env!("CARGO_PKG_VERSION"),
+            outputs: outputs.paths().map(|p| p.display().to_string()).collect(),
+            warnings: loaded.scene.warnings.iter().map(|w| w.0.clone()).collect(),
+        }
+    }
+
+    /// Two lines for people.
+    pub fn summary(&self) -> String {
+        format!(
+            "{}x{}, {} samples per pixel ({}, {}, seed {}), {} threads, {}\n\
+             loaded in {:.2} s, built in {:.2} s, rendered in {:.2} s: {:.1} M rays, {:.2} Mrays/s; peak {:.0} MB",
+            self.width,
+            self.height,
+            self.spp,
+            self.method,
+            self.pattern,
+            self.seed,
+            self.threads,
+            self.kernel,
+            self.load_seconds,
+            self.build_seconds,
+            self.render_seconds,
+            self.rays as f64 / 1e6,
+            self.mrays_per_second,
+            self.peak_memory_bytes as f64 / 1e6,
+        )
+    }
+}
+
+/// One JSON object, on a line of its own.
+pub fn json(value: &impl Serialize) {
+    match serde_json::to_string(value) {
+        Ok(line) => result(&line),
+        Err(e) => say(&format!("error: the result cannot be written as JSON: {e}")),
+    }
+}
+
+/// Sets how much is logged to standard error: with `-v` what is done, step by step.
+pub fn start(options: &crate::options::RenderOptions) {
+    use tracing_subscriber::EnvFilter;
+    let level = if crate::options::RenderOptions::is(options.verbose) { "dapple=info" } else { "error" };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(level));
+    // A second call, from a test, changes nothing.
+    let _ = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .without_time()
+        .try_init();
+}

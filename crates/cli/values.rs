@@ -1,0 +1,204 @@
+//! The values that options take, each with the one sentence said about a wrong one.
+
+use dapple_integrator::Method;
+use dapple_integrator::camera::PixelRect;
+use dapple_integrator::imaging::Tone;
+use glam::Vec3;
+use std::str::FromStr;
+use std::time::Duration;
+
+/// A length of time, at least a nanosecond.
+pub type Seconds = Duration;
+
+/// The largest side of a picture, and the most pixels that are held at once.
+const MAX_SIDE: u32 = 1 << 20;
+/// Pixels of the rendered part; a film of this size takes some ten gigabytes.
+pub const MAX_PIXELS: u64 = 1 << 27;
+
+/// `WxH`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    pub width: u32,
+    pub height: u32,
+}
+
+impl FromStr for Size {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Self, String> {
+        let (w, h) = s.split_once(['x', 'X', '×']).ok_or("write it as WIDTHxHEIGHT, such as 640x480")?;
+        let side = |t: &str| t.trim().parse::<u32>().map_err(|_| format!("'{t}' is not a number of pixels"));
+        let (width, height) = (side(w)?, side(h)?);
+        if width == 0 || height == 0 {
+            return Err("width and height must be at least 1".into());
+        }
+        if width > MAX_SIDE || height > MAX_SIDE {
+            return Err(format!("width and height must be at most {MAX_SIDE}"));
+        }
+        Ok(Self { width, height })
+    }
+}
+
+/// `X0,Y0,X1,Y1`, not empty; whether it lies in the picture is known only with the size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop(pub PixelRect);
+
+impl FromStr for Crop {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Self, String> {
+        let [x0, y0, x1, y1] = numbers::<u32, 4>(s, "four whole numbers X0,Y0,X1,Y1, none negative")?;
+        if x1 <= x0 || y1 <= y0 {
+            return Err("it is empty: X1 must be greater than X0, and Y1 than Y0".into());
+        }
+        Ok(Self(PixelRect { x0, y0, x1, y1 }))
+    }
+}
+
+/// `X,Y`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pixel(pub u32, pub u32);
+
+impl FromStr for Pixel {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Self, String> {
+        numbers::<u32, 2>(s, "two whole numbers X,Y, none negative").map(|[x, y]| Self(x, y))
+    }
+}
+
+/// `R,G,B`, finite and not negative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Color(pub Vec3);
+
+impl FromStr for Color {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Self, String> {
+        let expected = "three finite numbers R,G,B, none negative";
+        let rgb = numbers::<f32, 3>(s, expected)?;
+        if rgb.iter().all(|c| c.is_finite() && *c >= 0.0) {
+            Ok(Self(Vec3::from_array(rgb)))
+        } else {
+            Err(format!("expected {expected}"))
+        }
+    }
+}
+
+/// `N` numbers separated by commas.
+fn numbers<T: FromStr + Copy + Default, const N: usize>(s: &str, expected: &str) -> Result<[T; N], String> {
+    let mut all = [T::default(); N];
+    let mut parts = s.split(',');
+    for slot in &mut all {
+        let part = parts.next().and_then(|p| p.trim().parse().ok());
+        *slot = part.ok_or_else(|| format!("expected {expected}"))?;
+    }
+    if parts.next().is_some() { Err(format!("expected {expected}")) } else { Ok(all) }
+}
+
+/// A finite number.
+pub fn finite(s: &str) -> Result<f32, String> {
+    s.trim().parse().ok().filter(|x: &f32| x.is_finite()).ok_or_else(|| "expected a finite number".into())
+}
+
+/// A finite number in double precision.
+pub fn finite64(s: &str) -> Result<f64, String> {
+    s.trim().parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| "expected a finite number".into())
+}
+
+/// A finite number, zero or more.
+pub fn non_negative(s: &str) -> Result<f32, String> {
+    finite(s).ok().filter(|x| *x >= 0.0).ok_or_else(|| "expected a finite number, zero or more".into())
+}
+
+/// `30s`, `500ms`, `5m`, `1h`; a bare number is seconds. More than zero, less than a century.
+pub fn duration(s: &str) -> Result<Seconds, String> {
+    let s = s.trim();
+    let unit = s.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let scale = match unit {
+        "" | "s" => 1.0,
+        "ms" => 1e-3,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err("expected a time such as 30s, 500ms, 5m or 1h".into()),
+    };
+    let number: f64 = s[..s.len() - unit.len()]
+        .parse()
+        .map_err(|_| "expected a time such as 30s, 500ms, 5m or 1h".to_string())?;
+    let seconds = number * scale;
+    if !(1e-9..=3.2e9).contains(&seconds) {
+        return Err("expected a time of more than 0 and less than 100 years".into());
+    }
+    Ok(Duration::from_secs_f64(seconds))
+}
+
+/// `path` or `distribution`.
+pub fn method(s: &str) -> Result<Method, String> {
+    match s {
+        "path" => Ok(Method::Path),
+        "distribution" => Ok(Method::Distribution),
+        _ => Err("expected path or distribution".into()),
+    }
+}
+
+/// The name under which [`method`] reads it.
+pub fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::Path => "path",
+        Method::Distribution => "distribution",
+    }
+}
+
+/// `srgb`, `agx`, `aces` or `neutral`.
+pub fn tone(s: &str) -> Result<Tone, String> {
+    match s {
+        "srgb" => Ok(Tone::Srgb),
+        "agx" => Ok(Tone::Agx),
+        "aces" => Ok(Tone::Aces),
+        "neutral" => Ok(Tone::Neutral),
+        _ => Err("expected srgb, agx, aces or neutral".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_positive_and_bounded() {
+        assert_eq!("640x480".parse(), Ok(Size { width: 640, height: 480 }));
+        for bad in ["0x0", "0x4", "4x0", "4", "4x", "x4", "-4x4", "4x4x4", "9999999x1", "4.5x4"] {
+            assert!(bad.parse::<Size>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn crops_hold_at_least_a_pixel() {
+        assert_eq!("1,2,3,4".parse(), Ok(Crop(PixelRect { x0: 1, y0: 2, x1: 3, y1: 4 })));
+        for bad in ["1,2,1,4", "1,2,0,4", "1,2,3", "1,2,3,4,5", "-1,0,3,4", "a,b,c,d", ""] {
+            assert!(bad.parse::<Crop>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn durations_have_units_and_ends() {
+        assert_eq!(duration("30s"), Ok(Duration::from_secs(30)));
+        assert_eq!(duration("30"), Ok(Duration::from_secs(30)));
+        assert_eq!(duration("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(duration("500ms"), Ok(Duration::from_millis(500)));
+        for bad in ["0", "0s", "-1s", "s", "", "1d", "nan", "inf", "1e30s", "9999999999999h"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn colours_are_radiances() {
+        assert_eq!("1,0.5,0".parse(), Ok(Color(Vec3::new(1.0, 0.5, 0.0))));
+        for bad in ["1,1", "1,1,-1", "1,1,nan", "inf,1,1", "1,1,1,1", "red"] {
+            assert!(bad.parse::<Color>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn names_round_trip() {
+        for m in [Method::Path, Method::Distribution] {
+            assert_eq!(method(method_name(m)), Ok(m));
+        }
+    }
+}
