@@ -114,24 +114,29 @@ struct Slabs<L> {
 impl<L: Lanes> Slabs<L> {
     #[inline(always)]
     fn new(o: Vec3, d: Vec3) -> Self {
-        let inverse: [f32; 3] = std::array::from_fn(|k| 1.0 / d[k]);
+        let r = Vec3::ONE / d;
+        let near = |k: usize| 2 * k + usize::from(r[k].is_sign_negative());
         Self {
-            o: std::array::from_fn(|k| L::splat(o[k])),
-            inverse: std::array::from_fn(|k| L::splat(inverse[k])),
-            near: std::array::from_fn(|k| 2 * k + usize::from(inverse[k].is_sign_negative())),
+            o: [L::splat(o.x), L::splat(o.y), L::splat(o.z)],
+            inverse: [L::splat(r.x), L::splat(r.y), L::splat(r.z)],
+            near: [near(0), near(1), near(2)],
         }
+    }
+
+    #[inline(always)]
+    fn at(&self, node: &Node, k: usize, plane: usize) -> L {
+        L::load(&node.bounds[plane]).sub(self.o[k]).mul(self.inverse[k])
     }
 
     /// Entry distances, and the lanes whose box is entered at or before `limit`.
     #[inline(always)]
     fn enter(&self, node: &Node, limit: f32) -> (L, u32) {
-        let mut near = L::splat(0.0);
-        let mut far = L::splat(f32::INFINITY);
-        for k in 0..3 {
-            let at = |plane: usize| L::load(&node.bounds[plane]).sub(self.o[k]).mul(self.inverse[k]);
-            near = at(self.near[k]).max(near);
-            far = at(self.near[k] ^ 1).min(far);
-        }
+        let near = self.at(node, 0, self.near[0]).max(L::splat(0.0));
+        let near = self.at(node, 1, self.near[1]).max(near);
+        let near = self.at(node, 2, self.near[2]).max(near);
+        let far = self.at(node, 0, self.near[0] ^ 1).min(L::splat(f32::INFINITY));
+        let far = self.at(node, 1, self.near[1] ^ 1).min(far);
+        let far = self.at(node, 2, self.near[2] ^ 1).min(far);
         let far = far.mul(L::splat(WIDEN));
         (near, near.le(far) & near.le(L::splat(limit)))
     }

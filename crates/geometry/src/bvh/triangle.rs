@@ -49,15 +49,11 @@ pub(super) struct Found {
 #[inline(always)]
 pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> Found {
     let [kx, ky, kz] = ray.k;
-    let (ox, oy, oz) = (L::splat(ray.o[kx]), L::splat(ray.o[ky]), L::splat(ray.o[kz]));
+    let o = [L::splat(ray.o[kx]), L::splat(ray.o[ky]), L::splat(ray.o[kz])];
     let (sx, sy, sz) = (L::splat(ray.s[0]), L::splat(ray.s[1]), L::splat(ray.s[2]));
-    let corner = |c: usize| {
-        let z = L::load(&block.corner[c][kz]).sub(oz);
-        let x = L::load(&block.corner[c][kx]).sub(ox).sub(sx.mul(z));
-        let y = L::load(&block.corner[c][ky]).sub(oy).sub(sy.mul(z));
-        (x, y, z)
-    };
-    let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (corner(0), corner(1), corner(2));
+    let (ax, ay, az) = shear(&block.corner[0], ray.k, o, sx, sy);
+    let (bx, by, bz) = shear(&block.corner[1], ray.k, o, sx, sy);
+    let (cx, cy, cz) = shear(&block.corner[2], ray.k, o, sx, sy);
     let u = cx.mul(by).sub(cy.mul(bx));
     let v = ax.mul(cy).sub(ay.mul(cx));
     let w = bx.mul(ay).sub(by.mul(ax));
@@ -82,6 +78,16 @@ pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> F
         exact_edges(ray, block, on_edge & 0xff, limit, &mut found);
     }
     found
+}
+
+/// Corners relative to the origin, sheared so that the ray runs along z. (A function and not a closure: only what is
+/// always inlined is compiled for the caller's instruction set.)
+#[inline(always)]
+fn shear<L: Lanes>(corner: &[[f32; 8]; 3], [kx, ky, kz]: [usize; 3], o: [L; 3], sx: L, sy: L) -> (L, L, L) {
+    let z = L::load(&corner[kz]).sub(o[2]);
+    let x = L::load(&corner[kx]).sub(o[0]).sub(sx.mul(z));
+    let y = L::load(&corner[ky]).sub(o[1]).sub(sy.mul(z));
+    (x, y, z)
 }
 
 /// Decides the lanes of `mask` again with exact edge functions.
