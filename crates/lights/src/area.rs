@@ -1,29 +1,153 @@
 //! Emitting triangles, quads, spheres and disks, aimed at by solid angle where it pays.
-use glam::Vec3;
+//!
+//! Triangles and quads are sampled evenly in the solid angle they fill while that is at least [`SMALL`], else evenly in
+//! area (then both are nearly the same); spheres through the cone they fill; disks evenly in area.
+use crate::{LightPoint, LightSample, disk, polygon::Facet, sphere};
+use glam::{Vec2, Vec3};
+use std::f64::consts::PI;
+
+/// Solid angle in sr below which triangles and quads are sampled by area. `sample` and `pdf` ask the same question.
+pub const SMALL: f64 = 1e-3;
+
+/// A surface that emits evenly.
 #[derive(Clone, Debug)]
 pub struct Area {
+    /// Where.
     pub shape: AreaShape,
-    /** mean radiance */
+    /// Mean radiance, W·m⁻²·sr⁻¹.
     pub radiance: Vec3,
+    /// Emits from the back as well.
     pub two_sided: bool,
 }
+
 /// Front side = counter-clockwise / outward / `normal`.
 #[derive(Clone, Copy, Debug)]
 pub enum AreaShape {
+    /// [`LightPoint::triangle`] is 0, its corners in this order.
     Triangle([Vec3; 3]),
-    /// Parallelogram: corner, edge, edge.
+    /// Parallelogram: corner, edge, edge; front where e1×e2 points. With P0 = corner, P1 = corner + e1,
+    /// P2 = corner + e1 + e2, P3 = corner + e2, triangle 0 is (P0, P1, P2) and triangle 1 is (P0, P2, P3).
     Quad {
+        /// P0.
         corner: Vec3,
+        /// P1 − P0.
         e1: Vec3,
+        /// P3 − P0.
         e2: Vec3,
     },
+    /// Exact sphere. No barycentrics.
     Sphere {
+        /// Centre.
         centre: Vec3,
+        /// Radius.
         radius: f32,
     },
+    /// Exact disk. No barycentrics.
     Disk {
+        /// Centre.
         centre: Vec3,
+        /// Unit normal of the front.
         normal: Vec3,
+        /// Radius.
         radius: f32,
     },
+}
+
+impl AreaShape {
+    /// Surface area in square render units.
+    pub fn area(&self) -> f64 {
+        match *self {
+            Self::Triangle([a, b, c]) => 0.5 * cross_length(b - a, c - a),
+            Self::Quad { e1, e2, .. } => cross_length(e1, e2),
+            Self::Sphere { radius, .. } => 4.0 * PI * radius as f64 * radius as f64,
+            Self::Disk { radius, .. } => PI * radius as f64 * radius as f64,
+        }
+    }
+
+    /// Area-weighted middle: where all of the light would sit as one point.
+    pub fn centroid(&self) -> Vec3 {
+        match *self {
+            Self::Triangle([a, b, c]) => ((a.as_dvec3() + b.as_dvec3() + c.as_dvec3()) / 3.0).as_vec3(),
+            Self::Quad { corner, e1, e2 } => {
+                (corner.as_dvec3() + (e1.as_dvec3() + e2.as_dvec3()) * 0.5).as_vec3()
+            }
+            Self::Sphere { centre, .. } | Self::Disk { centre, .. } => centre,
+        }
+    }
+}
+
+fn cross_length(e1: Vec3, e2: Vec3) -> f64 {
+    e1.as_dvec3().cross(e2.as_dvec3()).length()
+}
+
+/// Where a shape was aimed at, before anything is said about what it emits.
+pub(crate) struct Aimed {
+    pub wi: Vec3,
+    pub distance: f32,
+    /// Per solid angle.
+    pub pdf: f32,
+    pub point: LightPoint,
+}
+
+impl Area {
+    /// A direction towards the light for `u` in \[0,1)². None from behind a one-sided light and from its plane.
+    pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let two_sided = self.two_sided;
+        let aimed = match self.shape {
+            AreaShape::Triangle([a, b, c]) => Facet::triangle(p, a, b, c).sample(u, two_sided),
+            AreaShape::Quad { corner, e1, e2 } => Facet::quad(p, corner, e1, e2).sample(u, two_sided),
+            AreaShape::Sphere { centre, radius } => sphere::sample(p, centre, radius, two_sided, u),
+            AreaShape::Disk { centre, normal, radius } => {
+                disk::sample(p, centre, normal, radius, two_sided, u)
+            }
+        };
+        let Aimed { wi, distance, pdf, point } = aimed.filter(|a| a.pdf > 0.0 && a.pdf.is_finite())?;
+        let point = Some(point);
+        Some(LightSample { wi, pdf, delta: false, radiance: self.radiance, distance, point })
+    }
+
+    /// Solid-angle density at `p` of a direction that reaches the light at `distance`; 0 from behind and from its plane.
+    /// Where the light is sampled by solid angle this is 1/Ω, else distance²/(area·cosθ_light), with the cosine taken
+    /// from the distance of the plane: area·cosθ·distance is the same for every point of a flat light.
+    pub fn pdf(&self, p: Vec3, distance: f32) -> f32 {
+        let two_sided = self.two_sided;
+        let pdf = match self.shape {
+            AreaShape::Triangle([a, b, c]) => Facet::triangle(p, a, b, c).pdf(distance, two_sided),
+            AreaShape::Quad { corner, e1, e2 } => Facet::quad(p, corner, e1, e2).pdf(distance, two_sided),
+            AreaShape::Sphere { centre, radius } => sphere::pdf(p, centre, radius, two_sided),
+            AreaShape::Disk { centre, normal, radius } => {
+                disk::pdf(p, centre, normal, radius, two_sided, distance)
+            }
+        };
+        (pdf as f32).min(f32::MAX)
+    }
+
+    /// π·area·radiance, twice that for two sides.
+    pub fn power(&self) -> Vec3 {
+        let sides = if self.two_sided { 2.0 } else { 1.0 };
+        self.radiance * (PI * sides * self.shape.area()) as f32
+    }
+}
+
+/// The side of a flat light that `p` sees as a factor: None behind a one-sided light and in the plane.
+/// `facing` > 0 in front; gives |facing|.
+#[inline]
+pub(crate) fn visible(facing: f64, two_sided: bool) -> Option<f64> {
+    let facing = if two_sided { facing.abs() } else { facing };
+    (facing > 0.0).then_some(facing)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn areas_and_middles() {
+        let triangle = AreaShape::Triangle([Vec3::ZERO, Vec3::X * 2.0, Vec3::Y]);
+        let quad = AreaShape::Quad { corner: Vec3::ONE, e1: Vec3::X * 2.0, e2: Vec3::new(5.0, 3.0, 0.0) };
+        assert_eq!((triangle.area(), quad.area()), (1.0, 6.0));
+        assert_eq!(quad.centroid(), Vec3::new(4.5, 2.5, 1.0));
+        let light = Area { shape: triangle, radiance: Vec3::ONE, two_sided: true };
+        assert!((light.power().x as f64 - 2.0 * PI).abs() < 1e-6);
+    }
 }

@@ -1,13 +1,28 @@
 //! Where light comes from, and how to aim at it.
+//!
+//! [`Light::sample`] aims from a receiver at one light, [`Light::pdf`] is its density, [`LightChoice`] says which light to
+//! aim at. All densities are per solid angle at the receiver. Units: radiance W·m⁻²·sr⁻¹, intensity W·sr⁻¹, irradiance
+//! W·m⁻², per channel of linear Rec.709; lengths in render units. Nothing here knows what stands in the way.
+#![forbid(unsafe_code)]
 pub mod area;
 pub mod choice;
+mod cluster;
+mod disk;
 pub mod distant;
 pub mod environment;
 pub mod light;
 pub mod point;
+mod polygon;
+pub mod solid_angle;
+mod sphere;
+mod tree;
 pub use area::{Area, AreaShape};
 pub use choice::LightChoice;
 pub use distant::Distant;
-pub use environment::Environment;
+pub use environment::{BadTexel, Environment};
 pub use light::{Light, LightPoint, LightSample};
 pub use point::{Point, Spot};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

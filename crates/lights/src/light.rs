@@ -1,32 +1,47 @@
 //! One light of any kind: sample towards it, density of a direction that reaches it.
 use crate::{Area, Distant, Environment, Point, Spot};
 use glam::{Vec2, Vec3};
+
+/// One light.
 #[derive(Clone, Debug)]
 pub enum Light {
+    /// All directions from one point.
     Point(Point),
+    /// A cone from one point.
     Spot(Spot),
+    /// One direction.
     Distant(Distant),
+    /// An emitting surface.
     Area(Area),
+    /// Everything around the scene.
     Environment(Environment),
 }
+
 /// A place on an area light.
 #[derive(Clone, Copy, Debug)]
 pub struct LightPoint {
+    /// Position.
     pub p: Vec3,
+    /// Bound of |computed − exact| per axis.
     pub p_error: Vec3,
     /// Unit geometric normal of the front side.
     pub n: Vec3,
-    /// Which triangle of the shape (quad: 0 or 1) and its barycentrics, for textured emission.
+    /// Which triangle of the shape (see [`crate::AreaShape`]) and its barycentrics, for textured emission.
     pub triangle: u32,
+    /// Barycentric of the triangle's corner 1.
     pub u: f32,
+    /// Barycentric of the triangle's corner 2.
     pub v: f32,
 }
+
+/// One direction towards a light.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// Unit direction towards the light.
     pub wi: Vec3,
     /// Solid-angle density at the receiver; 1 for delta lights.
     pub pdf: f32,
+    /// Whether no other technique can find this light.
     pub delta: bool,
     /// Radiance along −wi (area: the light's mean; delta: intensity/d², i.e. irradiance on a facing surface).
     pub radiance: Vec3,
@@ -35,21 +50,48 @@ pub struct LightSample {
     /// Only for area lights.
     pub point: Option<LightPoint>,
 }
+
 impl Light {
+    /// A direction from `p` towards the light for `u` in \[0,1)².
     /// None when the light cannot reach `p` (behind a one-sided emitter, in its plane, density 0).
-    pub fn sample(&self, _p: Vec3, _u: Vec2) -> Option<LightSample> {
-        todo!()
+    #[inline]
+    pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        match self {
+            Self::Point(light) => light.sample(p),
+            Self::Spot(light) => light.sample(p),
+            Self::Distant(light) => Some(light.sample()),
+            Self::Area(light) => light.sample(p, u),
+            Self::Environment(light) => light.sample(u),
+        }
     }
+
     /// Solid-angle density at `p` with which `sample` gives the direction `wi` (unit) that was seen to reach this light
     /// at distance `distance` with geometric normal `n` there. 0 for delta lights.
-    pub fn pdf(&self, _p: Vec3, _wi: Vec3, _distance: f32, _n: Vec3) -> f32 {
-        todo!()
+    ///
+    /// Area lights know their own shape: their density follows from `p` and `distance`, and `n` is not looked at.
+    #[inline]
+    pub fn pdf(&self, p: Vec3, wi: Vec3, distance: f32, _n: Vec3) -> f32 {
+        match self {
+            Self::Point(_) | Self::Spot(_) | Self::Distant(_) => 0.0,
+            Self::Area(light) => light.pdf(p, distance),
+            Self::Environment(light) => light.pdf(wi),
+        }
     }
-    /// Total power in W per channel (environment: through a disk of the scene's radius).
-    pub fn power(&self, _scene_radius: f32) -> Vec3 {
-        todo!()
+
+    /// Total power in W per channel (distant and environment: through a disk of the scene's radius).
+    pub fn power(&self, scene_radius: f32) -> Vec3 {
+        let disk = std::f32::consts::PI * scene_radius * scene_radius;
+        match self {
+            Self::Point(light) => light.power(),
+            Self::Spot(light) => light.power(),
+            Self::Distant(light) => light.irradiance * disk,
+            Self::Area(light) => light.power(),
+            Self::Environment(light) => light.mean() * (4.0 * std::f32::consts::PI * disk),
+        }
     }
+
+    /// Whether only `sample` can find this light, never a ray.
     pub fn is_delta(&self) -> bool {
-        todo!()
+        matches!(self, Self::Point(_) | Self::Spot(_) | Self::Distant(_))
     }
 }

@@ -1,0 +1,108 @@
+//! Aiming at triangles and parallelograms.
+use crate::LightPoint;
+use crate::area::{Aimed, SMALL, visible};
+use crate::solid_angle::{Arm, Wedge, facing};
+use dapple_sampling::warp;
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+/// A triangle (P0, P0 + e1, P0 + e2) or a parallelogram with those edges, as a receiver sees it. f64 throughout.
+pub(crate) struct Facet {
+    corner: DVec3,
+    /// From the receiver to P0.
+    p0: DVec3,
+    e1: DVec3,
+    e2: DVec3,
+    /// −p0·(e1×e2), see [`facing`].
+    facing: f64,
+    is_quad: bool,
+}
+
+impl Facet {
+    pub fn triangle(p: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Self {
+        let a = a.as_dvec3();
+        Self::new(p, a, b.as_dvec3() - a, c.as_dvec3() - a, false)
+    }
+
+    pub fn quad(p: Vec3, corner: Vec3, e1: Vec3, e2: Vec3) -> Self {
+        Self::new(p, corner.as_dvec3(), e1.as_dvec3(), e2.as_dvec3(), true)
+    }
+
+    fn new(p: Vec3, corner: DVec3, e1: DVec3, e2: DVec3, is_quad: bool) -> Self {
+        let p0 = corner - p.as_dvec3();
+        Self { corner, p0, e1, e2, facing: facing(p0, e1, e2), is_quad }
+    }
+
+    /// The one or two triangles around P0: (P0, P0 + e1, P0 + e2), or (P0, P1, P2) and (P0, P2, P3). Neighbours share
+    /// the side through P0, so the map from the unit square stays continuous over the diagonal.
+    fn wedges(&self) -> (Wedge, Option<Wedge>) {
+        let arm = |v: DVec3| Arm::new(self.p0 + v);
+        let (apex, one, three) = (arm(DVec3::ZERO), arm(self.e1), arm(self.e2));
+        if !self.is_quad {
+            return (Wedge::new(self.facing, apex, one, three), None);
+        }
+        let two = arm(self.e1 + self.e2);
+        (Wedge::new(self.facing, apex, one, two), Some(Wedge::new(self.facing, apex, two, three)))
+    }
+
+    pub fn sample(&self, u: Vec2, two_sided: bool) -> Option<Aimed> {
+        let facing = visible(self.facing, two_sided)?;
+        let (first, second) = self.wedges();
+        let omega = first.omega + second.map_or(0.0, |w| w.omega);
+        if omega < SMALL {
+            let at = if self.is_quad { u } else { warp::triangle(u) }.as_dvec2();
+            let to = self.p0 + self.e1 * at.x + self.e2 * at.y;
+            let distance = to.length();
+            return Some(self.aimed(to / distance, distance, self.area_pdf(distance, facing), at));
+        }
+        let x = u.x as f64 * omega;
+        let (u, y) = (DVec2::new(x / first.omega, u.y as f64), u.y as f64);
+        let wi = match second {
+            Some(second) if x >= first.omega => {
+                second.sample(DVec2::new((x - first.omega) / second.omega, y))
+            }
+            _ => first.sample(u),
+        }?;
+        let (distance, at) = self.hit(wi)?;
+        Some(self.aimed(wi, distance, 1.0 / omega, at))
+    }
+
+    /// As `sample` chooses it; `distance` is that of the point reached.
+    pub fn pdf(&self, distance: f32, two_sided: bool) -> f64 {
+        let Some(facing) = visible(self.facing, two_sided) else { return 0.0 };
+        let (first, second) = self.wedges();
+        let omega = first.omega + second.map_or(0.0, |w| w.omega);
+        if omega < SMALL { self.area_pdf(distance as f64, facing) } else { 1.0 / omega }
+    }
+
+    /// distance²/(area·cosθ), where area·cosθ·distance = `facing` (half of it for the triangle).
+    fn area_pdf(&self, distance: f64, facing: f64) -> f64 {
+        let share = if self.is_quad { 1.0 } else { 2.0 };
+        share * distance * distance * distance / facing
+    }
+
+    /// Distance and place (along e1, e2) where the direction meets the plane, held inside the shape against rounding.
+    fn hit(&self, wi: DVec3) -> Option<(f64, DVec2)> {
+        let n = self.e1.cross(self.e2);
+        let distance = self.p0.dot(n) / wi.dot(n);
+        let q = wi * distance - self.p0;
+        let at = DVec2::new(q.cross(self.e2).dot(n), self.e1.cross(q).dot(n)) / n.length_squared();
+        let at = at.clamp(DVec2::ZERO, DVec2::ONE);
+        let over = at.x + at.y;
+        let at = if self.is_quad || over <= 1.0 { at } else { at / over };
+        (distance > 0.0 && distance.is_finite() && at.is_finite()).then_some((distance, at))
+    }
+
+    fn aimed(&self, wi: DVec3, distance: f64, pdf: f64, at: DVec2) -> Aimed {
+        let p = (self.corner + self.e1 * at.x + self.e2 * at.y).as_vec3();
+        // Rounded once, plus the rounding that the edges of a quad came with.
+        let p_error = (p.abs() + self.e1.abs().as_vec3() + self.e2.abs().as_vec3()) * f32::EPSILON;
+        let n = self.e1.cross(self.e2).normalize().as_vec3();
+        let (triangle, u, v) = match self.is_quad {
+            false => (0, at.x, at.y),
+            true if at.x >= at.y => (0, at.x - at.y, at.y),
+            true => (1, at.x, at.y - at.x),
+        };
+        let point = LightPoint { p, p_error, n, triangle, u: u as f32, v: v as f32 };
+        Aimed { wi: wi.as_vec3(), distance: distance as f32, pdf: pdf as f32, point }
+    }
+}

@@ -1,0 +1,78 @@
+//! Aiming at a sphere: evenly in the cone it fills from outside, evenly over all directions from inside.
+use crate::LightPoint;
+use crate::area::Aimed;
+use dapple_geometry::Frame;
+use glam::{DVec3, Vec2, Vec3};
+use std::f64::consts::{PI, TAU};
+
+/// The directions in which a receiver sees the sphere: the cone of 1 − cosθ ≤ `height` about `w`.
+struct Cone {
+    /// Towards the centre.
+    w: DVec3,
+    /// Distance of the centre.
+    d: f64,
+    /// d² − R², without cancellation.
+    gap: f64,
+    /// 1 − cosθ_max; 2 = all directions.
+    height: f64,
+    /// The far side of the sphere is what is seen.
+    from_inside: bool,
+}
+
+/// What `p` can see of the sphere; None from inside a one-sided one (it emits outward only). With s = R/d from outside,
+/// 1 − cosθ_max = s²/(1 + √(1 − s²)), accurate at every size.
+///
+/// A two-sided sphere seen from a point that lies on it, to within the rounding of its coordinates, is seen like the wall
+/// of a room: the hemisphere towards the centre, far side. Which side of the surface such a point was rounded to must
+/// not matter: a point outside must not see the wall it lies on, one inside must see all of the rest.
+fn seen(p: Vec3, centre: Vec3, radius: f32, two_sided: bool) -> Option<Cone> {
+    let f = centre.as_dvec3() - p.as_dvec3();
+    let (d, r) = (f.length(), radius as f64);
+    let gap = (d - r) * (d + r);
+    let w = if d > 0.0 { f / d } else { DVec3::Z };
+    let largest = p.abs().max(centre.abs()).max_element() as f64 + r;
+    let on_wall = (d - r).abs() <= 8.0 * f32::EPSILON as f64 * largest;
+    if two_sided && on_wall {
+        return Some(Cone { w, d, gap, height: 1.0, from_inside: true });
+    }
+    if gap >= 0.0 {
+        let s = r / d;
+        let height = s * s / (1.0 + (gap.sqrt() / d));
+        return Some(Cone { w, d, gap, height, from_inside: false });
+    }
+    two_sided.then_some(Cone { w, d, gap, height: 2.0, from_inside: true })
+}
+
+pub(crate) fn sample(p: Vec3, centre: Vec3, radius: f32, two_sided: bool, u: Vec2) -> Option<Aimed> {
+    let cone = seen(p, centre, radius, two_sided)?;
+    let r = radius as f64;
+    let v = u.x as f64 * cone.height;
+    let (cos, sin) = (1.0 - v, (v * (2.0 - v)).max(0.0).sqrt());
+    // β: angle between the direction and the normal at the place it meets.
+    let sin_beta = (cone.d * sin / r).min(1.0);
+    let cos_beta = (1.0 - sin_beta * sin_beta).sqrt();
+    let (distance, along) = if cone.from_inside {
+        (cone.d * cos + r * cos_beta, cos_beta * cos - sin_beta * sin)
+    } else {
+        (cone.gap / (cone.d * cos + r * cos_beta), -cos_beta * cos - sin_beta * sin)
+    };
+    let radial = distance * sin / r;
+    let phi = TAU * u.y as f64;
+    let frame = Frame::from_z(cone.w.as_vec3());
+    let side = frame.x.as_dvec3() * libm::cos(phi) + frame.y.as_dvec3() * libm::sin(phi);
+    let wi = (side * sin + cone.w * cos).normalize().as_vec3();
+    let n = (side * radial + cone.w * along).normalize().as_vec3();
+    let place = centre + n * radius;
+    let p_error = (centre.abs() + (n * radius).abs()) * (4.0 * f32::EPSILON);
+    let point = LightPoint { p: place, p_error, n, triangle: 0, u: 0.0, v: 0.0 };
+    let usable = distance >= 0.0 && n.is_finite();
+    usable.then(|| Aimed { wi, distance: distance as f32, pdf: density(&cone) as f32, point })
+}
+
+fn density(cone: &Cone) -> f64 {
+    1.0 / (2.0 * PI * cone.height)
+}
+
+pub(crate) fn pdf(p: Vec3, centre: Vec3, radius: f32, two_sided: bool) -> f64 {
+    seen(p, centre, radius, two_sided).map_or(0.0, |cone| density(&cone))
+}
