@@ -1,5 +1,6 @@
 //! Cells for a test, made from a pilot run: a tree of cuts through the medians of the pilot points, so that cells are
-//! small where samples are dense and a lobe of width 1e-3 gets as many as the rest of the sphere. The tested samples are
+//! small where samples are dense and a lobe of width 1e-3 gets as many as the rest of the sphere; where a cell holds its
+//! points in a small part of it, the empty part is cut off. The tested samples are
 //! others than the pilot's, so the cells are fixed before they are counted.
 
 /// A place: which chart of the domain, and where in it.
@@ -48,8 +49,9 @@ impl Partition {
         largest: f64,
         axis: usize,
     ) -> usize {
-        let at = cut(&cell, points, share, largest, axis);
-        let Some(at) = at.filter(|at| cell.low[axis] < *at && *at < cell.high[axis]) else {
+        let at =
+            cut(&cell, points, share, largest, axis).map(|at| (axis, at)).or_else(|| edge(&cell, points));
+        let Some((axis, at)) = at.filter(|&(axis, at)| cell.low[axis] < at && at < cell.high[axis]) else {
             self.cells.push(cell);
             self.nodes.push(Node::Leaf(self.cells.len() - 1));
             return self.nodes.len() - 1;
@@ -85,6 +87,24 @@ fn cut(cell: &Cell, points: &mut [[f64; 2]], share: usize, largest: f64, axis: u
         return Some(median[axis]);
     }
     (area(cell.low, cell.high) > largest).then(|| 0.5 * (cell.low[axis] + cell.high[axis]))
+}
+
+/// Where to cut off an empty part of a cell that holds many points on a small part of it: where a lobe ends, or where it
+/// becomes too thin to be found by quadrature in the rest.
+fn edge(cell: &Cell, points: &[[f64; 2]]) -> Option<(usize, f64)> {
+    if points.len() < 8 {
+        return None;
+    }
+    (0..2).find_map(|axis| {
+        let low = points.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
+        let high = points.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max);
+        let width = high - low;
+        if cell.high[axis] - high > 4.0 * width {
+            Some((axis, high + width))
+        } else {
+            (low - cell.low[axis] > 4.0 * width).then_some((axis, low - width))
+        }
+    })
 }
 
 fn area(low: [f64; 2], high: [f64; 2]) -> f64 {

@@ -167,18 +167,24 @@ pub fn adaptive_line(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, tolerance: f
     refine(start, |low, high| Region::line(&mut f, low[0], high[0]), tolerance, 0.0, most)
 }
 
-/// ∫∫ f dx dy over the rectangle between two corners, with its error; stops at `most` regions of 225 evaluations, or
-/// when the error is below `tolerance`·∫|f| or below `absolute`.
+/// ∫∫ f dx dy over the rectangle between two corners, with its error. Starts with `start` regions along each axis, then
+/// stops at `most` more regions of 225 evaluations, or when the error is below `tolerance`·∫|f| or below `absolute`.
 pub fn adaptive_plane(
     mut f: impl FnMut(f64, f64) -> f64,
     low: [f64; 2],
     high: [f64; 2],
-    tolerance: f64,
-    absolute: f64,
+    start: [u32; 2],
+    [tolerance, absolute]: [f64; 2],
     most: usize,
 ) -> Integral {
-    let start = vec![Region::plane(&mut f, low, high)];
-    refine(start, |low, high| Region::plane(&mut f, low, high), tolerance, absolute, most)
+    let at =
+        |axis: usize, i: u32| low[axis] + (high[axis] - low[axis]) * f64::from(i) / f64::from(start[axis]);
+    let corners = (0..start[0]).flat_map(|i| (0..start[1]).map(move |j| (i, j)));
+    let regions: Vec<Region> = corners
+        .map(|(i, j)| Region::plane(&mut f, [at(0, i), at(1, j)], [at(0, i + 1), at(1, j + 1)]))
+        .collect();
+    let most = most + regions.len();
+    refine(regions, |low, high| Region::plane(&mut f, low, high), tolerance, absolute, most)
 }
 
 /// ∫_a^b f dx. `tolerance` is relative to ∫|f|.
@@ -235,18 +241,8 @@ fn polar_direction(v: f64) -> impl Fn(f64) -> DVec3 {
     move |phi| DVec3::new(sin * phi.cos(), sin * phi.sin(), 1.0 - v)
 }
 
-fn split_first(
-    mut f: impl FnMut(f64, f64) -> f64,
-    low: [f64; 2],
-    high: [f64; 2],
-    tolerance: f64,
-) -> Integral {
-    let at = |axis: usize, i: u32, n: u32| low[axis] + (high[axis] - low[axis]) * f64::from(i) / f64::from(n);
-    let mut start = Vec::new();
-    for (i, j) in (0..5).flat_map(|i| (0..7).map(move |j| (i, j))) {
-        start.push(Region::plane(&mut f, [at(0, i, 5), at(1, j, 7)], [at(0, i + 1, 5), at(1, j + 1, 7)]));
-    }
-    refine(start, |low, high| Region::plane(&mut f, low, high), tolerance, 0.0, 20_000)
+fn split_first(f: impl FnMut(f64, f64) -> f64, low: [f64; 2], high: [f64; 2], tolerance: f64) -> Integral {
+    adaptive_plane(f, low, high, [5, 7], [tolerance, 0.0], 20_000)
 }
 
 fn reached(integral: Integral, tolerance: f64) -> f64 {
