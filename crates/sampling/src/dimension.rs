@@ -1,7 +1,16 @@
 //! The named random decisions of a path.
 //!
 //! This table is fixed like a file format: replay and the merging of sample ranges rest on it. New decisions get new
-//! numbers; numbers are never reused. A decision left out shifts no other number, because each is keyed by name.
+//! numbers (below 256: a key packs depth·256 + number); numbers are never reused. A decision left out shifts no other
+//! number, because each is keyed by name.
+//!
+//! | number | decision | dims | depth |
+//! |---|---|---|---|
+//! | 0, 1, 2 | pixel, lens, time | 2, 2, 1 | 0 |
+//! | 3, 4 | lobe, direction | 1, 2 | vertex |
+//! | 5, 6 | light choice, light point | 1, 2 | vertex |
+//! | 7 | roulette | 1 | vertex |
+//! | 8, 9 | alpha met by the path ray, by the shadow ray | hash | vertex |
 
 /// Version of the table; part of what two renders must share to be merged.
 pub const LAYOUT: u32 = 1;

@@ -60,10 +60,10 @@ impl Discrete {
         // First bin whose upper edge lies above u: bins of zero width are never first.
         let index = self.cdf[1..].partition_point(|&edge| edge <= u);
         let (low, high) = (self.cdf[index], self.cdf[index + 1]);
-        (index, ((u - low) / (high - low)).clamp(0.0, 1.0 - f64::from(f32::EPSILON)))
+        (index, ((u - low) / (high - low)).clamp(0.0, 1.0 - f64::from(f32::EPSILON / 2.0)))
     }
 
-    /// Probability of `index`; 0 out of range.
+    /// Probability with which `sample` gives `index`; 0 out of range. A weight below about 1e-16 of the sum counts as 0.
     pub fn pmf(&self, index: usize) -> f32 {
         self.probability(index) as f32
     }
@@ -113,13 +113,31 @@ mod tests {
         }
     }
 
+    /// SCIENCE B13: with equal weights bin i owns the 2^7 inputs from i·2^7 on; both its ends are tried.
     #[test]
     fn all_of_2_to_the_25_bins_can_be_reached() {
-        let n = 1usize << 25;
-        let d = Discrete::new(&vec![1.0; n]).unwrap();
-        for bits in (0..u32::MAX).step_by(1 << 20) {
-            assert_eq!(d.sample_bits(bits).index, bits as usize >> 7);
-            assert_eq!(d.sample_bits(bits | 127).index, bits as usize >> 7);
+        let n = 1u32 << 25;
+        let d = Discrete::new(&vec![1.0; n as usize]).unwrap();
+        // All bins would take seconds; a stride coprime to powers of two visits every residue.
+        for bin in (0..n).step_by(101).chain([n - 1]) {
+            for bits in [bin << 7, bin << 7 | 127] {
+                assert_eq!(d.sample_bits(bits).index, bin as usize);
+            }
         }
+        assert_eq!(d.pmf(77), 1.0 / n as f32);
+    }
+
+    /// SCIENCE B13: a sum of ones that stalls at 2^24 in f32, and one heavy bin.
+    #[test]
+    fn a_heavy_bin_among_many_keeps_its_probability() {
+        let n = 1usize << 25;
+        let mut weights = vec![1.0; n];
+        weights[12_345_678] = 1e7;
+        let d = Discrete::new(&weights).unwrap();
+        let exact = 1e7 / (1e7 + (n - 1) as f64);
+        assert!((d.probability(12_345_678) - exact).abs() < 1e-12);
+        let tries = 1u32 << 16;
+        let hits = (0..tries).filter(|i| d.sample_bits(i << 16).index == 12_345_678).count();
+        assert!((hits as f64 - exact * f64::from(tries)).abs() <= 1.0);
     }
 }

@@ -3,6 +3,7 @@
 
 use crate::Discrete;
 use glam::Vec2;
+use std::cmp::Ordering;
 
 /// Density on `width`×`height` cells, row 0 at y = 0.
 #[derive(Clone, Debug)]
@@ -46,11 +47,8 @@ impl Grid2d {
         let (row, v) = self.rows.locate(f64::from(u.y));
         // A row with probability always has a table.
         let (column, h) = self.columns[row].as_ref().map_or((0, 0.5), |c| c.locate(f64::from(u.x)));
-        let (w, h_cells) = (self.width as f64, self.rows.len() as f64);
-        let point = Vec2::new(((column as f64 + h) / w) as f32, ((row as f64 + v) / h_cells) as f32);
-        let below_one = Vec2::splat(1.0 - f32::EPSILON / 2.0);
         GridSample {
-            point: point.min(below_one),
+            point: Vec2::new(inside(column, h, self.width), inside(row, v, self.rows.len())),
             cell: (column as u32, row as u32),
             within: Vec2::new(h as f32, v as f32),
             pdf: self.cell_pdf(column as u32, row as u32),
@@ -59,8 +57,7 @@ impl Grid2d {
 
     /// Density at `point`, clamped into the square.
     pub fn pdf(&self, point: Vec2) -> f32 {
-        let cell = |x: f32, n: usize| ((f64::from(x).clamp(0.0, 1.0) * n as f64) as usize).min(n - 1) as u32;
-        self.cell_pdf(cell(point.x, self.width), cell(point.y, self.rows.len()))
+        self.cell_pdf(cell(point.x, self.width) as u32, cell(point.y, self.rows.len()) as u32)
     }
 
     /// Density within a cell.
@@ -71,9 +68,40 @@ impl Grid2d {
     }
 }
 
+/// The cell of `x`, clamped into 0..n.
+fn cell(x: f32, n: usize) -> usize {
+    ((f64::from(x).clamp(0.0, 1.0) * n as f64) as usize).min(n - 1)
+}
+
+/// (index + place)/n as f32, moved by an ulp where rounding would leave the cell: the neighbour may have no weight.
+fn inside(index: usize, place: f64, n: usize) -> f32 {
+    let x = ((index as f64 + place) / n as f64) as f32;
+    match cell(x, n).cmp(&index) {
+        Ordering::Less => x.next_up(),
+        Ordering::Equal if x < 1.0 => x,
+        _ => x.next_down(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Every second cell empty, points at all the places where rounding bites.
+    #[test]
+    fn points_stay_in_cells_with_weight() {
+        for n in [3usize, 7, 100, 999, 4097] {
+            let weights: Vec<f64> = (0..n).map(|i| f64::from(i % 2 == 0)).collect();
+            let g = Grid2d::new(n, 1, &weights).unwrap();
+            for i in 0..1 << 16 {
+                for u in [i as f32 / 65_536.0, (i as f32 + 1.0).next_down() / 65_536.0] {
+                    let s = g.sample(Vec2::new(u, 1.0 - f32::EPSILON / 2.0));
+                    assert!(s.point.x < 1.0 && s.point.y < 1.0);
+                    assert!(s.pdf > 0.0 && g.pdf(s.point) == s.pdf, "{n} {u} {s:?}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn samples_have_their_density() {

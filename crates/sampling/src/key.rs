@@ -51,12 +51,39 @@ mod tests {
         }
     }
 
+    /// Part of the file format, like [`crate::dimension::LAYOUT`]: pinned.
     #[test]
     fn bits_are_a_promise() {
+        assert_eq!(Key::pixel(0, 0, 0).bits(), 12_035_550_249_420_947_055);
+        assert_eq!(Key::pixel(1, 2, 3).at(0, Dimension::Pixel).bits(), 18_106_437_220_738_762_080);
         assert_eq!(
-            Key::pixel(0, 0, 0).at(0, Dimension::Pixel).bits(),
-            Key::pixel(0, 0, 0).at(0, Dimension::Pixel).bits()
+            Key::pixel(u64::MAX, 7, 9).branch(3).at(u32::MAX, Dimension::ShadowAlpha).bits(),
+            11_847_629_566_514_735_717
         );
-        assert_ne!(Key::pixel(0, 1, 0), Key::pixel(0, 0, 1));
+    }
+
+    /// Every bit of every part of the name changes half of the bits of the key.
+    #[test]
+    fn names_avalanche() {
+        let key = |seed, x, y, n, depth| Key::pixel(seed, x, y).branch(n).at(depth, Dimension::Lobe).bits();
+        let mut flips = [0u32; 64];
+        let trials = 200;
+        for t in 0..trials {
+            let base = key(t, 3, 5, 1, 2);
+            for bit in 0..32 {
+                let b = 1 << bit;
+                for other in [
+                    key(t ^ u64::from(b), 3, 5, 1, 2),
+                    key(t, 3 ^ b, 5, 1, 2),
+                    key(t, 3, 5 ^ b, 1, 2),
+                    key(t, 3, 5, 1 ^ b, 2),
+                    key(t, 3, 5, 1, 2 ^ b),
+                ] {
+                    (0..64).for_each(|i| flips[i] += ((base ^ other) >> i & 1) as u32);
+                }
+            }
+        }
+        // Binomial(32 000, ½): 16 000 ± 5·89.
+        assert!(flips.iter().all(|f| (15_550..16_450).contains(f)), "{flips:?}");
     }
 }

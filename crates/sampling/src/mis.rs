@@ -19,7 +19,10 @@ fn weight(a: f32, b: f32, g: impl Fn(f32) -> f32) -> f32 {
     if a.is_infinite() && b.is_infinite() {
         return 0.5;
     }
-    if b <= a {
+    // A density that is no number is no strategy.
+    if b.is_nan() || b <= 0.0 {
+        1.0
+    } else if b <= a {
         1.0 / (1.0 + g(b / a))
     } else {
         let r = g(a / b);
@@ -43,7 +46,11 @@ mod tests {
         }
         assert_eq!(power(0.0, 0.0), 0.0);
         assert_eq!(power(0.0, 1.0), 0.0);
+        assert_eq!(power(0.0, f32::NAN), 0.0);
+        assert_eq!(power(f32::NAN, 1.0), 0.0);
+        assert_eq!(power(1.0, f32::NAN), 1.0);
         assert_eq!(power(inf, inf), 0.5);
+        assert_eq!(power(1.0, inf), 0.0);
         assert_eq!(power(inf, 1.0), 1.0);
         assert!((power(1.0, 3.0) - 0.1).abs() < 1e-7);
     }

@@ -1,7 +1,7 @@
 //! How many points an integral gets, and which: `4x4:stratified`, `6x6:grid`, `16:random`, `1`, `0`.
 
-use crate::pattern::{cell_2d, nearest_square, point_1d};
-use crate::{Key, Pattern, sobol};
+use crate::pattern::{cell_2d, nearest_square, padded_1d, permuted, point_1d};
+use crate::{Key, Pattern};
 use glam::Vec2;
 use std::fmt;
 use std::str::FromStr;
@@ -48,21 +48,33 @@ impl Plan {
 
     /// Number of points.
     pub fn count(self) -> u32 {
-        self.nx * self.ny
+        self.nx.saturating_mul(self.ny)
     }
 
-    /// The s-th point in [0,1)².
+    /// The s-th point in [0,1)², strata in order, x fastest.
     pub fn point_2d(self, s: u32, key: Key) -> Vec2 {
         match self.pattern {
-            Pattern::Sobol => sobol::point_2d(s, key),
-            Pattern::Random => crate::point_2d(Pattern::Random, s, self.count(), key),
-            pattern => cell_2d(pattern, s, [self.nx, self.ny], key),
+            Pattern::Sobol | Pattern::Random => crate::point_2d(self.pattern, s, self.count(), key),
+            pattern => cell_2d(pattern, s % self.count().max(1), s, [self.nx, self.ny], key),
         }
     }
 
     /// The s-th point in [0,1): the count counts in one dimension.
     pub fn point_1d(self, s: u32, key: Key) -> f32 {
         point_1d(self.pattern, s, self.count(), key)
+    }
+
+    /// As [`Plan::point_2d`], with the order of the cells permuted by the key, for integrals that share s.
+    pub fn padded_2d(self, s: u32, key: Key) -> Vec2 {
+        match self.pattern {
+            Pattern::Sobol | Pattern::Random => crate::padded_2d(self.pattern, s, self.count(), key),
+            pattern => cell_2d(pattern, permuted(s, self.count(), key), s, [self.nx, self.ny], key),
+        }
+    }
+
+    /// As [`Plan::point_1d`], with the order of the cells permuted by the key.
+    pub fn padded_1d(self, s: u32, key: Key) -> f32 {
+        padded_1d(self.pattern, s, self.count(), key)
     }
 }
 

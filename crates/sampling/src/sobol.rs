@@ -2,14 +2,21 @@
 //!
 //! Dimension 0 is the van der Corput sequence (bit reversal), dimension 1 the second Sobol dimension. Each is nested-
 //! uniformly scrambled by a hash that only propagates upward on the reversed bits [Burley 2020, JCGT 9-4], with the
-//! better-mixing constants of [Vegdahl 2021]. The index is shuffled the same way, so that pads of different keys are
-//! independent of one another.
+//! better-mixing constants of [Vegdahl 2021]. The index is shuffled the same way, so that different keys see different
+//! parts of the sequence first, and every aligned block of 2^m indices is still a net.
+//!
+//! Two keys used for two integrals over the same sample index (pads) need more: under those shuffles indices 2k and
+//! 2k + 1 lie in opposite halves for every key, so the coarse product of two pads has equal signs in pairs and its error
+//! has 1.5 times the variance of independent points (SCIENCE D06). [`pad`] therefore permutes the indices within blocks
+//! of 16 first.
 
 use crate::hash::{mix64, unit};
 use crate::key::Key;
 use glam::Vec2;
 
-/// Nested uniform scramble of bit-reversed `x`: bit i of the result depends only on bits below it [Vegdahl 2021].
+/// Nested uniform scramble of bit-reversed `x`: bit i of the result is bit i of `x`, flipped or not by the bits below it
+/// [Laine & Karras 2011; constants Vegdahl 2021].
+#[inline]
 fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -19,40 +26,83 @@ fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x
 }
 
-/// Owen scramble of the fraction `x` / 2^32.
-fn owen(x: u32, seed: u32) -> u32 {
-    laine_karras(x.reverse_bits(), seed).reverse_bits()
+/// Second Sobol dimension of an index, bit-reversed: its generator matrix is Pascal's triangle mod 2, applied by
+/// doubling, (I + shift by 2^k) for k = 4..0.
+fn pascal_reversed(mut x: u32) -> u32 {
+    x ^= x >> 16;
+    x ^= (x & 0xff00_ff00) >> 8;
+    x ^= (x & 0xf0f0_f0f0) >> 4;
+    x ^= (x & 0xcccc_cccc) >> 2;
+    x ^ ((x & 0xaaaa_aaaa) >> 1)
 }
 
-/// Second Sobol dimension as a map of the bit-reversed index (its generator matrix is Pascal's triangle mod 2).
-fn pascal(mut x: u32) -> u32 {
-    x ^= x << 16;
-    x ^= (x & 0x00ff_00ff) << 8;
-    x ^= (x & 0x0f0f_0f0f) << 4;
-    x ^= (x & 0x3333_3333) << 2;
-    x ^ ((x & 0x5555_5555) << 1)
+/// The index in an order of the key's own: an Owen scramble of the index, which maps every aligned block of 2^m indices
+/// to such a block. Without it the points of two keys would run through their halves in step.
+fn shuffle(s: u32, seed: u32) -> u32 {
+    laine_karras(s.reverse_bits(), seed).reverse_bits()
 }
 
-/// First coordinate of point `s`, 32 bits.
+/// The index of sample `s` of `n` where several integrals share s: permuted by the key within aligned blocks of 16 (of the
+/// greatest power of two in n, if that is less), so that pads pair their points at random, while blocks stay nets.
+///
+/// Any two indices of a block go to any two places with equal probability: x → a·x + c over the field of 16 elements
+/// (or 8, 4, 2; modulus x^b + x + 1), which alone makes the variance of a paired sum that of a random pairing, followed
+/// by x → m·x + k mod 16, so that orders are no linear maps of one another. n matters below 16 only: a render can be
+/// continued with a greater n.
+#[inline]
+pub fn pad(s: u32, n: u32, key: Key) -> u32 {
+    let bits = n.max(1).ilog2().min(4);
+    if bits == 0 {
+        return s;
+    }
+    let mask = (1 << bits) - 1;
+    let k = mix64(key.bits() ^ (0xB10C << 48) ^ u64::from(s >> bits));
+    let a = 1 + (((k & 0xffff_ffff) * u64::from(mask)) >> 32) as u32;
+    let k = (k >> 32) as u32;
+    let x = times(a, s & mask, bits) ^ k;
+    let x = x.wrapping_mul((k >> 8) | 1).wrapping_add(k >> 16);
+    (s & !mask) | (x & mask)
+}
+
+/// Product in the field of 2^bits elements, bits ≤ 4.
+#[inline]
+fn times(a: u32, x: u32, bits: u32) -> u32 {
+    let p = (0..4).fold(0, |p, i| p ^ ((a << i) & (x >> i & 1).wrapping_neg()));
+    // x^b = x + 1; the part above has at most 3 bits, so once is enough.
+    let high = p >> bits;
+    (p ^ high ^ (high << 1)) & ((1 << bits) - 1)
+}
+
+/// Point `s` on the line as a fraction of 2^32. No value repeats before s = 2^32.
+#[inline]
 pub fn bits_1d(s: u32, key: Key) -> u32 {
     let k = key.bits();
-    // The index shuffle works on the reversed index, which is dimension 0 already; its own scramble then suffices.
-    let x = laine_karras(s, k as u32).reverse_bits();
-    owen(x, (k >> 32) as u32)
+    laine_karras(shuffle(s, k as u32), (k >> 32) as u32).reverse_bits()
 }
 
-/// Point `s` in [0,1).
+/// Point `s` of the plane as fractions of 2^32; each coordinate alone has no repetition before s = 2^32.
+#[inline]
+pub fn bits_2d(s: u32, key: Key) -> [u32; 2] {
+    let k = key.bits();
+    let seeds = mix64(k);
+    let index = shuffle(s, k as u32);
+    // The reversal of the index is dimension 0, and an Owen scramble works between two reversals: the inner ones cancel.
+    let x = laine_karras(index, seeds as u32);
+    let y = laine_karras(pascal_reversed(index), (seeds >> 32) as u32);
+    let both = (u64::from(y) | u64::from(x) << 32).reverse_bits();
+    [both as u32, (both >> 32) as u32]
+}
+
+/// Point `s` in [0,1), a multiple of 2^-24.
+#[inline]
 pub fn point_1d(s: u32, key: Key) -> f32 {
     unit(bits_1d(s, key))
 }
 
-/// Point `s` in [0,1)².
+/// Point `s` in [0,1)², multiples of 2^-24.
+#[inline]
 pub fn point_2d(s: u32, key: Key) -> Vec2 {
-    let k = key.bits();
-    let index = laine_karras(s.reverse_bits(), k as u32).reverse_bits();
-    let more = mix64(k);
-    let x = owen(index.reverse_bits(), more as u32);
-    let y = owen(pascal(index.reverse_bits()), (more >> 32) as u32);
+    let [x, y] = bits_2d(s, key);
     Vec2::new(unit(x), unit(y))
 }
 
@@ -90,11 +140,75 @@ mod tests {
         }
     }
 
+    /// A bijection of each block, and any pair of places equally likely for any pair of indices.
+    #[test]
+    fn pads_pair_at_random() {
+        for bits in 1..=4u32 {
+            let size = 1u32 << bits;
+            for n in [size, 2 * size - 1] {
+                let key = |seed| Key::pixel(seed, 8, 8);
+                let mut seen = vec![false; 4 * size as usize];
+                (0..4 * size).for_each(|s| seen[pad(s, n, key(1)) as usize] = true);
+                assert!(seen.iter().all(|&s| s));
+                let (i, j) = (0, size - 1);
+                let mut pairs = vec![0.0; (size * size) as usize];
+                let tries = 400 * size * size;
+                for seed in 0..u64::from(tries) {
+                    pairs[(pad(i, n, key(seed)) * size + pad(j, n, key(seed))) as usize] += 1.0;
+                }
+                let cells = f64::from(size * (size - 1));
+                let expected = f64::from(tries) / cells;
+                let chi2 = pairs.iter().map(|p: &f64| (p - expected).powi(2) / expected).sum::<f64>()
+                    - expected * f64::from(size);
+                assert!(chi2 < cells + 4.5 * (2.0 * cells).sqrt(), "{size}: {chi2} of {cells}");
+            }
+        }
+        // 7·9 in the field of 16: (x²+x+1)(x³+1) = x^5+x^4+x³+x²+x+1 = (x²+x)+(x+1)+x³+x²+x+1 = x³+x.
+        assert_eq!(times(7, 9, 4), 10);
+    }
+
+    /// Both dimensions against their definition: the direction numbers of Sobol's first two dimensions.
+    #[test]
+    fn dimensions_are_sobols() {
+        for i in (0..1000).chain([1 << 31, u32::MAX, 0x1234_5678]) {
+            let (mut x, mut y) = (0u32, 0u32);
+            let (mut v0, mut v1) = (1u32 << 31, 1u32 << 31);
+            for bit in 0..32 {
+                if i >> bit & 1 == 1 {
+                    x ^= v0;
+                    y ^= v1;
+                }
+                v0 >>= 1;
+                v1 ^= v1 >> 1;
+            }
+            assert_eq!(i.reverse_bits(), x);
+            assert_eq!(pascal_reversed(i).reverse_bits(), y);
+        }
+    }
+
+    /// Bits of the output depend on lower bits of the input only, and each seed gives a bijection.
+    #[test]
+    fn the_hash_only_carries_upward() {
+        let key = Key::pixel(1, 2, 3).bits();
+        for shift in 0..32u32 {
+            let seed = (key >> (shift % 32)) as u32;
+            let x = (key as u32).rotate_left(shift);
+            let change = laine_karras(x, seed) ^ laine_karras(x ^ (1 << shift), seed);
+            assert_eq!(change.trailing_zeros(), shift);
+        }
+    }
+
+    /// SCIENCE D05: 2^17 points, all different in each coordinate.
     #[test]
     fn does_not_repeat_after_65536() {
         let key = Key::pixel(1, 2, 3);
-        let first: std::collections::HashSet<u32> = (0..65536).map(|s| bits_1d(s, key)).collect();
-        let again = (65536..131072).filter(|&s| first.contains(&bits_1d(s, key))).count();
-        assert!(again < 10, "{again} of 65536 repeat");
+        for bits in [&|s| bits_1d(s, key), &|s| bits_2d(s, key)[0], &|s| bits_2d(s, key)[1]]
+            as [&dyn Fn(u32) -> u32; 3]
+        {
+            let mut all: Vec<u32> = (0..1 << 17).map(bits).collect();
+            all.sort_unstable();
+            all.dedup();
+            assert_eq!(all.len(), 1 << 17);
+        }
     }
 }

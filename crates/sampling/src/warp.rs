@@ -5,24 +5,34 @@ use glam::{Vec2, Vec3};
 use libm::{cosf, sinf};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
+/// Uniform on the square [−1,1]². pdf = 1/4 per area.
+pub fn square(u: Vec2) -> Vec2 {
+    u * 2.0 - Vec2::ONE
+}
+
 /// Uniform on the unit disk, squares to concentric rings [Shirley & Chiu 1997]. pdf = 1/π per area.
 pub fn disk(u: Vec2) -> Vec2 {
-    let p = u * 2.0 - Vec2::ONE;
-    if p == Vec2::ZERO {
-        return Vec2::ZERO;
-    }
-    let (r, phi) = if p.x.abs() > p.y.abs() {
-        (p.x, FRAC_PI_4 * (p.y / p.x))
-    } else {
-        (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y))
-    };
+    let (r, phi) = concentric(u);
     Vec2::new(cosf(phi), sinf(phi)) * r
 }
 
-/// Cosine-weighted on the hemisphere about +z. pdf = cosθ/π per solid angle.
+/// Radius (of either sign) and angle of [`disk`].
+fn concentric(u: Vec2) -> (f32, f32) {
+    let p = square(u);
+    if p.x.abs() > p.y.abs() {
+        (p.x, FRAC_PI_4 * (p.y / p.x))
+    } else if p.y != 0.0 {
+        (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y))
+    } else {
+        (0.0, 0.0)
+    }
+}
+
+/// Cosine-weighted on the hemisphere about +z, by projection of the disk [Pharr, Jakob & Humphreys 2023, §A.5.3]. pdf = cosθ/π per solid angle.
 pub fn hemisphere_cosine(u: Vec2) -> Vec3 {
-    let p = disk(u);
-    Vec3::new(p.x, p.y, (1.0 - p.length_squared()).max(0.0).sqrt())
+    let (r, phi) = concentric(u);
+    // (1 − r)(1 + r), both exact: no cancellation near the horizon.
+    Vec3::new(r * cosf(phi), r * sinf(phi), ((1.0 - r) * (1.0 + r)).sqrt())
 }
 
 /// Density of [`hemisphere_cosine`], 0 below the horizon.
@@ -79,6 +89,16 @@ pub fn polygon(u: Vec2, blades: u32, rotation: f32) -> Vec2 {
 /// Tent filter of half-width `radius` on one axis: density (1 − |x|/r)/r.
 pub fn tent(u: f32, radius: f32) -> f32 {
     if u < 0.5 { radius * ((2.0 * u).sqrt() - 1.0) } else { radius * (1.0 - (2.0 - 2.0 * u).max(0.0).sqrt()) }
+}
+
+/// Density of [`polygon`] inside it, per area: 1/(½·n·sin(2π/n)); of the disk below 3 blades.
+pub fn polygon_pdf(blades: u32) -> f32 {
+    if blades < 3 { DISK_PDF } else { 2.0 / (blades as f32 * sinf(TAU / blades as f32)) }
+}
+
+/// Density of [`tent`] per length.
+pub fn tent_pdf(x: f32, radius: f32) -> f32 {
+    ((1.0 - x.abs() / radius) / radius).max(0.0)
 }
 
 /// Density of [`disk`] per area.
