@@ -167,12 +167,23 @@ pub fn adaptive_line(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, tolerance: f
     refine(start, |low, high| Region::line(&mut f, low[0], high[0]), tolerance, 0.0, most)
 }
 
-/// ∫∫ f dx dy over the rectangle between two corners, with its error. Starts with `start` regions along each axis, then
-/// stops at `most` more regions of 225 evaluations, or when the error is below `tolerance`·∫|f| or below `absolute`.
+/// ∫∫ f dx dy over the rectangle between two corners, with its error; stops at `most` regions of 225 evaluations, or
+/// when the error is below `tolerance`·∫|f| or below `absolute`.
 pub fn adaptive_plane(
-    mut f: impl FnMut(f64, f64) -> f64,
+    f: impl FnMut(f64, f64) -> f64,
     low: [f64; 2],
     high: [f64; 2],
+    tolerance: f64,
+    absolute: f64,
+    most: usize,
+) -> Integral {
+    split_plane(f, [low, high], [1, 1], [tolerance, absolute], most)
+}
+
+/// As [`adaptive_plane`], starting with `start` regions along each axis, and `most` counts regions beyond those.
+pub(crate) fn split_plane(
+    mut f: impl FnMut(f64, f64) -> f64,
+    [low, high]: [[f64; 2]; 2],
     start: [u32; 2],
     [tolerance, absolute]: [f64; 2],
     most: usize,
@@ -242,7 +253,7 @@ fn polar_direction(v: f64) -> impl Fn(f64) -> DVec3 {
 }
 
 fn split_first(f: impl FnMut(f64, f64) -> f64, low: [f64; 2], high: [f64; 2], tolerance: f64) -> Integral {
-    adaptive_plane(f, low, high, [5, 7], [tolerance, 0.0], 20_000)
+    split_plane(f, [low, high], [5, 7], [tolerance, 0.0], 20_000)
 }
 
 fn reached(integral: Integral, tolerance: f64) -> f64 {
