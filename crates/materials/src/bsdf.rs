@@ -11,15 +11,18 @@ use crate::albedo::Row;
 use crate::diffuse::Diffuse;
 use crate::fresnel::{Clear, Schlick, normal_reflectance};
 use crate::microfacet::Ggx;
-use crate::mirror::{SHARP_BLUR, SquareBlur};
+use crate::mirror::{SHARP_BLUR, SquareBlur, WIDEST_BLUR};
 use crate::reflection::{Fresnel, Rough};
-use crate::transmission::Transmission;
+use crate::transmission::{Facet, Transmission};
 use crate::{Lobe, Lobes, Material, Mirror};
 use dapple_sampling::warp;
 use glam::{Vec2, Vec3};
 
 /// Every live lobe is chosen at least this often before normalising.
 const LEAST_ODDS: f32 = 0.05;
+
+/// Cosines below this count as in the surface, where no light goes: f32 products of two of them end here.
+const GRAZING: f32 = 1e-18;
 
 /// Ready to evaluate for one `wo`. Directions are unit, point away, local frame; wo.z may be negative (back side).
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +80,7 @@ impl Bsdf {
     pub fn new(material: &Material, wo: Vec3) -> Self {
         let side = if wo.z < 0.0 { -1.0 } else { 1.0 };
         let wo = Vec3::new(wo.x, wo.y, wo.z * side);
-        let body = if wo.z == 0.0 || wo.is_nan() {
+        let body = if wo.z < GRAZING || wo.is_nan() {
             Body::Nothing
         } else if let Some(mirror) = &material.mirror {
             Body::mirror(mirror, wo)
@@ -101,7 +104,7 @@ impl Bsdf {
     pub fn eval(&self, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
         let asked = self.live.and(lobes);
         let wi = self.turn(wi);
-        if asked.without(Lobes::DELTA).is_empty() || wi.z == 0.0 {
+        if asked.without(Lobes::DELTA).is_empty() || wi.z.abs() < GRAZING {
             return (Vec3::ZERO, 0.0);
         }
         match &self.body {
@@ -178,7 +181,7 @@ impl Bsdf {
 
 impl Body {
     fn mirror(mirror: &Mirror, wo: Vec3) -> Self {
-        let blur = (mirror.blur >= SHARP_BLUR).then(|| SquareBlur::new(wo, mirror.blur));
+        let blur = (mirror.blur >= SHARP_BLUR).then(|| SquareBlur::new(wo, mirror.blur.min(WIDEST_BLUR)));
         Self::Mirror { kr: mirror.kr.max(Vec3::ZERO), blur }
     }
 
@@ -198,7 +201,7 @@ fn sample_mirror(wo: Vec3, kr: Vec3, blur: Option<&SquareBlur>, u: Vec2) -> Opti
         let wi = Vec3::new(-wo.x, -wo.y, wo.z);
         return Some(BsdfSample { wi, weight: kr, pdf: 1.0, lobe: Lobe::DeltaReflection, eta: 1.0 });
     };
-    let wi = blur.sample(u)?;
+    let wi = blur.sample(u).filter(|wi| wi.z >= GRAZING)?;
     Some(BsdfSample { wi, weight: kr, pdf: blur.pdf(wi), lobe: Lobe::Mirror, eta: 1.0 })
 }
 
@@ -288,15 +291,16 @@ impl Layers {
     }
 
     fn eval(&self, wo: Vec3, wi: Vec3, asked: Lobes) -> (Vec3, f32) {
-        self.eval_shares(wo, wi, self.shares(self.slots(), asked))
+        self.eval_shares(wo, wi, None, self.shares(self.slots(), asked))
     }
 
-    /// Sum of the chosen lobes and of their densities times shares. Delta lobes add nothing.
-    fn eval_shares(&self, wo: Vec3, wi: Vec3, shares: [f32; 3]) -> (Vec3, f32) {
+    /// Sum of the chosen lobes and of their densities times shares. Delta lobes add nothing. `facet` where it is known
+    /// better than from wo and wi: so F and 1 − F see the same facet and add up to 1 to the last digits.
+    fn eval_shares(&self, wo: Vec3, wi: Vec3, facet: Option<Facet>, shares: [f32; 3]) -> (Vec3, f32) {
         let (mut f, mut pdf) = (Vec3::ZERO, 0.0);
         if wi.z < 0.0 {
             if let (Some(transmission), true) = (&self.transmission, shares[2] > 0.0) {
-                let (value, density) = transmission.eval(wo, wi);
+                let (value, density) = transmission.eval(wo, wi, facet);
                 return (value, shares[2] * density);
             }
             return (f, pdf);
@@ -307,7 +311,7 @@ impl Layers {
         }
         if let (Some(fresnel), Some(rough), true) = (&self.reflection, &self.rough, shares[1] > 0.0) {
             let (value, density, c) = rough.eval(wo, wi);
-            f += fresnel.at(c) * value;
+            f += fresnel.at(facet.map_or(c, |facet| facet.o)) * value;
             pdf += shares[1] * density;
         }
         (f, pdf)
@@ -318,8 +322,8 @@ impl Layers {
         let shares = self.shares(slots, asked);
         let k = pick(shares, uc);
         let (lobe, share) = (slots[k]?, shares[k]);
-        let mut sample =
-            BsdfSample { wi: self.direction(k, wo, u)?, weight: Vec3::ZERO, pdf: 1.0, lobe, eta: 1.0 };
+        let (wi, facet) = self.direction(k, wo, u)?;
+        let mut sample = BsdfSample { wi, weight: Vec3::ZERO, pdf: 1.0, lobe, eta: 1.0 };
         if let (2, Some(transmission)) = (k, &self.transmission) {
             sample.eta = transmission.eta_squared();
         }
@@ -327,28 +331,28 @@ impl Layers {
             sample.weight = self.delta_weight(k, wo) / share;
             return Some(sample);
         }
-        let (f, pdf) = self.eval_shares(wo, sample.wi, shares);
+        let (f, pdf) = self.eval_shares(wo, wi, facet, shares);
         if !(pdf > 0.0 && pdf.is_finite()) {
             return None;
         }
         sample.pdf = pdf;
         sample.weight = match &self.diffuse {
             // Alone, the cosine cancels.
-            Some(diffuse) if k == 0 && share == 1.0 => diffuse.weight(sample.wi.z),
-            _ => f * (sample.wi.z.abs() / pdf),
+            Some(diffuse) if k == 0 && share == 1.0 => diffuse.weight(wi.z),
+            _ => f * (wi.z.abs() / pdf),
         };
         Some(sample)
     }
 
-    /// A direction of layer `k`, strictly on its side of the surface.
-    fn direction(&self, k: usize, wo: Vec3, u: Vec2) -> Option<Vec3> {
-        let wi = match (k, &self.rough) {
-            (0, _) => warp::hemisphere_cosine(u),
-            (1, None) => Vec3::new(-wo.x, -wo.y, wo.z),
-            (1, Some(rough)) => rough.sample(wo, u)?,
+    /// A direction of layer `k`, strictly on its side of the surface, and the facet that sent it there.
+    fn direction(&self, k: usize, wo: Vec3, u: Vec2) -> Option<(Vec3, Option<Facet>)> {
+        let (wi, facet) = match (k, &self.rough) {
+            (0, _) => (warp::hemisphere_cosine(u), None),
+            (1, None) => (Vec3::new(-wo.x, -wo.y, wo.z), None),
+            (1, Some(rough)) => rough.sample(wo, u).map(|(wi, c)| (wi, Some(Facet { o: c, i: c })))?,
             _ => self.transmission.as_ref()?.sample(wo, u)?,
         };
-        (wi.z != 0.0).then_some(wi)
+        (wi.z.abs() >= GRAZING).then_some((wi, facet))
     }
 
     /// Weight of a smooth layer before dividing by its share.

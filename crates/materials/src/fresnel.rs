@@ -18,27 +18,34 @@ pub fn normal_reflectance(eta: f32) -> f32 {
 
 /// Unpolarised reflectance of a dielectric interface, c = cosine on the near side (0..1), `eta` = far over near index
 /// (> 0). 1 under total internal reflection.
-///
-/// With g = η cosθ_t = √((η−1)(η+1) + c²): r_s = (c−g)/(c+g), r_p = (η²c−g)/(η²c+g), F = (r_s² + r_p²)/2. The product
-/// form of η²−1 keeps the digits near η = 1 and does not overflow for η < 1e9.
 pub fn dielectric(c: f32, eta: f32) -> f32 {
-    let g2 = (eta - 1.0) * (eta + 1.0) + c * c;
-    if g2 <= 0.0 || c <= 0.0 {
+    far_cosine(c, eta).map_or(1.0, |ct| dielectric_between(c, ct, eta))
+}
+
+/// As [`dielectric`] with the cosines on both sides known: r_s = (c − η cₜ)/(c + η cₜ), r_p = (η c − cₜ)/(η c + cₜ),
+/// F = (r_s² + r_p²)/2. Well conditioned at every angle and the same from both sides.
+pub fn dielectric_between(c: f32, ct: f32, eta: f32) -> f32 {
+    let (g, e) = (eta * ct, eta * c);
+    if c + g <= 0.0 || e + ct <= 0.0 {
         return 1.0;
     }
-    let g = g2.sqrt();
-    let s = (c - g) / (c + g);
-    let e2c = eta * eta * c;
-    let p = (e2c - g) / (e2c + g);
+    let (s, p) = ((c - g) / (c + g), (e - ct) / (e + ct));
     0.5 * (s * s + p * p)
 }
 
-/// Direction refracted at `m` (wo·m = c > 0), on the far side; `None` under total internal reflection.
-///
-/// wi = ((c − g) m − wo)/η with g as in [`dielectric`] (Snell's law).
-pub fn refract(wo: Vec3, m: Vec3, c: f32, eta: f32) -> Option<Vec3> {
+/// Snell's law for cosines: √((η−1)(η+1) + c²)/η; `None` under total internal reflection. The product keeps the digits
+/// near η = 1 and does not overflow for η < 1e9.
+pub fn far_cosine(c: f32, eta: f32) -> Option<f32> {
+    if eta == 1.0 {
+        return Some(c);
+    }
     let g2 = (eta - 1.0) * (eta + 1.0) + c * c;
-    (g2 > 0.0).then(|| ((m * (c - g2.sqrt()) - wo) / eta).normalize())
+    (g2 > 0.0).then(|| g2.sqrt() / eta)
+}
+
+/// Direction refracted at `m` (wo·m = c > 0), on the far side under the cosine `ct`: wi = (c/η − cₜ) m − wo/η.
+pub fn refract(wo: Vec3, m: Vec3, c: f32, ct: f32, eta: f32) -> Vec3 {
+    (m * (c / eta - ct) - wo / eta).normalize()
 }
 
 /// Schlick's F0 + (F90 − F0)(1 − c)⁵: reflectance of metals and of opaque dielectrics in glTF.
@@ -95,14 +102,30 @@ impl Clear {
 
     /// Reflectance at c = wo·m on the near side, per channel.
     pub fn reflectance(&self, c: f32) -> Vec3 {
-        let exact = if self.eta > 0.0 { dielectric(c, self.eta) } else { schlick_weight(c) };
-        // Where light cannot leave, no tint can make it.
-        if exact >= 1.0 && self.eta < 1.0 && self.eta > 0.0 && !self.thin {
-            return Vec3::ONE;
+        if self.eta == 0.0 {
+            return self.faces(self.tint.at(c));
         }
-        let r0 = if self.eta > 0.0 { self.r0 } else { 0.0 };
-        let s = (exact - r0) / (1.0 - r0);
-        let f = (self.tint.f0 + (Vec3::splat(self.tint.f90) - self.tint.f0) * s).clamp(Vec3::ZERO, Vec3::ONE);
+        match far_cosine(c, self.eta) {
+            Some(ct) => self.reflectance_between(c, ct),
+            // Where light cannot leave, no tint can make it.
+            None => Vec3::ONE,
+        }
+    }
+
+    /// As [`Self::reflectance`] with the cosines on both sides known.
+    fn reflectance_between(&self, c: f32, ct: f32) -> Vec3 {
+        if self.eta == 0.0 {
+            return self.reflectance(c);
+        }
+        let exact = dielectric_between(c, ct, self.eta);
+        let s = (exact - self.r0) / (1.0 - self.r0);
+        self.faces(
+            (self.tint.f0 + (Vec3::splat(self.tint.f90) - self.tint.f0) * s).clamp(Vec3::ZERO, Vec3::ONE),
+        )
+    }
+
+    /// From one face to as many as there are.
+    fn faces(&self, f: Vec3) -> Vec3 {
         if self.thin { f * 2.0 / (f + Vec3::ONE) } else { f }
     }
 
@@ -123,5 +146,10 @@ impl Clear {
     /// tinted reflection does not tint what is behind with the opposite colour.
     pub fn transmittance(&self, c: f32) -> f32 {
         1.0 - self.reflectance(c).max_element()
+    }
+
+    /// As [`Self::transmittance`] with the cosines on both sides known: symmetric in the two sides.
+    pub fn transmittance_between(&self, c: f32, ct: f32) -> f32 {
+        1.0 - self.reflectance_between(c, ct).max_element()
     }
 }

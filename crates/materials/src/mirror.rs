@@ -8,8 +8,11 @@ use glam::{Vec2, Vec3};
 /// Blurs below this are a perfect mirror: f32 directions could not tell the inside of the square from the outside.
 pub const SHARP_BLUR: f32 = 1e-4;
 
-/// Half the square may be missed by this much through rounding of a unit vector. *Approximation*: widens the square by
-/// 2e-7, that is by 0.2 % at `blur` 1e-4·2.
+/// Blurs above this are taken as this: nearly every direction is at right angles to R already.
+pub const WIDEST_BLUR: f32 = 1e3;
+
+/// Rounding of unit vectors, on which the edge of the square may be off. *Approximation*: widens the evaluated square by
+/// 2e-7, which is 0.2 % of the smallest blur.
 const SLACK: f32 = 1e-7;
 
 /// A blurred mirror seen from one `wo`.
@@ -39,7 +42,7 @@ impl SquareBlur {
     /// 1/(l² cos³θ) inside the square and above the surface, else 0.
     pub fn pdf(&self, wi: Vec3) -> f32 {
         let c = wi.dot(self.r);
-        let half = 0.5 * self.blur * c + SLACK;
+        let half = 0.5 * self.blur * c + SLACK * (1.0 + self.blur);
         if wi.z <= 0.0 || c <= 0.0 || wi.dot(self.u).abs() > half || wi.dot(self.v).abs() > half {
             return 0.0;
         }

@@ -62,15 +62,21 @@ impl Rough {
 
     /// D·G2/(4 cos cos), the pdf of [`Self::sample`], and c = wo·m, for wi above the surface.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> (f32, f32, f32) {
-        let Some(m) = (wo + wi).try_normalize() else { return (0.0, 0.0, 0.0) };
-        let half_d = 0.5 * self.ggx.d(m);
+        let h = wo + wi;
+        let length = h.length();
+        if length == 0.0 {
+            return (0.0, 0.0, 0.0);
+        }
+        let half_d = 0.5 * self.ggx.d(h / length);
         let value = half_d / (self.t * wi.z + self.ggx.t(wi) * wo.z);
-        (value, half_d / (self.k * wo.z + self.t), wo.dot(m))
+        // wo·m = |wo + wi|/2 for unit vectors: the same from both, and good at grazing angles.
+        (value, half_d / (self.k * wo.z + self.t), (0.5 * length).min(1.0))
     }
 
-    /// A reflected direction above the surface, by bounded visible normals [Eto & Tokuyoshi 2023].
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
-        let wi = reflect(wo, self.ggx.sample_bounded(wo, u, self.k)?);
-        (wi.z > 0.0).then_some(wi)
+    /// A reflected direction above the surface, by bounded visible normals [Eto & Tokuyoshi 2023], and wo·m.
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, f32)> {
+        let m = self.ggx.sample_bounded(wo, u, self.k)?;
+        let wi = reflect(wo, m);
+        (wi.z > 0.0).then(|| (wi, wo.dot(m)))
     }
 }

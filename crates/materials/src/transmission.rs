@@ -2,43 +2,49 @@
 //!
 //! `f` is for radiance carried from `wi` to `wo`. Refraction squeezes a beam's solid angle, so radiance changes by
 //! (η_o/η_i)², where η_o is the index on the side of `wo`; that factor is in `f` and in the weights, and
-//! [`crate::BsdfSample::eta`] holds its inverse (η_i/η_o)² so that roulette can undo it. Reciprocity reads
-//! f(wo→wi) η_o⁻² … = f(wi→wo): f·η_o² is symmetric [Veach 1997, §5.2].
+//! [`crate::BsdfSample::eta`] holds its inverse (η_i/η_o)² so that roulette can undo it. Reciprocity: f(wo,wi)/η_o² is
+//! symmetric [Veach 1997, §5.2].
 //!
 //! Shadowing takes 1/(1 + Λ(wo) + Λ(wi)) for transmission as for reflection, as pbrt does: R + T ≤ 1 holds facet by facet.
 
 use crate::albedo::Split;
-use crate::fresnel::{Clear, refract};
+use crate::fresnel::{Clear, far_cosine, refract};
 use crate::microfacet::Ggx;
 use crate::reflection::Rough;
 use glam::{Vec2, Vec3};
 
-/// Rough refraction without its Fresnel factor: (D·G2-term with the Jacobian and 1/η², pdf, wo·m). `wi.z` < 0.
-pub fn eval_refraction(rough: &Rough, wo: Vec3, wi: Vec3, eta: f32) -> (f32, f32, f32) {
-    const NOTHING: (f32, f32, f32) = (0.0, 0.0, 0.0);
-    let Some(m) = (wo + wi * eta).try_normalize() else { return NOTHING };
+/// Cosines of one facet with both directions, |w·m|.
+#[derive(Clone, Copy, Debug)]
+pub struct Facet {
+    /// wo·m.
+    pub o: f32,
+    /// |wi·m|.
+    pub i: f32,
+}
+
+/// Rough refraction without its Fresnel factor: D·G2-term with the Jacobian and 1/η², pdf, facet. `wi.z` < 0.
+pub fn eval_refraction(rough: &Rough, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f32, f32, Facet)> {
+    let m = (wo + wi * eta).try_normalize()?;
     let m = if m.z < 0.0 { -m } else { m };
-    let (co, ci) = (wo.dot(m), wi.dot(m));
+    let facet = Facet { o: wo.dot(m), i: -wi.dot(m) };
     // A facet seen from behind by either direction takes no part.
-    if co <= 0.0 || ci >= 0.0 {
-        return NOTHING;
+    if facet.o <= 0.0 || facet.i <= 0.0 {
+        return None;
     }
     let ggx = rough.ggx;
-    let denominator = ci + co / eta;
-    let jacobian = -ci / (denominator * denominator);
-    let d = 2.0 * ggx.d(m) * co * jacobian;
+    let denominator = facet.o / eta - facet.i;
+    let d = 2.0 * ggx.d(m) * facet.o * facet.i / (denominator * denominator);
     let value = d / (rough.t() * -wi.z + ggx.t(wi) * wo.z) / (eta * eta);
-    (value, d / (wo.z + rough.t()), co)
+    Some((value, d / (wo.z + rough.t()), facet))
 }
 
 /// A direction bent at a visible normal, below the surface; `None` under total internal reflection.
-pub fn sample_refraction(ggx: Ggx, wo: Vec3, u: Vec2, eta: f32) -> Option<Vec3> {
+pub fn sample_refraction(ggx: Ggx, wo: Vec3, u: Vec2, eta: f32) -> Option<(Vec3, Facet)> {
     let m = ggx.sample_visible(wo, u)?;
     let c = wo.dot(m);
-    if c <= 0.0 {
-        return None;
-    }
-    refract(wo, m, c, eta).filter(|wi| wi.z < 0.0)
+    let ct = far_cosine(c, eta).filter(|_| c > 0.0)?;
+    let wi = refract(wo, m, c, ct, eta);
+    (wi.z < 0.0).then_some((wi, Facet { o: c, i: ct }))
 }
 
 /// What goes through, seen from one `wo`: base colour times share, and the interface.
@@ -53,24 +59,37 @@ pub struct Transmission {
 }
 
 impl Transmission {
-    /// (f, pdf) for wi below the surface; zero for a delta lobe.
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
-        let Some(rough) = &self.rough else { return (Vec3::ZERO, 0.0) };
-        let (value, pdf, c) = if self.clear.thin {
-            rough.eval(wo, Vec3::new(wi.x, wi.y, -wi.z))
-        } else {
-            eval_refraction(rough, wo, wi, self.clear.eta)
+    /// (f, pdf) for wi below the surface; zero for a delta lobe. `known`: the facet, where it is known better than from wi.
+    pub fn eval(&self, wo: Vec3, wi: Vec3, known: Option<Facet>) -> (Vec3, f32) {
+        let evaluated = match &self.rough {
+            None => None,
+            Some(rough) if self.clear.thin => {
+                let (value, pdf, c) = rough.eval(wo, Vec3::new(wi.x, wi.y, -wi.z));
+                let c = known.map_or(c, |facet| facet.o);
+                Some((value, pdf, self.clear.transmittance(c)))
+            }
+            Some(rough) => eval_refraction(rough, wo, wi, self.clear.eta).map(|(value, pdf, found)| {
+                let facet = known.unwrap_or(found);
+                (value, pdf, self.clear.transmittance_between(facet.o, facet.i))
+            }),
         };
-        (self.tint * (self.clear.transmittance(c) * value), pdf)
+        evaluated.map_or((Vec3::ZERO, 0.0), |(value, pdf, through)| (self.tint * (through * value), pdf))
     }
 
-    /// A direction below the surface.
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
+    /// A direction below the surface, and the facet of a rough one.
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, Option<Facet>)> {
         match &self.rough {
-            None if self.clear.goes_straight() => Some(-wo),
-            None => refract(wo, Vec3::Z, wo.z, self.clear.eta).filter(|wi| wi.z < 0.0),
-            Some(rough) if self.clear.thin => rough.sample(wo, u).map(|wi| Vec3::new(wi.x, wi.y, -wi.z)),
-            Some(rough) => sample_refraction(rough.ggx, wo, u, self.clear.eta),
+            None if self.clear.goes_straight() => Some((-wo, None)),
+            None => {
+                let ct = far_cosine(wo.z, self.clear.eta)?;
+                Some((refract(wo, Vec3::Z, wo.z, ct, self.clear.eta), None))
+            }
+            Some(rough) if self.clear.thin => {
+                rough.sample(wo, u).map(|(wi, c)| (Vec3::new(wi.x, wi.y, -wi.z), Some(Facet { o: c, i: c })))
+            }
+            Some(rough) => {
+                sample_refraction(rough.ggx, wo, u, self.clear.eta).map(|(wi, facet)| (wi, Some(facet)))
+            }
         }
     }
 
