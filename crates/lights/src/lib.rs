@@ -13,6 +13,7 @@ pub mod environment;
 pub mod light;
 pub mod point;
 mod polygon;
+mod rectangle;
 pub mod solid_angle;
 mod sphere;
 mod tree;

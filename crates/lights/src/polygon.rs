@@ -1,7 +1,7 @@
 //! Aiming at triangles and parallelograms.
-use crate::LightPoint;
 use crate::area::{Aimed, SMALL, visible};
 use crate::solid_angle::{Arm, Wedge, facing};
+use crate::{LightPoint, rectangle};
 use dapple_sampling::warp;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
@@ -53,6 +53,12 @@ impl Facet {
             let to = self.p0 + self.e1 * at.x + self.e2 * at.y;
             let distance = to.length();
             return Some(self.aimed(to / distance, distance, self.area_pdf(distance, facing), at));
+        }
+        if self.is_quad && rectangle::is_rectangle(self.e1, self.e2) {
+            let (to, at) = rectangle::sample(self.p0, self.e1, self.e2, omega, u.as_dvec2());
+            let distance = to.length();
+            let usable = distance > 0.0 && at.is_finite();
+            return usable.then(|| self.aimed(to / distance, distance, 1.0 / omega, at));
         }
         let x = u.x as f64 * omega;
         let (u, y) = (DVec2::new(x / first.omega, u.y as f64), u.y as f64);
