@@ -1,11 +1,14 @@
 //! The wide tree over triangles: 8 children per node, 8 triangles per leaf block, watertight, the same bits from every
 //! kernel.
 //!
-//! `obvhs` builds a binary tree (PLOC [Benthin et al. 2024] with reinsertion [Meister & Bittner 2018]); [`collapse`]
-//! makes it 8 wide by the dynamic programme of [Ylitie, Karras, Laine 2017]; [`traverse`] walks it with one of three
-//! instruction sets.
+//! `obvhs` builds a binary tree (PLOC [Benthin et al. 2024] with reinsertion [Meister & Bittner 2018]); `collapse`
+//! makes it 8 wide by the dynamic programme of [Ylitie, Karras, Laine 2017]; `traverse` walks it with one of three
+//! instruction sets. The tree works in units of its own, a power of two times the caller's, in which the largest
+//! coordinate lies in [1, 2); so neither the scale of the scene nor the length of a direction changes what is hit.
 
+mod build;
 mod collapse;
+mod lanes;
 mod node;
 mod simd;
 mod traverse;
@@ -29,16 +32,11 @@ pub enum Kernel {
 impl Kernel {
     /// Kernels this machine can run, fastest first; never empty.
     pub fn available() -> Vec<Self> {
-        let mut kernels = Vec::new();
-        #[cfg(target_arch = "x86_64")]
-        {
-            if std::arch::is_x86_feature_detected!("avx2") {
-                kernels.push(Self::Avx2);
-            }
-            kernels.push(Self::Sse2);
-        }
-        kernels.push(Self::Portable);
-        kernels
+        [Self::Avx2, Self::Sse2, Self::Portable].into_iter().filter(|&kernel| simd::runs(kernel)).collect()
+    }
+
+    fn fastest() -> Self {
+        [Self::Avx2, Self::Sse2].into_iter().find(|&kernel| simd::runs(kernel)).unwrap_or(Self::Portable)
     }
 
     /// Name for reports.
@@ -83,31 +81,58 @@ impl Candidate for Any {
     }
 }
 
+/// How much work goes into a tree. Hits do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quality {
+    /// For previews and edits: about 0.4 µs per triangle.
+    Fast,
+    /// About 1 µs per triangle.
+    Medium,
+    /// About 4 µs per triangle.
+    High,
+}
+
+impl Quality {
+    /// The best that a mesh of this many triangles gets within about a second.
+    pub fn for_count(triangles: usize) -> Self {
+        match triangles {
+            0..=250_000 => Self::High,
+            250_001..=2_000_000 => Self::Medium,
+            _ => Self::Fast,
+        }
+    }
+}
+
 /// A tree over triangles.
 #[derive(Debug)]
 pub struct Tree {
     nodes: Vec<Node>,
     blocks: Vec<Block>,
     /// Reference of the root: a node, a block, or nothing.
-    root: u32,
+    root: Option<u32>,
     /// Entries the traversal stack can need.
     stack: usize,
+    /// Tree units per unit of the caller, a power of two.
+    scale: f32,
     bounds: Option<(Vec3, Vec3)>,
     kernel: Kernel,
 }
 
 impl Tree {
-    /// Triangles by corner. Those with corners that are not finite or without area (cross product in f64) are never
-    /// hit, and keep their ids.
+    /// Triangles by corner. Those with a corner that is not finite or beyond 2^96, or without area (cross product in
+    /// f64), are never hit, and keep their ids.
     pub fn build(triangles: &[[Vec3; 3]]) -> Self {
-        let bounds = bounds(triangles);
-        let (nodes, blocks, root, stack) = collapse::build(triangles);
-        Self { nodes, blocks, root, stack, bounds, kernel: Kernel::available()[0] }
+        Self::build_with(triangles, Quality::for_count(triangles.len()))
     }
 
-    /// Pinned to one kernel; falls back to the portable one where it cannot run.
+    /// As [`Tree::build`], with the effort chosen by the caller.
+    pub fn build_with(triangles: &[[Vec3; 3]], quality: Quality) -> Self {
+        build::build(triangles, quality, Kernel::fastest())
+    }
+
+    /// Pinned to one kernel; the portable one where it cannot run.
     pub fn with_kernel(mut self, kernel: Kernel) -> Self {
-        self.kernel = if Kernel::available().contains(&kernel) { kernel } else { Kernel::Portable };
+        self.kernel = if simd::runs(kernel) { kernel } else { Kernel::Portable };
         self
     }
 
@@ -119,13 +144,13 @@ impl Tree {
     /// The nearest triangle that counts, 0 < t < t_max; at equal t the lowest id.
     #[inline]
     pub fn closest<C: Candidate>(&self, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
-        traverse::dispatch::<C, false>(self, ray, candidate)
+        simd::run::<C, false>(self, ray, candidate)
     }
 
     /// Whether any triangle that counts lies at 0 < t < t_max.
     #[inline]
     pub fn blocked<C: Candidate>(&self, ray: &Ray, candidate: &C) -> bool {
-        traverse::dispatch::<C, true>(self, ray, candidate).is_some()
+        simd::run::<C, true>(self, ray, candidate).is_some()
     }
 
     /// Box around all triangles that can be hit.
@@ -137,15 +162,4 @@ impl Tree {
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.nodes) + size_of_val(&*self.blocks)
     }
-}
-
-/// Finite, and not without area.
-fn can_be_hit(t: &[Vec3; 3]) -> bool {
-    let [a, b, c] = t.map(|p| p.as_dvec3());
-    t.iter().all(|p| p.is_finite()) && (b - a).cross(c - a) != glam::DVec3::ZERO
-}
-
-fn bounds(triangles: &[[Vec3; 3]]) -> Option<(Vec3, Vec3)> {
-    let corners = triangles.iter().filter(|t| can_be_hit(t)).flatten();
-    corners.map(|p| (*p, *p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }

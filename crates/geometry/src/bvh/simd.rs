@@ -1,241 +1,282 @@
-//! Eight floats at a time, three ways with the same bits: AVX, SSE2, arrays.
+//! The x86-64 kernels and the traversal stack: the only module of the workspace with `unsafe` code.
 //!
-//! This is the only module of the workspace with `unsafe` code. Operations are single IEEE operations in every
-//! version (no fused multiply-add), `min` and `max` return the second operand when either is NaN (as the instructions
-//! do), and comparisons return one bit per lane.
+//! `Avx2` values exist only inside [`avx2`], which is entered only where the machine was found to have AVX2.
 #![allow(unsafe_code)]
 
-/// Eight lanes. Implementors must agree bit for bit.
-pub(super) trait Lanes: Copy {
-    fn splat(x: f32) -> Self;
-    fn load(x: &[f32; 8]) -> Self;
-    fn store(self, to: &mut [f32; 8]);
-    fn add(self, o: Self) -> Self;
-    fn sub(self, o: Self) -> Self;
-    fn mul(self, o: Self) -> Self;
-    fn div(self, o: Self) -> Self;
-    /// self < o ? self : o
-    fn min(self, o: Self) -> Self;
-    /// self > o ? self : o
-    fn max(self, o: Self) -> Self;
-    fn lt(self, o: Self) -> u32;
-    fn le(self, o: Self) -> u32;
-    fn eq(self, o: Self) -> u32;
-}
+use super::lanes::Portable;
+use super::traverse::walk;
+use super::{Candidate, Kernel, Tree, TriangleHit};
+use crate::Ray;
+use std::mem::MaybeUninit;
 
-/// Plain arrays.
-#[derive(Clone, Copy)]
-pub(super) struct Portable([f32; 8]);
-
-impl Portable {
-    #[inline(always)]
-    fn zip(self, o: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], o.0[i])))
-    }
-    #[inline(always)]
-    fn mask(self, o: Self, f: impl Fn(f32, f32) -> bool) -> u32 {
-        (0..8).fold(0, |m, i| m | (u32::from(f(self.0[i], o.0[i])) << i))
+/// Whether this machine can run a kernel.
+pub(super) fn runs(kernel: Kernel) -> bool {
+    match kernel {
+        #[cfg(target_arch = "x86_64")]
+        Kernel::Avx2 => {
+            is_x86_feature_detected!("avx2")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("popcnt")
+        }
+        Kernel::Sse2 => cfg!(target_arch = "x86_64"),
+        Kernel::Portable => true,
+        #[cfg(not(target_arch = "x86_64"))]
+        Kernel::Avx2 => false,
     }
 }
 
-impl Lanes for Portable {
-    #[inline(always)]
-    fn splat(x: f32) -> Self {
-        Self([x; 8])
+/// Runs the query on the tree's kernel.
+#[inline]
+pub(super) fn run<C: Candidate, const ANY: bool>(
+    tree: &Tree,
+    ray: &Ray,
+    candidate: &C,
+) -> Option<TriangleHit> {
+    match tree.kernel {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a tree's kernel is one for which `runs` holds (`Tree::build`, `Tree::with_kernel`).
+        Kernel::Avx2 => unsafe { avx2::<C, ANY>(tree, ray, candidate) },
+        #[cfg(target_arch = "x86_64")]
+        Kernel::Sse2 => sse2::<C, ANY>(tree, ray, candidate),
+        _ => portable::<C, ANY>(tree, ray, candidate),
     }
+}
+
+/// # Safety
+/// The machine must have AVX2, BMI1 and POPCNT.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,popcnt")]
+unsafe fn avx2<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
+    walk::<x86::Avx2, C, ANY>(tree, ray, candidate)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[inline(never)]
+fn sse2<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
+    walk::<x86::Sse2, C, ANY>(tree, ray, candidate)
+}
+
+#[inline(never)]
+fn portable<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
+    walk::<Portable, C, ANY>(tree, ray, candidate)
+}
+
+/// Entries of a stack that fits any tree of reasonable depth.
+pub(super) const SMALL_STACK: usize = 264;
+
+/// Nodes still to visit, each with the bits of its entry distance.
+///
+/// Invariant: the first `len` slots are initialised.
+pub(super) struct Stack<'a> {
+    near: &'a mut [MaybeUninit<u32>],
+    child: &'a mut [MaybeUninit<u32>],
+    len: usize,
+}
+
+impl<'a> Stack<'a> {
+    /// An empty stack in `memory`, half of it for distances.
     #[inline(always)]
-    fn load(x: &[f32; 8]) -> Self {
-        Self(*x)
+    pub fn new(memory: &'a mut [MaybeUninit<u32>]) -> Self {
+        let half = memory.len() / 2;
+        let (near, child) = memory.split_at_mut(half);
+        Self { near, child: &mut child[..half], len: 0 }
     }
+
     #[inline(always)]
-    fn store(self, to: &mut [f32; 8]) {
-        *to = self.0;
+    pub fn len(&self) -> usize {
+        self.len
     }
+
+    /// The entry last pushed.
     #[inline(always)]
-    fn add(self, o: Self) -> Self {
-        self.zip(o, |a, b| a + b)
+    pub fn pop(&mut self) -> Option<(u32, u32)> {
+        if self.len == 0 {
+            return None;
+        }
+        self.len -= 1;
+        // SAFETY: slots below the old length are initialised, and both slices are longer.
+        Some(unsafe {
+            (
+                self.near.get_unchecked(self.len).assume_init(),
+                self.child.get_unchecked(self.len).assume_init(),
+            )
+        })
     }
+
+    /// Inserts an entry above `base`, below those with a smaller `near`.
     #[inline(always)]
-    fn sub(self, o: Self) -> Self {
-        self.zip(o, |a, b| a - b)
+    pub fn insert(&mut self, base: usize, near: u32, child: u32) {
+        assert!(self.len < self.near.len() && self.len < self.child.len());
+        let mut at = self.len;
+        // SAFETY: slots below `len` are initialised.
+        while at > base && unsafe { self.near[at - 1].assume_init() } < near {
+            self.near[at] = self.near[at - 1];
+            self.child[at] = self.child[at - 1];
+            at -= 1;
+        }
+        self.near[at] = MaybeUninit::new(near);
+        self.child[at] = MaybeUninit::new(child);
+        self.len += 1;
     }
+
+    /// Where the next eight entries go. There must be room for them.
     #[inline(always)]
-    fn mul(self, o: Self) -> Self {
-        self.zip(o, |a, b| a * b)
-    }
-    #[inline(always)]
-    fn div(self, o: Self) -> Self {
-        self.zip(o, |a, b| a / b)
-    }
-    #[inline(always)]
-    fn min(self, o: Self) -> Self {
-        self.zip(o, |a, b| if a < b { a } else { b })
-    }
-    #[inline(always)]
-    fn max(self, o: Self) -> Self {
-        self.zip(o, |a, b| if a > b { a } else { b })
-    }
-    #[inline(always)]
-    fn lt(self, o: Self) -> u32 {
-        self.mask(o, |a, b| a < b)
-    }
-    #[inline(always)]
-    fn le(self, o: Self) -> u32 {
-        self.mask(o, |a, b| a <= b)
-    }
-    #[inline(always)]
-    fn eq(self, o: Self) -> u32 {
-        self.mask(o, |a, b| a == b)
+    #[cfg(target_arch = "x86_64")]
+    fn top(&mut self) -> (*mut u32, *mut u32) {
+        let end = self.len + 8;
+        (self.near[self.len..end].as_mut_ptr().cast(), self.child[self.len..end].as_mut_ptr().cast())
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-pub(super) mod x86 {
-    use super::Lanes;
+mod x86 {
+    use super::super::lanes::{Lanes, push_sorted};
+    use super::Stack;
     use std::arch::x86_64::*;
 
-    /// Two SSE registers; SSE2 is part of every x86-64, so nothing here can be unsupported.
+    /// Two SSE registers.
     #[derive(Clone, Copy)]
-    pub(in super::super) struct Sse2(__m128, __m128);
+    pub struct Sse2(__m128, __m128);
 
     macro_rules! sse {
-        ($op:ident, $a:expr, $b:expr) => {
-            // SAFETY: SSE is part of the x86-64 baseline.
-            unsafe { Sse2($op($a.0, $b.0), $op($a.1, $b.1)) }
-        };
+        ($($name:ident $op:ident),*) => {$(
+            #[inline(always)]
+            fn $name(self, o: Self) -> Self {
+                // SAFETY: SSE2 is part of every x86-64.
+                unsafe { Self($op(self.0, o.0), $op(self.1, o.1)) }
+            }
+        )*};
     }
+
     macro_rules! sse_mask {
-        ($op:ident, $a:expr, $b:expr) => {
-            // SAFETY: SSE is part of the x86-64 baseline.
-            unsafe { (_mm_movemask_ps($op($a.0, $b.0)) | (_mm_movemask_ps($op($a.1, $b.1)) << 4)) as u32 }
-        };
+        ($($name:ident $op:ident),*) => {$(
+            #[inline(always)]
+            fn $name(self, o: Self) -> u32 {
+                // SAFETY: SSE2 is part of every x86-64.
+                unsafe {
+                    (_mm_movemask_ps($op(self.0, o.0)) | (_mm_movemask_ps($op(self.1, o.1)) << 4)) as u32
+                }
+            }
+        )*};
     }
 
     impl Lanes for Sse2 {
+        sse!(add _mm_add_ps, sub _mm_sub_ps, mul _mm_mul_ps, div _mm_div_ps, min _mm_min_ps, max _mm_max_ps);
+        sse_mask!(lt _mm_cmplt_ps, le _mm_cmple_ps);
         #[inline(always)]
         fn splat(x: f32) -> Self {
-            // SAFETY: SSE is part of the x86-64 baseline.
+            // SAFETY: SSE2 is part of every x86-64.
             unsafe { Self(_mm_set1_ps(x), _mm_set1_ps(x)) }
         }
         #[inline(always)]
         fn load(x: &[f32; 8]) -> Self {
-            // SAFETY: reads 2×4 floats inside the array; loadu needs no alignment.
+            // SAFETY: reads the 2×4 floats of the array; needs no alignment.
             unsafe { Self(_mm_loadu_ps(x.as_ptr()), _mm_loadu_ps(x.as_ptr().add(4))) }
         }
         #[inline(always)]
         fn store(self, to: &mut [f32; 8]) {
-            // SAFETY: writes 2×4 floats inside the array; storeu needs no alignment.
+            // SAFETY: writes the 2×4 floats of the array; needs no alignment.
             unsafe {
                 _mm_storeu_ps(to.as_mut_ptr(), self.0);
                 _mm_storeu_ps(to.as_mut_ptr().add(4), self.1);
             }
         }
         #[inline(always)]
-        fn add(self, o: Self) -> Self {
-            sse!(_mm_add_ps, self, o)
+        fn abs(self) -> Self {
+            // SAFETY: SSE2 is part of every x86-64.
+            unsafe {
+                let sign = _mm_set1_ps(-0.0);
+                Self(_mm_andnot_ps(sign, self.0), _mm_andnot_ps(sign, self.1))
+            }
         }
         #[inline(always)]
-        fn sub(self, o: Self) -> Self {
-            sse!(_mm_sub_ps, self, o)
-        }
-        #[inline(always)]
-        fn mul(self, o: Self) -> Self {
-            sse!(_mm_mul_ps, self, o)
-        }
-        #[inline(always)]
-        fn div(self, o: Self) -> Self {
-            sse!(_mm_div_ps, self, o)
-        }
-        #[inline(always)]
-        fn min(self, o: Self) -> Self {
-            sse!(_mm_min_ps, self, o)
-        }
-        #[inline(always)]
-        fn max(self, o: Self) -> Self {
-            sse!(_mm_max_ps, self, o)
-        }
-        #[inline(always)]
-        fn lt(self, o: Self) -> u32 {
-            sse_mask!(_mm_cmplt_ps, self, o)
-        }
-        #[inline(always)]
-        fn le(self, o: Self) -> u32 {
-            sse_mask!(_mm_cmple_ps, self, o)
-        }
-        #[inline(always)]
-        fn eq(self, o: Self) -> u32 {
-            sse_mask!(_mm_cmpeq_ps, self, o)
+        fn push_sorted(self, _far: Self, mask: u32, child: &[u32; 8], stack: &mut Stack) {
+            let mut near = [0.0; 8];
+            self.store(&mut near);
+            push_sorted(&near, mask, child, stack);
         }
     }
 
-    /// One AVX register. Only made inside functions compiled for AVX2 and entered after detection.
+    /// One AVX register.
     #[derive(Clone, Copy)]
-    pub(in super::super) struct Avx2(__m256);
+    pub struct Avx2(__m256);
 
     macro_rules! avx {
-        ($op:ident, $a:expr, $b:expr) => {
-            // SAFETY: `Avx2` values exist only where AVX2 was detected (see `traverse::dispatch`).
-            unsafe { Avx2($op($a.0, $b.0)) }
-        };
+        ($($name:ident $op:ident),*) => {$(
+            #[inline(always)]
+            fn $name(self, o: Self) -> Self {
+                // SAFETY: `Avx2` values exist only where there is AVX2.
+                unsafe { Self($op(self.0, o.0)) }
+            }
+        )*};
     }
+
     macro_rules! avx_mask {
-        ($op:expr, $a:expr, $b:expr) => {
-            // SAFETY: as above.
-            unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<$op>($a.0, $b.0)) as u32 }
+        ($($name:ident $op:ident),*) => {$(
+            #[inline(always)]
+            fn $name(self, o: Self) -> u32 {
+                // SAFETY: `Avx2` values exist only where there is AVX2.
+                unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<$op>(self.0, o.0)) as u32 }
+            }
+        )*};
+    }
+
+    /// One layer of a sorting network: the lanes of `$upper` keep the smaller of themselves and `$partner`.
+    macro_rules! layer {
+        ($v:ident, $partner:expr, $upper:literal) => {
+            let partner = $partner;
+            let $v =
+                _mm256_blend_epi32::<$upper>(_mm256_max_epi32($v, partner), _mm256_min_epi32($v, partner));
         };
     }
 
     impl Lanes for Avx2 {
+        avx!(add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps);
+        avx!(min _mm256_min_ps, max _mm256_max_ps);
+        avx_mask!(lt _CMP_LT_OQ, le _CMP_LE_OQ);
         #[inline(always)]
         fn splat(x: f32) -> Self {
-            // SAFETY: called only inside functions compiled for AVX2 and entered after detection.
+            // SAFETY: called from `walk` inside `avx2` only, as are all functions that make an `Avx2`.
             unsafe { Self(_mm256_set1_ps(x)) }
         }
         #[inline(always)]
         fn load(x: &[f32; 8]) -> Self {
-            // SAFETY: as `splat`; reads the 8 floats of the array, no alignment needed.
+            // SAFETY: as `splat`; reads the 8 floats of the array; needs no alignment.
             unsafe { Self(_mm256_loadu_ps(x.as_ptr())) }
         }
         #[inline(always)]
         fn store(self, to: &mut [f32; 8]) {
-            // SAFETY: as `load`, writing.
+            // SAFETY: writes the 8 floats of the array; needs no alignment.
             unsafe { _mm256_storeu_ps(to.as_mut_ptr(), self.0) }
         }
         #[inline(always)]
-        fn add(self, o: Self) -> Self {
-            avx!(_mm256_add_ps, self, o)
+        fn abs(self) -> Self {
+            // SAFETY: `Avx2` values exist only where there is AVX2.
+            unsafe { Self(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)) }
         }
+        /// A bitonic network over all eight keys; lanes not entered have key −1 and go last. No branch.
         #[inline(always)]
-        fn sub(self, o: Self) -> Self {
-            avx!(_mm256_sub_ps, self, o)
-        }
-        #[inline(always)]
-        fn mul(self, o: Self) -> Self {
-            avx!(_mm256_mul_ps, self, o)
-        }
-        #[inline(always)]
-        fn div(self, o: Self) -> Self {
-            avx!(_mm256_div_ps, self, o)
-        }
-        #[inline(always)]
-        fn min(self, o: Self) -> Self {
-            avx!(_mm256_min_ps, self, o)
-        }
-        #[inline(always)]
-        fn max(self, o: Self) -> Self {
-            avx!(_mm256_max_ps, self, o)
-        }
-        #[inline(always)]
-        fn lt(self, o: Self) -> u32 {
-            avx_mask!(_CMP_LT_OQ, self, o)
-        }
-        #[inline(always)]
-        fn le(self, o: Self) -> u32 {
-            avx_mask!(_CMP_LE_OQ, self, o)
-        }
-        #[inline(always)]
-        fn eq(self, o: Self) -> u32 {
-            avx_mask!(_CMP_EQ_OQ, self, o)
+        fn push_sorted(self, far: Self, mask: u32, child: &[u32; 8], stack: &mut Stack) {
+            let (near_top, child_top) = stack.top();
+            // SAFETY: `Avx2` values exist only where there is AVX2; `top` has room for eight values at both places.
+            unsafe {
+                let lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+                let missed = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_NLE_UQ>(self.0, far.0));
+                let bits = _mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(self.0));
+                let v = _mm256_or_si256(_mm256_or_si256(bits, lane), missed);
+                layer!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b1010_1010);
+                layer!(v, _mm256_shuffle_epi32::<0b00_01_10_11>(v), 0b1100_1100);
+                layer!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b1010_1010);
+                let reversed = _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0);
+                layer!(v, _mm256_permutevar8x32_epi32(v, reversed), 0b1111_0000);
+                layer!(v, _mm256_shuffle_epi32::<0b01_00_11_10>(v), 0b1100_1100);
+                layer!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b1010_1010);
+                let children = _mm256_loadu_si256(child.as_ptr().cast());
+                _mm256_storeu_si256(near_top.cast(), v);
+                _mm256_storeu_si256(child_top.cast(), _mm256_permutevar8x32_epi32(children, v));
+            }
+            // The first of the eight written, as many as were entered, are now part of the stack.
+            stack.len += mask.count_ones() as usize;
         }
     }
 }

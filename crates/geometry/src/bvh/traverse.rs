@@ -1,219 +1,164 @@
-//! Walking the tree: nearest first, with the entry distance on the stack; any hit ends a shadow ray.
+//! Walking the tree: nearest child first, with the entry distance on the stack.
 //!
-//! The slab test is conservative without an epsilon [Ize 2013]: (plane − o)·(1/d), exit widened by 4 ulp, NaN (a ray in
-//! a box face) dropped by the order of min and max. Culling keeps boxes entered exactly at the best distance, for a
-//! triangle of lower id may lie there.
-#![allow(unsafe_code)]
+//! The slab test needs no epsilon: (plane − o)·(1/d) has a relative error of 3 roundings on either side, and a triangle
+//! that f32 accepts may be passed at a distance of 4 roundings relative to plane − o (the rest is in the padding of the
+//! boxes), so the exit is widened by more than their sum. A ray in the plane of a face gives 0·∞ = NaN there, which
+//! min and max drop [Ize 2013]. Boxes entered at the best distance, or a little beyond, are visited still: a triangle
+//! of lower id at the same t may lie there.
 
-use super::node::{EMPTY, LEAF, Node};
-use super::simd::{Lanes, Portable};
+use super::lanes::Lanes;
+use super::node::{LEAF, Node};
+use super::simd::{SMALL_STACK, Stack};
 use super::triangle::{Sheared, intersect};
-use super::{Candidate, Kernel, Tree, TriangleHit};
+use super::{Candidate, Tree, TriangleHit};
 use crate::Ray;
-use glam::Vec3;
 use std::mem::MaybeUninit;
 
-/// Exit distances are widened by 4 ulp: (1 + 2γ3) of [Ize 2013], rounded up.
-const WIDEN: f32 = 1.000_000_5;
-/// Stack entries kept off the heap.
-const SMALL: usize = 160;
+/// 1 + 16 ulp.
+const WIDEN: f32 = 1.0 + 16.0 * f32::EPSILON;
 
-/// Runs the query on the tree's kernel.
-#[inline]
-pub(super) fn dispatch<C: Candidate, const ANY: bool>(
-    tree: &Tree,
-    ray: &Ray,
-    candidate: &C,
-) -> Option<TriangleHit> {
-    if tree.root == EMPTY {
+/// A ray in the tree's units with a direction near unit length, both by powers of two.
+struct Normalised {
+    o: [f32; 3],
+    d: [f32; 3],
+    t_max: f32,
+    /// Factor from its t to the caller's.
+    to_caller: f64,
+}
+
+/// None where nothing can be hit.
+#[inline(always)]
+fn normalised(ray: &Ray, scale: f32) -> Option<Normalised> {
+    let (o, d) = (ray.o.to_array(), ray.d.to_array());
+    let largest = d[0].abs().max(d[1].abs()).max(d[2].abs());
+    // NaN unless all are finite.
+    let zero = (o[0] * 0.0 + o[1] * 0.0 + o[2] * 0.0) + (d[0] * 0.0 + d[1] * 0.0 + d[2] * 0.0);
+    if !(largest > zero && ray.t_max > zero) {
         return None;
     }
-    match tree.kernel {
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: `Tree::with_kernel` and `Tree::build` set Avx2 only where it was detected.
-        Kernel::Avx2 => unsafe { avx2::<C, ANY>(tree, ray, candidate) },
-        #[cfg(target_arch = "x86_64")]
-        Kernel::Sse2 => sse2::<C, ANY>(tree, ray, candidate),
-        _ => portable::<C, ANY>(tree, ray, candidate),
-    }
-}
-
-/// # Safety
-/// The machine must have AVX2.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-unsafe fn avx2<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
-    with_stack::<super::simd::x86::Avx2, C, ANY>(tree, ray, candidate)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[inline(never)]
-fn sse2<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
-    with_stack::<super::simd::x86::Sse2, C, ANY>(tree, ray, candidate)
-}
-
-#[inline(never)]
-fn portable<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
-    with_stack::<Portable, C, ANY>(tree, ray, candidate)
-}
-
-#[inline(always)]
-fn with_stack<L: Lanes, C: Candidate, const ANY: bool>(
-    tree: &Tree,
-    ray: &Ray,
-    candidate: &C,
-) -> Option<TriangleHit> {
-    let (ray, scale) = near_unit(ray)?;
-    let hit = if tree.stack <= SMALL {
-        walk::<L, C, ANY>(tree, &ray, scale, candidate, &mut [MaybeUninit::uninit(); SMALL])
-    } else {
-        walk::<L, C, ANY>(tree, &ray, scale, candidate, &mut vec![MaybeUninit::uninit(); tree.stack])
-    };
-    hit.map(|hit| TriangleHit { t: hit.t * scale, ..hit })
-}
-
-/// The ray with a direction near unit length, by a power of two, and the factor from its t to the caller's. None for
-/// directions that are zero or not finite.
-#[inline(always)]
-fn near_unit(ray: &Ray) -> Option<(Ray, f32)> {
-    let largest = ray.d.abs().max_element();
-    if (1e-6..1e6).contains(&largest) {
-        return Some((*ray, 1.0));
-    }
-    rescaled(ray, largest)
-}
-
-#[cold]
-fn rescaled(ray: &Ray, largest: f32) -> Option<(Ray, f32)> {
-    if !(largest > 0.0 && ray.d.is_finite()) {
-        return None;
-    }
-    // Subnormals first become normal, exactly.
-    let (d, extra) = if largest < 1e-30 { (ray.d * 1.329_228e36, 120) } else { (ray.d, 0) };
-    let exponent = (((d.abs().max_element().to_bits() >> 23) & 0xff) as i32 - 127).clamp(-125, 125);
-    let scale = f32::from_bits(((127 - exponent) as u32) << 23);
-    let to_caller = f64::from(scale) * 2f64.powi(extra);
-    let t_max = (f64::from(ray.t_max) / to_caller) as f32;
-    Some((Ray { o: ray.o, d: d * scale, t_max }, to_caller as f32))
-}
-
-#[derive(Clone, Copy)]
-struct Entry {
-    near: f32,
-    reference: u32,
+    let exponent = (largest.to_bits() >> 23).clamp(1, 253);
+    let (length, shrink) = (f32::from_bits(exponent << 23), f32::from_bits((254 - exponent) << 23));
+    Some(Normalised {
+        o: [o[0] * scale, o[1] * scale, o[2] * scale],
+        d: [d[0] * shrink, d[1] * shrink, d[2] * shrink],
+        t_max: (f64::from(ray.t_max) * (f64::from(scale) * f64::from(length))) as f32,
+        to_caller: f64::from(shrink) / f64::from(scale),
+    })
 }
 
 /// What the slab test needs of a ray.
 struct Slabs<L> {
     o: [L; 3],
-    inverse: [L; 3],
-    /// Which of the two planes of an axis is entered first.
-    near: [usize; 3],
+    near: [L; 3],
+    far: [L; 3],
+    /// 1 if the upper plane of the axis is met first.
+    upper: [usize; 3],
 }
 
 impl<L: Lanes> Slabs<L> {
     #[inline(always)]
-    fn new(o: Vec3, d: Vec3) -> Self {
-        let r = Vec3::ONE / d;
-        let near = |k: usize| 2 * k + usize::from(r[k].is_sign_negative());
+    fn new(o: [f32; 3], d: [f32; 3]) -> Self {
+        let r = d.map(|x| 1.0 / x);
         Self {
-            o: [L::splat(o.x), L::splat(o.y), L::splat(o.z)],
-            inverse: [L::splat(r.x), L::splat(r.y), L::splat(r.z)],
-            near: [near(0), near(1), near(2)],
+            o: [L::splat(o[0]), L::splat(o[1]), L::splat(o[2])],
+            near: [L::splat(r[0]), L::splat(r[1]), L::splat(r[2])],
+            far: [L::splat(r[0] * WIDEN), L::splat(r[1] * WIDEN), L::splat(r[2] * WIDEN)],
+            upper: r.map(|x| usize::from(x.is_sign_negative())),
         }
     }
 
+    /// Entry and exit distances of the eight boxes; a box is met where entry ≤ exit.
     #[inline(always)]
-    fn at(&self, node: &Node, k: usize, plane: usize) -> L {
-        L::load(&node.bounds[plane]).sub(self.o[k]).mul(self.inverse[k])
-    }
-
-    /// Entry distances, and the lanes whose box is entered at or before `limit`.
-    #[inline(always)]
-    fn enter(&self, node: &Node, limit: f32) -> (L, u32) {
-        let near = self.at(node, 0, self.near[0]).max(L::splat(0.0));
-        let near = self.at(node, 1, self.near[1]).max(near);
-        let near = self.at(node, 2, self.near[2]).max(near);
-        let far = self.at(node, 0, self.near[0] ^ 1).min(L::splat(f32::INFINITY));
-        let far = self.at(node, 1, self.near[1] ^ 1).min(far);
-        let far = self.at(node, 2, self.near[2] ^ 1).min(far);
-        let far = far.mul(L::splat(WIDEN));
-        (near, near.le(far) & near.le(L::splat(limit)))
+    fn meet(&self, node: &Node, limit: L) -> (L, L) {
+        let nx = plane(node, self.upper[0] & 1, self.o[0], self.near[0]);
+        let ny = plane(node, 2 + (self.upper[1] & 1), self.o[1], self.near[1]);
+        let nz = plane(node, 4 + (self.upper[2] & 1), self.o[2], self.near[2]);
+        let fx = plane(node, 1 - (self.upper[0] & 1), self.o[0], self.far[0]);
+        let fy = plane(node, 3 - (self.upper[1] & 1), self.o[1], self.far[1]);
+        let fz = plane(node, 5 - (self.upper[2] & 1), self.o[2], self.far[2]);
+        // A NaN in the first operand is dropped; in the second of the inner pair it takes the first with it. Both only
+        // enlarge the interval.
+        (nx.max(ny).max(nz.max(L::splat(0.0))), fx.min(fy).min(fz.min(limit)))
     }
 }
 
 #[inline(always)]
-fn walk<L: Lanes, C: Candidate, const ANY: bool>(
+fn plane<L: Lanes>(node: &Node, row: usize, o: L, inverse: L) -> L {
+    L::load(&node.bounds[row]).sub(o).mul(inverse)
+}
+
+/// The nearest hit that counts, or with `ANY` the first that is found.
+#[inline(always)]
+pub(super) fn walk<L: Lanes, C: Candidate, const ANY: bool>(
     tree: &Tree,
     ray: &Ray,
-    scale: f32,
     candidate: &C,
-    stack: &mut [MaybeUninit<Entry>],
 ) -> Option<TriangleHit> {
-    let sheared = Sheared::new(ray);
-    let slabs = Slabs::<L>::new(ray.o, ray.d);
-    let mut best: Option<TriangleHit> = None;
-    let mut limit = ray.t_max;
-    let mut height = 1;
-    stack[0] = MaybeUninit::new(Entry { near: 0.0, reference: tree.root });
-    while height > 0 {
-        height -= 1;
-        // SAFETY: every entry below `height` was written before `height` rose above it.
-        let entry = unsafe { stack[height].assume_init() };
-        if entry.near > limit * WIDEN {
-            continue;
-        }
-        if entry.reference & LEAF != 0 {
-            let block = &tree.blocks[(entry.reference & !LEAF) as usize];
-            let found = intersect::<L>(&sheared, block, limit);
-            let mut mask = found.mask;
+    if tree.stack <= SMALL_STACK {
+        let mut memory = [MaybeUninit::uninit(); 2 * SMALL_STACK];
+        walk_with::<L, C, ANY>(tree, ray, candidate, &mut Stack::new(&mut memory))
+    } else {
+        let mut memory = vec![MaybeUninit::uninit(); 2 * tree.stack];
+        walk_with::<L, C, ANY>(tree, ray, candidate, &mut Stack::new(&mut memory))
+    }
+}
+
+#[inline(always)]
+fn walk_with<L: Lanes, C: Candidate, const ANY: bool>(
+    tree: &Tree,
+    ray: &Ray,
+    candidate: &C,
+    stack: &mut Stack,
+) -> Option<TriangleHit> {
+    let Normalised { o, d, t_max, to_caller } = normalised(ray, tree.scale)?;
+    let sheared = Sheared::new(o, d);
+    let slabs = Slabs::<L>::new(o, d);
+    // No id is lower than 0: at t_max itself there is no hit.
+    let mut best = TriangleHit { t: t_max, u: 0.0, v: 0.0, triangle: 0 };
+    let mut found = false;
+    let mut limit = L::splat(t_max * WIDEN);
+    let mut at = tree.root?;
+    loop {
+        if at & LEAF == 0 {
+            let node = &tree.nodes[at as usize];
+            let (near, far) = slabs.meet(node, limit);
+            let mask = near.le(far);
+            if mask != 0 {
+                near.push_sorted(far, mask, &node.child, stack);
+            }
+        } else {
+            let block = &tree.blocks[(at & !LEAF) as usize];
+            let hits = intersect::<L>(&sheared, block, best.t);
+            let mut mask = hits.mask;
             while mask != 0 {
-                let lane = mask.trailing_zeros() as usize;
+                let lane = mask.trailing_zeros() as usize & 7;
                 mask &= mask - 1;
-                let Some(hit) = found.hit(&sheared, block, lane) else { continue };
-                let nearer = hit.t < limit || best.is_some_and(|b| hit.t == b.t && hit.triangle < b.triangle);
-                if nearer && (C::OPAQUE || candidate.accept(&TriangleHit { t: hit.t * scale, ..hit })) {
+                let Some(hit) = hits.hit(&sheared, block, lane) else { continue };
+                let nearer = hit.t < best.t || (hit.t == best.t && hit.triangle < best.triangle);
+                if nearer && (C::OPAQUE || candidate.accept(&in_callers_units(hit, to_caller))) {
                     if ANY {
                         return Some(hit);
                     }
-                    limit = hit.t;
-                    best = Some(hit);
+                    best = hit;
+                    found = true;
+                    limit = L::splat(hit.t * WIDEN);
                 }
             }
-        } else {
-            let node = &tree.nodes[entry.reference as usize];
-            let (near, mask) = slabs.enter(node, limit * WIDEN);
-            push::<L, ANY>(node, near, mask, stack, &mut height);
         }
-    }
-    best
-}
-
-/// Pushes the entered children, the nearest on top (any order for shadow rays).
-#[inline(always)]
-fn push<L: Lanes, const ANY: bool>(
-    node: &Node,
-    near: L,
-    mut mask: u32,
-    stack: &mut [MaybeUninit<Entry>],
-    height: &mut usize,
-) {
-    let mut distances = [0.0; 8];
-    near.store(&mut distances);
-    let base = *height;
-    while mask != 0 {
-        let lane = mask.trailing_zeros() as usize;
-        mask &= mask - 1;
-        let entry = Entry { near: distances[lane], reference: node.child[lane] };
-        let mut at = *height;
-        if !ANY {
-            // SAFETY: entries in base..height were written in this call.
-            while at > base && unsafe { stack[at - 1].assume_init() }.near < entry.near {
-                stack[at] = stack[at - 1];
-                at -= 1;
+        loop {
+            let Some((near, child)) = stack.pop() else {
+                return found.then(|| in_callers_units(best, to_caller));
+            };
+            if ANY || f32::from_bits(near) <= best.t * WIDEN {
+                at = child;
+                break;
             }
         }
-        stack[at] = MaybeUninit::new(entry);
-        *height += 1;
     }
+}
+
+#[inline(always)]
+fn in_callers_units(hit: TriangleHit, to_caller: f64) -> TriangleHit {
+    let t = (f64::from(hit.t) * to_caller) as f32;
+    TriangleHit { t: t.clamp(f32::from_bits(1), f32::MAX), ..hit }
 }

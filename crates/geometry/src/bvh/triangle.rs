@@ -1,157 +1,171 @@
 //! The watertight ray–triangle test [Woop, Benthin, Wald 2013], eight triangles at a time.
 //!
-//! The ray is sheared once so that it runs along an axis; edge functions are products of the same two numbers for both
-//! triangles of an edge, so exactly one side (or both) accepts. An edge function of exactly 0 is decided again in f64,
-//! where the products are exact. No fused multiply-add: it would break the antisymmetry.
+//! The ray is sheared once so that it runs along an axis; then the triangle is hit if the origin of the plane lies in
+//! its projection. Both triangles of an edge compute the edge function from the same two products, rounding is
+//! monotone, and so they agree about the side unless the difference rounds to 0; then f64, where the products are
+//! exact, decides. A point on an edge belongs to both triangles: no ray passes between. A fused multiply-add would
+//! break the antisymmetry.
+//!
+//! t is the mean of the corners' distances, weighted by the edge functions. Where that cancels (some corners lie
+//! behind the origin, as for a large wall near by), it is worked out again in f64, so that its sign can be relied on:
+//! a ray that starts outside the error box of a surface does not meet it.
 
 use super::TriangleHit;
+use super::lanes::Lanes;
 use super::node::Block;
-use super::simd::Lanes;
-use crate::Ray;
-use glam::{DVec3, Vec3};
 
-/// A ray, sheared to run along axis `k[2]`.
+/// A ray and the shear that makes it run along axis `k[2]`.
 #[derive(Clone, Copy)]
 pub(super) struct Sheared {
-    pub o: Vec3,
-    pub d: Vec3,
+    pub o: [f32; 3],
+    pub d: [f32; 3],
     k: [usize; 3],
     s: [f32; 3],
 }
 
 impl Sheared {
-    pub fn new(ray: &Ray) -> Self {
-        let a = ray.d.abs();
-        let kz = if a.x >= a.y && a.x >= a.z {
-            0
-        } else if a.y >= a.z {
-            1
+    #[inline(always)]
+    pub fn new(o: [f32; 3], d: [f32; 3]) -> Self {
+        let [x, y, z] = d.map(f32::abs);
+        let k = if x >= y && x >= z {
+            [1, 2, 0]
+        } else if y >= z {
+            [2, 0, 1]
         } else {
-            2
+            [0, 1, 2]
         };
-        let (kx, ky) = ((kz + 1) % 3, (kz + 2) % 3);
-        let d = ray.d;
-        Self { o: ray.o, d, k: [kx, ky, kz], s: [d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz]] }
+        let s = 1.0 / d[k[2]];
+        Self { o, d, k, s: [d[k[0]] / d[k[2]], d[k[1]] / d[k[2]], s] }
     }
 }
 
-/// Edge functions and distance of the lanes that may be hit.
+/// What the eight-wide test knows of the lanes that may be hit.
 pub(super) struct Found {
-    u: [f32; 8],
+    /// Lanes to look at.
+    pub mask: u32,
+    /// Of these, the ones that f32 cannot decide.
+    unsure: u32,
+    t: [f32; 8],
     v: [f32; 8],
     w: [f32; 8],
-    t: [f32; 8],
-    /// Lanes with 0 < t ≤ limit whose edges all agree.
-    pub mask: u32,
+    det: [f32; 8],
 }
 
-/// Tests a block; `limit` is inclusive, for ties are decided by id.
+/// A sum whose terms are this many times larger than itself, or this small, is not trusted in f32.
+const CANCELS: f32 = 3.0;
+const TINY: f32 = 1e-27;
+
+macro_rules! edges {
+    ($a:ident, $b:ident, $c:ident) => {
+        (
+            $c.0.mul($b.1).sub($c.1.mul($b.0)),
+            $a.0.mul($c.1).sub($a.1.mul($c.0)),
+            $b.0.mul($a.1).sub($b.1.mul($a.0)),
+        )
+    };
+}
+
+/// The lanes of `block` hit at 0 < t ≤ `limit`, and those that [`Found::hit`] must decide.
 #[inline(always)]
 pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> Found {
     let [kx, ky, kz] = ray.k;
-    let o = [L::splat(ray.o[kx]), L::splat(ray.o[ky]), L::splat(ray.o[kz])];
-    let (sx, sy, sz) = (L::splat(ray.s[0]), L::splat(ray.s[1]), L::splat(ray.s[2]));
-    let (ax, ay, az) = shear(&block.corner[0], ray.k, o, sx, sy);
-    let (bx, by, bz) = shear(&block.corner[1], ray.k, o, sx, sy);
-    let (cx, cy, cz) = shear(&block.corner[2], ray.k, o, sx, sy);
-    let u = cx.mul(by).sub(cy.mul(bx));
-    let v = ax.mul(cy).sub(ay.mul(cx));
-    let w = bx.mul(ay).sub(by.mul(ax));
+    let a = corner::<L>(ray, &block.corner[kx][0], &block.corner[ky][0], &block.corner[kz][0]);
+    let b = corner::<L>(ray, &block.corner[kx][1], &block.corner[ky][1], &block.corner[kz][1]);
+    let c = corner::<L>(ray, &block.corner[kx][2], &block.corner[ky][2], &block.corner[kz][2]);
+    let (u, v, w) = edges!(a, b, c);
     let zero = L::splat(0.0);
-    let negative = u.lt(zero) | v.lt(zero) | w.lt(zero);
-    let positive = zero.lt(u) | zero.lt(v) | zero.lt(w);
-    let on_edge = u.eq(zero) | v.eq(zero) | w.eq(zero);
-    let det = u.add(v).add(w);
-    let t = u.mul(az).add(v.mul(bz)).add(w.mul(cz)).mul(sz).div(det);
-    let in_range = zero.lt(t) & t.le(L::splat(limit));
-    let mut found = Found { u: [0.0; 8], v: [0.0; 8], w: [0.0; 8], t: [0.0; 8], mask: 0 };
-    let candidates = !(negative & positive) & !on_edge & in_range;
-    if (candidates | on_edge) & 0xff == 0 {
+    let low = u.min(v.min(w));
+    let high = u.max(v.max(w));
+    let mut found = Found {
+        mask: zero.le(low) | high.le(zero),
+        unsure: 0,
+        t: [0.0; 8],
+        v: [0.0; 8],
+        w: [0.0; 8],
+        det: [0.0; 8],
+    };
+    if found.mask == 0 {
         return found;
     }
-    u.store(&mut found.u);
+    let (ta, tb, tc) = (u.mul(a.2), v.mul(b.2), w.mul(c.2));
+    let sum = ta.add(tb).add(tc);
+    let terms = ta.abs().add(tb.abs()).add(tc.abs());
+    let det = u.add(v).add(w);
+    let t = sum.div(det).mul(L::splat(ray.s[2]));
+    let on_edge = (zero.le(low) & low.le(zero)) | (zero.le(high) & high.le(zero));
+    let cancels = sum.abs().mul(L::splat(CANCELS)).le(terms.add(L::splat(TINY)));
+    found.unsure = found.mask & (on_edge | cancels);
+    found.mask &= found.unsure | (zero.lt(t) & t.le(L::splat(limit)));
+    t.store(&mut found.t);
     v.store(&mut found.v);
     w.store(&mut found.w);
-    t.store(&mut found.t);
-    found.mask = candidates & 0xff;
-    if on_edge & 0xff != 0 {
-        exact_edges(ray, block, on_edge & 0xff, limit, &mut found);
-    }
+    det.store(&mut found.det);
     found
 }
 
-/// Corners relative to the origin, sheared so that the ray runs along z. (A function and not a closure: only what is
-/// always inlined is compiled for the caller's instruction set.)
+/// Corners in the sheared frame, their distances not yet scaled.
 #[inline(always)]
-fn shear<L: Lanes>(corner: &[[f32; 8]; 3], [kx, ky, kz]: [usize; 3], o: [L; 3], sx: L, sy: L) -> (L, L, L) {
-    let z = L::load(&corner[kz]).sub(o[2]);
-    let x = L::load(&corner[kx]).sub(o[0]).sub(sx.mul(z));
-    let y = L::load(&corner[ky]).sub(o[1]).sub(sy.mul(z));
+fn corner<L: Lanes>(ray: &Sheared, x: &[f32; 8], y: &[f32; 8], z: &[f32; 8]) -> (L, L, L) {
+    let z = L::load(z).sub(L::splat(ray.o[ray.k[2]]));
+    let x = L::load(x).sub(L::splat(ray.o[ray.k[0]])).sub(L::splat(ray.s[0]).mul(z));
+    let y = L::load(y).sub(L::splat(ray.o[ray.k[1]])).sub(L::splat(ray.s[1]).mul(z));
     (x, y, z)
 }
 
-/// Decides the lanes of `mask` again with exact edge functions.
-#[cold]
-#[inline(never)]
-fn exact_edges(ray: &Sheared, block: &Block, mask: u32, limit: f32, found: &mut Found) {
-    let [kx, ky, kz] = ray.k;
-    for lane in (0..8).filter(|lane| mask >> lane & 1 == 1) {
-        let corner = |c: usize| {
-            let z = block.corner[c][kz][lane] - ray.o[kz];
-            let x = (block.corner[c][kx][lane] - ray.o[kx]) - ray.s[0] * z;
-            let y = (block.corner[c][ky][lane] - ray.o[ky]) - ray.s[1] * z;
-            (f64::from(x), f64::from(y), f64::from(z))
-        };
-        let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (corner(0), corner(1), corner(2));
-        let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
-        let mixed = (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0);
-        let det = u + v + w;
-        let t = ((u * az + v * bz + w * cz) * f64::from(ray.s[2]) / det) as f32;
-        if !mixed && t > 0.0 && t <= limit {
-            // The edge functions are kept as barycentrics: in f32 they may have lost all digits.
-            found.u[lane] = (u / det) as f32;
-            found.v[lane] = (v / det) as f32;
-            found.w[lane] = (w / det) as f32;
-            found.t[lane] = t;
-            found.mask |= 1 << lane;
-        }
-    }
-}
-
 impl Found {
-    /// The hit in `lane`; None when a closer look at a very near one shows it behind the origin.
+    /// The hit in `lane`, with t > 0; None if a closer look shows that there is none.
     #[inline(always)]
     pub fn hit(&self, ray: &Sheared, block: &Block, lane: usize) -> Option<TriangleHit> {
-        let (u, v, w, mut t) = (self.u[lane], self.v[lane], self.w[lane], self.t[lane]);
-        let det = u + v + w;
-        if self.is_near(ray, block, lane) {
-            t = plane_distance(ray, block, lane)?;
+        let triangle = block.id[lane];
+        if self.unsure >> lane & 1 == 1 {
+            return exact(ray, block, lane).map(|(t, u, v)| TriangleHit { t, u, v, triangle });
         }
-        Some(TriangleHit { t, u: v / det, v: w / det, triangle: block.id[lane] })
-    }
-
-    /// Whether rounding could have put the hit on the wrong side of the origin: the error of t is a few ulp of the
-    /// corners' distance along the ray.
-    #[inline(always)]
-    fn is_near(&self, ray: &Sheared, block: &Block, lane: usize) -> bool {
-        let [kx, ky, kz] = ray.k;
-        let reach = |c: usize| {
-            let at = |k: usize| (block.corner[c][k][lane] - ray.o[k]).abs();
-            at(kx).max(at(ky)).max(at(kz))
-        };
-        self.t[lane] < reach(0).max(reach(1)).max(reach(2)) * ray.s[2].abs() * (1.0 / 16384.0)
+        let det = self.det[lane];
+        Some(TriangleHit { t: self.t[lane], u: self.v[lane] / det, v: self.w[lane] / det, triangle })
     }
 }
 
-/// Distance along the ray to the triangle's plane, in f64 where the f32 corners are exact; None at or behind the
-/// origin.
-#[cold]
+/// (t, u, v) of one triangle: the same edge functions, their signs exact; t and barycentrics in f64.
 #[inline(never)]
-fn plane_distance(ray: &Sheared, block: &Block, lane: usize) -> Option<f32> {
-    let corner =
-        |c: usize| DVec3::from_array(std::array::from_fn(|axis| f64::from(block.corner[c][axis][lane])));
-    let a = corner(0);
-    let n = (corner(1) - a).cross(corner(2) - a);
-    let t = (n.dot(a - ray.o.as_dvec3()) / n.dot(ray.d.as_dvec3())) as f32;
-    (t > 0.0).then_some(t)
+fn exact(ray: &Sheared, block: &Block, lane: usize) -> Option<(f32, f32, f32)> {
+    let [kx, ky, kz] = ray.k;
+    let mut rounded = [[0.0f64; 2]; 3];
+    let mut deep = [[0.0f64; 3]; 3];
+    let (dx, dy) = (f64::from(ray.d[kx]), f64::from(ray.d[ky]));
+    let dz = f64::from(ray.d[kz]);
+    let (sx, sy) = (dx / dz, dy / dz);
+    for i in 0..3 {
+        let (px, py, pz) = (block.corner[kx][i][lane], block.corner[ky][i][lane], block.corner[kz][i][lane]);
+        let z = pz - ray.o[kz];
+        rounded[i] = [f64::from((px - ray.o[kx]) - ray.s[0] * z), f64::from((py - ray.o[ky]) - ray.s[1] * z)];
+        let z = f64::from(pz) - f64::from(ray.o[kz]);
+        deep[i] = [
+            (f64::from(px) - f64::from(ray.o[kx])) - sx * z,
+            (f64::from(py) - f64::from(ray.o[ky])) - sy * z,
+            z,
+        ];
+    }
+    let signed = edge_functions(rounded[0], rounded[1], rounded[2]);
+    let low = signed[0].min(signed[1]).min(signed[2]);
+    let high = signed[0].max(signed[1]).max(signed[2]);
+    let (inside, flat) = (low >= 0.0 || high <= 0.0, low == 0.0 && high == 0.0);
+    if !inside || flat {
+        return None;
+    }
+    // The signs above decide whether it is a hit; where f64 disagrees, the point moves to the nearest edge.
+    let side = if high > 0.0 { 1.0 } else { -1.0 };
+    let xy = |i: usize| [deep[i][0], deep[i][1]];
+    let mut weights = edge_functions(xy(0), xy(1), xy(2)).map(|w| (w * side).max(0.0));
+    let mut sum = weights[0] + weights[1] + weights[2];
+    if sum == 0.0 {
+        weights = signed.map(|w| w * side);
+        sum = weights[0] + weights[1] + weights[2];
+    }
+    let t = (weights[0] * deep[0][2] + weights[1] * deep[1][2] + weights[2] * deep[2][2]) / (sum * dz);
+    let (t, u, v) = (t as f32, (weights[1] / sum) as f32, (weights[2] / sum) as f32);
+    (t > 0.0).then_some((t, u, v))
+}
+
+fn edge_functions(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> [f64; 3] {
+    [c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]]
 }

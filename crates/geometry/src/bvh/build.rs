@@ -1,0 +1,129 @@
+//! From triangles to the binary tree: which triangles count, their boxes, and how much is spent on the tree.
+
+use super::collapse::collapse;
+use super::node::{Block, LEAF};
+use super::{Kernel, Quality, Tree};
+use glam::{DVec3, Vec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+
+/// Coordinates beyond this are taken for mistakes: beside them nothing else could be told apart.
+const LARGEST: f32 = (1u128 << 96) as f32;
+
+/// Box padding, relative to the box: what the edge tests of a triangle accept lies within 6 roundings of its extent
+/// (and 4 of its distance, which the slab test allows for) of it.
+const PAD: f32 = 8.0 * f32::EPSILON;
+
+pub(super) fn build(triangles: &[[Vec3; 3]], quality: Quality, kernel: Kernel) -> Tree {
+    let ids: Vec<u32> = (0u32..).zip(triangles).filter(|(_, t)| can_be_hit(t)).map(|(id, _)| id).collect();
+    let bounds = bounds(&ids, triangles);
+    let scale = bounds.map_or(1.0, |(low, high)| unit_scale(low.abs().max(high.abs()).max_element()));
+    let scaled: Vec<[Vec3; 3]> = ids.iter().map(|&id| triangles[id as usize].map(|p| p * scale)).collect();
+    let mut tree =
+        Tree { nodes: Vec::new(), blocks: Vec::new(), root: None, stack: 8, scale, bounds, kernel };
+    match ids.len() {
+        0 => {}
+        1..=8 => {
+            let mut block = Block::NONE;
+            (0..).zip(&ids).zip(&scaled).for_each(|((lane, &id), t)| block.set(lane, id, t));
+            tree.blocks.push(block);
+            tree.root = Some(LEAF);
+        }
+        _ => {
+            let boxes: Vec<Aabb> = scaled.iter().map(padded_box).collect();
+            let wide = collapse(&binary_tree(&boxes, quality), &ids, &scaled);
+            (tree.nodes, tree.blocks, tree.root, tree.stack) =
+                (wide.nodes, wide.blocks, Some(0), 7 * wide.depth + 8);
+        }
+    }
+    tree
+}
+
+/// Finite, not absurd, and not without area.
+fn can_be_hit(t: &[Vec3; 3]) -> bool {
+    let [a, b, c] = t.map(|p| p.as_dvec3());
+    t.iter().all(|p| p.is_finite() && p.abs().max_element() <= LARGEST) && (b - a).cross(c - a) != DVec3::ZERO
+}
+
+fn bounds(ids: &[u32], triangles: &[[Vec3; 3]]) -> Option<(Vec3, Vec3)> {
+    let corners = ids.iter().flat_map(|&id| &triangles[id as usize]);
+    corners.map(|&p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+/// The power of two that brings `x` > 0 into [1, 2), or as near as f32 can.
+fn unit_scale(x: f32) -> f32 {
+    f32::from_bits((254 - (x.to_bits() >> 23).clamp(1, 253)) << 23)
+}
+
+fn padded_box(t: &[Vec3; 3]) -> Aabb {
+    let (low, high) = (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]));
+    let pad = (high - low).max_element() * PAD;
+    let low = (low - pad).to_array().map(f32::next_down);
+    let high = (high + pad).to_array().map(f32::next_up);
+    Aabb::new(Vec3A::from_array(low), Vec3A::from_array(high))
+}
+
+fn binary_tree(boxes: &[Aabb], quality: Quality) -> Bvh2 {
+    let (search, effort) = match quality {
+        Quality::Fast => (PlocSearchDistance::Low, 0.02),
+        Quality::Medium => (PlocSearchDistance::Medium, 0.15),
+        Quality::High => (PlocSearchDistance::High, 1.0),
+    };
+    let order = (0..boxes.len() as u32).collect();
+    let distinct: Vec<Aabb> = (0..).zip(boxes).map(|(i, b)| jittered(i, b)).collect();
+    let mut tree =
+        PlocBuilder::with_capacity(boxes.len()).build(search, &distinct, order, SortPrecision::U64, 1);
+    restore(&mut tree, boxes);
+    ReinsertionOptimizer::default().run(&mut tree, effort, None);
+    tree
+}
+
+/// A box enlarged a little, each by another amount. PLOC joins boxes that choose each other as cheapest neighbours;
+/// among equal ones all choose the one before, one pair is joined per pass, and building takes quadratic time.
+fn jittered(i: u32, b: &Aabb) -> Aabb {
+    let mut x = i.wrapping_mul(0x9E37_79B9);
+    x = (x ^ (x >> 15)).wrapping_mul(0x85EB_CA6B);
+    let amount = ((x ^ (x >> 13)) >> 8) as f32 * (1.0 / (1 << 30) as f32);
+    let grow = Vec3A::splat((b.max - b.min).max_element() * amount);
+    Aabb::new(b.min - grow, b.max + grow)
+}
+
+/// The true boxes again, from the leaves up: children stand behind their parents.
+fn restore(tree: &mut Bvh2, boxes: &[Aabb]) {
+    for i in (0..tree.nodes.len()).rev() {
+        let node = tree.nodes[i];
+        let first = node.first_index as usize;
+        let hull = if node.is_leaf() {
+            boxes[tree.primitive_indices[first] as usize]
+        } else {
+            tree.nodes[first].aabb().union(tree.nodes[first + 1].aabb())
+        };
+        tree.nodes[i].set_aabb(hull);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unit_scale_is_a_power_of_two() {
+        for x in [1e-30f32, 0.1, 1.0, 1.999, 2.0, 1e20] {
+            let s = unit_scale(x);
+            assert!((1.0..2.0).contains(&(x * s)) && s.to_bits() << 9 == 0, "{x}");
+        }
+        assert!(unit_scale(f32::from_bits(1)).is_finite() && unit_scale(f32::MAX) > 0.0);
+    }
+
+    #[test]
+    fn what_cannot_be_hit() {
+        let good = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        assert!(can_be_hit(&good) && can_be_hit(&good.map(|p| p * 1e-40)));
+        for bad in
+            [Vec3::NAN, Vec3::splat(f32::INFINITY), Vec3::splat(1e38), Vec3::X, Vec3::ZERO, Vec3::X * 0.5]
+        {
+            assert!(!can_be_hit(&[Vec3::ZERO, Vec3::X, bad]), "{bad}");
+        }
+    }
+}
