@@ -10,7 +10,7 @@ use dapple_integrator::scene::Space;
 use dapple_integrator::{Settings, Stats};
 use glam::{DMat4, DVec3, DVec4};
 
-/// All attributes of a render.
+/// All attributes of a render: the two matrices, and the lines of a settings file that would give it again.
 pub fn attributes(
     settings: &Settings,
     stats: &Stats,
@@ -19,36 +19,33 @@ pub fn attributes(
 ) -> Vec<(String, MetaValue)> {
     let to_camera = world_to_camera(camera, space);
     let to_ndc = camera_to_ndc(camera, space, settings.size) * to_camera;
-    let text = |s: String| MetaValue::Text(s);
-    vec![
-        ("software".into(), text(format!("dapple {}", env!("CARGO_PKG_VERSION")))),
-        ("worldToCamera".into(), matrix(to_camera)),
-        ("worldToNDC".into(), matrix(to_ndc)),
-        ("spp".into(), MetaValue::Int(i32::try_from(stats.spp).unwrap_or(i32::MAX))),
-        ("seed".into(), text(settings.seed.to_string())),
-        ("settings".into(), text(settings_text(settings))),
-    ]
+    let mut facts =
+        vec![("worldToCamera".to_string(), matrix(to_camera)), ("worldToNDC".to_string(), matrix(to_ndc))];
+    let lines = settings_lines(settings, stats).into_iter();
+    facts.extend(lines.map(|(key, value)| (key.to_string(), MetaValue::Text(value))));
+    facts
 }
 
-/// The settings that decide the picture, as the lines of a settings file.
-fn settings_text(settings: &Settings) -> String {
+/// What decides the picture, in TOML.
+fn settings_lines(settings: &Settings, stats: &Stats) -> Vec<(&'static str, String)> {
+    let quoted = |text: &dyn std::fmt::Display| format!("\"{text}\"");
     let (w, h) = settings.size;
     let mut lines = vec![
-        format!("method = \"{}\"", values::method_name(settings.method)),
-        format!("size = \"{w}x{h}\""),
-        format!("pattern = \"{}\"", settings.pattern),
-        format!("max-bounces = {}", settings.max_bounces),
-        format!("no-roulette = {}", !settings.roulette),
-        format!("filter = \"{}\"", settings.filter),
-        format!("cull-backfaces = {}", settings.cull_backfaces),
+        ("version", quoted(&env!("CARGO_PKG_VERSION"))),
+        ("method", quoted(&values::method_name(settings.method))),
+        ("spp", stats.spp.to_string()),
+        ("pattern", quoted(&settings.pattern)),
+        ("seed", settings.seed.to_string()),
+        ("max-bounces", settings.max_bounces.to_string()),
+        ("no-roulette", (!settings.roulette).to_string()),
+        ("filter", quoted(&settings.filter)),
+        ("cull-backfaces", settings.cull_backfaces.to_string()),
+        ("size", quoted(&format_args!("{w}x{h}"))),
     ];
-    if let Some(spp) = settings.spp {
-        lines.push(format!("spp = {spp}"));
-    }
     if let Some(c) = settings.crop {
-        lines.push(format!("crop = [{}, {}, {}, {}]", c.x0, c.y0, c.x1, c.y1));
+        lines.push(("crop", format!("[{}, {}, {}, {}]", c.x0, c.y0, c.x1, c.y1)));
     }
-    lines.join("\n")
+    lines
 }
 
 /// World to camera space, both in scene units; column vectors.
@@ -91,4 +88,39 @@ fn camera_to_ndc(camera: &Camera, space: &Space, size: (u32, u32)) -> DMat4 {
 /// Row-vector order: the columns of the column-vector matrix, one after another.
 fn matrix(m: DMat4) -> MetaValue {
     MetaValue::Matrix(m.as_mat4().to_cols_array())
+}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn camera(projection: Projection) -> Camera {
+        Camera {
+            origin: Vec3::new(1.0, 2.0, 3.0),
+            right: Vec3::Z,
+            up: Vec3::Y,
+            backward: Vec3::NEG_X,
+            projection,
+            lens: None,
+        }
+    }
+
+    #[test]
+    fn corners_of_the_view_are_corners_of_ndc() {
+        let space = Space { centre: DVec3::new(10.0, 0.0, 0.0), scale: 2.0 };
+        for projection in
+            [Projection::Perspective { tan_half: 0.5 }, Projection::Orthographic { half_height: 2.0 }]
+        {
+            let camera = camera(projection);
+            let m = camera_to_ndc(&camera, &space, (20, 10)) * world_to_camera(&camera, &space);
+            // One scene unit (two render units) high and two wide, two scene units before the camera.
+            let half = 1.0;
+            let centre = space.to_world(camera.origin) - camera.backward.as_dvec3() * 2.0;
+            for (x, y, ndc) in [(-1.0, 1.0, (0.0, 0.0)), (1.0, -1.0, (1.0, 1.0)), (0.0, 0.0, (0.5, 0.5))] {
+                let p = centre + camera.right.as_dvec3() * x * 2.0 * half + camera.up.as_dvec3() * y * half;
+                let q = m * p.extend(1.0);
+                assert!((q.x / q.w - ndc.0).abs() < 1e-6 && (q.y / q.w - ndc.1).abs() < 1e-6, "{q}");
+            }
+        }
+    }
 }
