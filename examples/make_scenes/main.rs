@@ -1,0 +1,44 @@
+//! Writes the scenes of `scenes/`: `cargo run --release --example make_scenes [FOLDER]`.
+//!
+//! The same bytes on every machine: positions are worked out in f64 with `libm`, and nothing is random. What each scene
+//! shows, and where its numbers come from, stands in `scenes/README.md`.
+
+mod classics;
+mod document;
+mod plain;
+mod shape;
+mod sky;
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = std::env::args().nth(1).map_or_else(|| PathBuf::from("scenes"), PathBuf::from);
+    std::fs::create_dir_all(&folder)?;
+    for (name, document) in [
+        ("cornell", classics::cornell()),
+        ("cornell_spheres", classics::cornell_spheres()),
+        ("veach_mis", classics::veach_mis()),
+        ("furnace", plain::furnace()),
+        ("environment", plain::environment()),
+        ("antialias", plain::antialias(&png_bytes(&plain::checker())?)),
+    ] {
+        std::fs::write(folder.join(name).with_extension("gltf"), document.to_text())?;
+        println!("{name}.gltf");
+    }
+    dapple_imaging::write::hdr(&folder.join("sky.hdr"), &sky::picture())?;
+    println!("sky.hdr");
+    for (name, text) in plain::SIDECARS {
+        std::fs::write(folder.join(name), text)?;
+        println!("{name}");
+    }
+    Ok(())
+}
+
+/// A picture of black and white as the bytes of a PNG file.
+fn png_bytes(picture: &dapple_imaging::Picture) -> Result<Vec<u8>, Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let path: &Path = &folder.path().join("texture.png");
+    dapple_imaging::write::png(path, picture, dapple_imaging::Tone::Srgb, 0.0)?;
+    Ok(std::fs::read(path)?)
+}

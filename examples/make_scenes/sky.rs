@@ -1,0 +1,31 @@
+//! A small sky: a gradient, a horizon, a ground, and a sun of one texel.
+
+use dapple_imaging::Picture;
+use glam::Vec3;
+
+const WIDTH: usize = 128;
+const HEIGHT: usize = 64;
+/// Column and row of the sun: to the upper right behind the camera of `environment.gltf`.
+const SUN: (usize, usize) = (112, 18);
+
+/// Linear radiance, latitude-longitude.
+pub fn picture() -> Picture {
+    let mut pixels = Vec::with_capacity(WIDTH * HEIGHT);
+    for row in 0..HEIGHT {
+        // 1 at the zenith, 0 at the horizon, −1 at the nadir.
+        let height = 1.0 - (2 * row + 1) as f32 / HEIGHT as f32;
+        pixels.extend(std::iter::repeat_n(colour(height), WIDTH));
+    }
+    pixels[SUN.1 * WIDTH + SUN.0] = Vec3::new(900.0, 780.0, 600.0);
+    Picture { width: WIDTH, height: HEIGHT, pixels }
+}
+
+fn colour(height: f32) -> Vec3 {
+    let (zenith, horizon, ground) =
+        (Vec3::new(0.12, 0.28, 0.75), Vec3::new(0.85, 0.9, 1.0), Vec3::new(0.18, 0.15, 0.12));
+    if height < 0.0 {
+        return ground;
+    }
+    let fade = (1.0 - height) * (1.0 - height);
+    zenith + (horizon - zenith) * (fade * fade)
+}
