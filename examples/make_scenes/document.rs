@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub struct Document {
     bytes: Vec<u8>,
     /// Accessors by what they hold, so that equal meshes are stored once.
-    stored: BTreeMap<(u32, Vec<u8>), usize>,
+    stored: BTreeMap<(String, Vec<u8>), usize>,
     views: Vec<Value>,
     accessors: Vec<Value>,
     materials: Vec<Value>,
@@ -98,19 +98,21 @@ impl Document {
     }
 
     fn accessor(&mut self, bytes: Vec<u8>, target: u32, component: u32, count: usize, kind: &str) -> usize {
-        if let Some(&accessor) = self.stored.get(&(target, bytes.clone())) {
+        let key = (kind.to_string(), bytes);
+        if let Some(&accessor) = self.stored.get(&key) {
             return accessor;
         }
+        let bytes = &key.1;
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         let view = json!({
             "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(), "target": target,
         });
-        self.bytes.extend(&bytes);
+        self.bytes.extend(bytes);
         let view = push(&mut self.views, view);
         let accessor =
             json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
         let accessor = push(&mut self.accessors, accessor);
-        self.stored.insert((target, bytes), accessor);
+        self.stored.insert(key, accessor);
         accessor
     }
 
