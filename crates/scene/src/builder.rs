@@ -102,6 +102,12 @@ impl SceneBuilder {
         self.materials.len() as u32 - 1
     }
 
+    /// A material added before.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn material_at(&self, index: u32) -> &TexturedMaterial {
+        &self.materials[index as usize]
+    }
+
     /// Adds a mesh placed by `transform`; returns the object's index. A shared mesh (`Arc`) may be added many times.
     pub fn mesh(
         &mut self,

@@ -57,13 +57,11 @@ pub enum SceneError {
         what: String,
     },
     /// A texture that cannot be decoded.
-    #[error("{}: {place}: {source}", file.display())]
+    #[error("{}: {source}", file.display())]
     Image {
         /// The scene's file.
         file: PathBuf,
-        /// The image.
-        place: String,
-        /// The decoder's answer.
+        /// The decoder's answer, which names the image.
         source: dapple_imaging::ImageError,
     },
 }

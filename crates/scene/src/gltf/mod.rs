@@ -1,21 +1,73 @@
-//! The glTF 2.0 reader.
+//! The glTF 2.0 reader: .gltf and .glb to a [`SceneBuilder`].
+//!
+//! The crate `gltf` parses the JSON; everything it would trust the file with is done here: splitting the .glb,
+//! required extensions, every index, byte range and count, the node graph, files and images. Whatever bytes a file
+//! has, reading it ends in a scene or in one [`SceneError`] that says where and why.
+mod accessor;
+mod animation;
+mod container;
+mod document;
+mod extensions;
+mod info;
+mod instancing;
+mod material;
+mod mesh;
+mod node;
+mod read;
+mod source;
+mod texture;
+
 use crate::{SceneBuilder, SceneError};
+use container::Required;
+use document::Document;
+pub use info::{AnimationInfo, Counts, ExtensionInfo, Info, TextureInfo};
 use std::path::Path;
+
+/// How to read a file.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /** seconds at which animation is evaluated */
+    /// Seconds at which animation is evaluated.
     pub at: f64,
-    /** read files outside the scene's folder */
+    /// Read files outside the scene's folder.
     pub allow_path: bool,
 }
+
 /// Reads .gltf or .glb into a builder (to which an environment may still be added).
-pub fn read(_path: &Path, _options: &Options) -> Result<SceneBuilder, SceneError> {
-    todo!()
+///
+/// # Errors
+/// What cannot be read, is not valid, or needs an extension that is not supported.
+pub fn read(path: &Path, options: &Options) -> Result<SceneBuilder, SceneError> {
+    read::scene(&parse(path, &file(path)?, Required::Refused, options)?)
 }
-/// What is in the file, for `dapple info`.
-pub fn info(_path: &Path, _options: &Options) -> Result<Info, SceneError> {
-    todo!()
+
+/// As [`read`], from the bytes of the file; `path` is what messages call it and where it finds other files.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes(path: &Path, bytes: &[u8], options: &Options) -> Result<SceneBuilder, SceneError> {
+    read::scene(&parse(path, bytes, Required::Refused, options)?)
 }
-/// Counts and names; see fields.
-#[derive(Clone, Debug, Default, serde::Serialize)]
-pub struct Info {}
+
+/// What is in the file, for `dapple info`. Extensions that are required but not supported are listed, not refused.
+///
+/// # Errors
+/// As [`read`].
+pub fn info(path: &Path, options: &Options) -> Result<Info, SceneError> {
+    info::info(&parse(path, &file(path)?, Required::Warned, options)?)
+}
+
+fn file(path: &Path) -> Result<Vec<u8>, SceneError> {
+    let io = |source| SceneError::Io { file: path.to_owned(), what: "the scene".into(), source };
+    std::fs::read(path).map_err(io)
+}
+
+fn parse<'o>(
+    path: &Path,
+    bytes: &[u8],
+    required: Required,
+    options: &'o Options,
+) -> Result<Document<'o>, SceneError> {
+    let mut warnings = Vec::new();
+    let content = container::parse(path, bytes, required, &mut warnings)?;
+    Ok(Document::new(path, options, content, warnings))
+}

@@ -1,0 +1,147 @@
+//! A parsed file with checked access: every index and byte range is looked at before it is used, and every message
+//! names what it speaks of.
+use super::{Options, container::Content, source};
+use crate::{SceneError, Warning};
+use gltf::json::{self, Index};
+use serde_json::Value;
+use std::{
+    cell::{Cell, OnceCell, RefCell},
+    path::{Path, PathBuf},
+};
+
+/// Elements that accessors without data may ask for in one file.
+const ZEROS: u64 = 1 << 24;
+/// Most warnings that are kept.
+const MAX_WARNINGS: usize = 100;
+
+/// A glTF file.
+pub(super) struct Document<'o> {
+    pub file: PathBuf,
+    pub options: &'o Options,
+    pub root: json::Root,
+    pub value: Value,
+    blob: Option<Vec<u8>>,
+    buffers: Vec<OnceCell<Vec<u8>>>,
+    zeros: Cell<u64>,
+    warnings: RefCell<Vec<Warning>>,
+}
+
+impl<'o> Document<'o> {
+    pub fn new(file: &Path, options: &'o Options, content: Content, warnings: Vec<Warning>) -> Self {
+        let Content { root, value, blob } = content;
+        Self {
+            file: file.to_owned(),
+            options,
+            buffers: root.buffers.iter().map(|_| OnceCell::new()).collect(),
+            root,
+            value,
+            blob,
+            zeros: Cell::new(ZEROS),
+            warnings: RefCell::new(warnings),
+        }
+    }
+
+    /// Something is wrong with `place`.
+    pub fn invalid(&self, place: impl Into<String>, what: impl Into<String>) -> SceneError {
+        SceneError::invalid(&self.file.display().to_string(), place, what)
+    }
+
+    /// Tells the user something, once.
+    pub fn warn(&self, text: String) {
+        let mut warnings = self.warnings.borrow_mut();
+        let warning = Warning(text);
+        if warnings.len() < MAX_WARNINGS && !warnings.contains(&warning) {
+            warnings.push(warning);
+        }
+    }
+
+    pub fn take_warnings(&self) -> Vec<Warning> {
+        self.warnings.take()
+    }
+
+    /// The element of a top-level list that `index` points to.
+    pub fn get<'a, T>(
+        &self,
+        list: &'a [T],
+        index: Index<T>,
+        kind: &str,
+        place: &str,
+    ) -> Result<&'a T, SceneError> {
+        list.get(index.value()).ok_or_else(|| {
+            self.invalid(place, format!("refers to {kind} {}, but there are {}", index.value(), list.len()))
+        })
+    }
+
+    /// Bytes of a buffer view.
+    pub fn view(&self, index: Index<json::buffer::View>, place: &str) -> Result<&[u8], SceneError> {
+        let view = self.get(&self.root.buffer_views, index, "buffer view", place)?;
+        let place = label("buffer view", index.value(), view.name.as_deref());
+        let buffer = self.buffer(view.buffer, &place)?;
+        let (start, length) = (view.byte_offset.unwrap_or_default().0, view.byte_length.0);
+        range(buffer, start, length).ok_or_else(|| {
+            let what = format!("ends at byte {}", u128::from(start) + u128::from(length));
+            self.invalid(place, format!("{what}, but its buffer has {}", buffer.len()))
+        })
+    }
+
+    /// Distance between elements of a view, None when they lie close.
+    pub fn stride(&self, index: Index<json::buffer::View>) -> Option<u64> {
+        self.root.buffer_views.get(index.value())?.byte_stride.map(|s| s.0 as u64)
+    }
+
+    fn buffer(&self, index: Index<json::Buffer>, place: &str) -> Result<&[u8], SceneError> {
+        let buffer = self.get(&self.root.buffers, index, "buffer", place)?;
+        let cell = &self.buffers[index.value()];
+        if cell.get().is_none() {
+            let place = label("buffer", index.value(), buffer.name.as_deref());
+            let length = buffer.byte_length.0;
+            let mut bytes = match (&buffer.uri, &self.blob) {
+                (Some(uri), _) => source::bytes(&self.file, uri, length, &place, self.options)?,
+                (None, Some(blob)) if index.value() == 0 => blob.clone(),
+                (None, _) => return Err(self.invalid(place, "has no data")),
+            };
+            if (bytes.len() as u64) < length {
+                let what = format!("holds {} of its {length} bytes", bytes.len());
+                return Err(self.invalid(place, what));
+            }
+            bytes.truncate(length as usize);
+            let _ = cell.set(bytes);
+        }
+        Ok(cell.get().map_or(&[], Vec::as_slice))
+    }
+
+    /// Takes `count` elements from the allowance for accessors without data.
+    pub fn zeros(&self, count: u64, place: &str) -> Result<(), SceneError> {
+        let left = self.zeros.get().checked_sub(count);
+        self.zeros.set(left.ok_or_else(|| {
+            self.invalid(place, format!("asks for {count} elements without data; at most {ZEROS} are given"))
+        })?);
+        Ok(())
+    }
+
+    /// The `extras.dapple` object of something.
+    pub fn dapple(&self, extras: &json::Extras, place: &str) -> Result<Option<Value>, SceneError> {
+        let Some(extras) = extras else { return Ok(None) };
+        let value: Value =
+            serde_json::from_str(extras.get()).map_err(|e| self.invalid(place, format!("extras: {e}")))?;
+        Ok(value.get("dapple").cloned())
+    }
+}
+
+/// `length` bytes from `start`, if they are there.
+pub(super) fn range(bytes: &[u8], start: u64, length: u64) -> Option<&[u8]> {
+    let start = usize::try_from(start).ok()?;
+    let end = start.checked_add(usize::try_from(length).ok()?)?;
+    bytes.get(start..end)
+}
+
+/// How messages call the `index`-th thing of a kind.
+pub(super) fn label(kind: &str, index: usize, name: Option<&str>) -> String {
+    match name {
+        Some(name) if !name.is_empty() => {
+            let short: String = name.chars().filter(|c| !c.is_control()).take(80).collect();
+            format!("{kind} {index} '{short}'")
+        }
+        _ => format!("{kind} {index}"),
+    }
+}

@@ -1,0 +1,45 @@
+//! EXT_mesh_gpu_instancing: one mesh at many places.
+use super::{document::Document, node};
+use crate::{Placement, SceneError};
+use glam::{DQuat, DVec3, DVec4};
+use gltf::json::{self, Index};
+use serde_json::Value;
+
+/// Placements of a node's instances in the node's own space; None when it has no such extension.
+pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<Placement>>, SceneError> {
+    let extensions = doc.root.nodes[index].extensions.as_ref();
+    let Some(instancing) = extensions.and_then(|e| e.others.get("EXT_mesh_gpu_instancing")) else {
+        return Ok(None);
+    };
+    let place = node::place(doc, index);
+    let attribute = |name: &str| -> Option<Index<json::Accessor>> {
+        let index = instancing.get("attributes")?.get(name).and_then(Value::as_u64)?;
+        Some(Index::new(u32::try_from(index).unwrap_or(u32::MAX)))
+    };
+    let translations = attribute("TRANSLATION").map(|i| doc.vectors::<3>(i, &place)).transpose()?;
+    let rotations = attribute("ROTATION").map(|i| doc.vectors::<4>(i, &place)).transpose()?;
+    let scales = attribute("SCALE").map(|i| doc.vectors::<3>(i, &place)).transpose()?;
+    let lengths: Vec<usize> = [
+        translations.as_ref().map(Vec::len),
+        rotations.as_ref().map(Vec::len),
+        scales.as_ref().map(Vec::len),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let count = lengths.first().copied().unwrap_or(0);
+    if lengths.iter().any(|&n| n != count) {
+        return Err(doc.invalid(place, format!("has instance attributes of {lengths:?} elements")));
+    }
+    let vector = |all: &Option<Vec<[f32; 3]>>, i: usize, default: DVec3| {
+        all.as_ref().map_or(default, |all| DVec3::from_array(all[i].map(f64::from)))
+    };
+    let rotation = |i: usize| {
+        rotations.as_ref().map_or(DQuat::IDENTITY, |all| {
+            DQuat::from_vec4(DVec4::from_array(all[i].map(f64::from)).normalize_or(DVec4::W))
+        })
+    };
+    let one =
+        |i| node::trs(vector(&translations, i, DVec3::ZERO), rotation(i), vector(&scales, i, DVec3::ONE));
+    Ok(Some((0..count).map(one).collect()))
+}

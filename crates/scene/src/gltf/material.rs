@@ -1,0 +1,215 @@
+//! glTF materials and the extensions dapple honours.
+use super::{
+    document::{Document, label},
+    texture::{Pointer, Textures},
+};
+use crate::{AlphaMode, SceneBuilder, SceneError, TextureUse, TexturedMaterial};
+use dapple_imaging::texture::Encoding::{self, Linear, Srgb};
+use dapple_materials::{Material, Mirror};
+use glam::{DVec3, Vec3};
+use gltf::json::{self, Index, extensions::material as extension, validation::Checked};
+use serde_json::Value;
+
+/// Stands in for an infinite index of refraction (KHR_materials_ior says 0 for it): reflects 99.96 %.
+const MIRROR_LIKE: f32 = 1e4;
+/// Darkest attenuation colour. *Approximation*: black would absorb everything at once; this is as black as f32 shows.
+const DARKEST: f64 = 1e-30;
+
+/// Materials converted so far.
+#[derive(Default)]
+pub(super) struct Materials {
+    textures: Textures,
+    made: Vec<Option<u32>>,
+    default: Option<u32>,
+}
+
+impl Materials {
+    /// The builder's index of a glTF material; None is glTF's default material.
+    pub fn resolve(
+        &mut self,
+        doc: &Document<'_>,
+        builder: &mut SceneBuilder,
+        index: Option<Index<json::Material>>,
+        place: &str,
+    ) -> Result<u32, SceneError> {
+        let Some(index) = index else {
+            return Ok(*self.default.get_or_insert_with(|| {
+                builder.material(TexturedMaterial { name: "default".into(), ..Default::default() })
+            }));
+        };
+        let material = doc.get(&doc.root.materials, index, "material", place)?;
+        self.made.resize(doc.root.materials.len(), None);
+        if let Some(made) = self.made[index.value()] {
+            return Ok(made);
+        }
+        let place = label("material", index.value(), material.name.as_deref());
+        let mut reader = Reader { doc, builder, textures: &mut self.textures, place: &place };
+        let mut converted = reader.core(material)?;
+        if let Some(extensions) = &material.extensions {
+            reader.extensions(extensions, &mut converted)?;
+        }
+        if let Some(dapple) = doc.dapple(&material.extras, &place)? {
+            converted.base.mirror = mirror(&dapple).map_err(|what| doc.invalid(&*place, what))?;
+        }
+        converted.name = match &material.name {
+            Some(name) if !name.is_empty() => name.clone(),
+            _ => place.clone(),
+        };
+        if let Some(factor) = converted.bad_factor() {
+            return Err(doc.invalid(place, format!("{factor} must be finite and not negative")));
+        }
+        let made = builder.material(converted);
+        self.made[index.value()] = Some(made);
+        Ok(made)
+    }
+}
+
+struct Reader<'a, 'o> {
+    doc: &'a Document<'o>,
+    builder: &'a mut SceneBuilder,
+    textures: &'a mut Textures,
+    place: &'a str,
+}
+
+impl Reader<'_, '_> {
+    fn texture<'t>(
+        &mut self,
+        pointer: Option<impl Into<Pointer<'t>>>,
+        encoding: Encoding,
+    ) -> Result<Option<TextureUse>, SceneError> {
+        let Some(pointer) = pointer else { return Ok(None) };
+        self.textures.resolve(self.doc, self.builder, &pointer.into(), encoding, self.place)
+    }
+
+    fn core(&mut self, m: &json::Material) -> Result<TexturedMaterial, SceneError> {
+        let pbr = &m.pbr_metallic_roughness;
+        let [r, g, b, alpha] = pbr.base_color_factor.0.map(unit);
+        let normal = m.normal_texture.as_ref();
+        let normal_pointer = normal.map(|n| {
+            let transform = n.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
+            (n, transform.and_then(|t| serde_json::from_value(t.clone()).ok()))
+        });
+        let normal_pointer = normal_pointer.as_ref().map(|(n, transform)| Pointer {
+            texture: n.index,
+            set: n.tex_coord,
+            transform: transform.as_ref(),
+        });
+        Ok(TexturedMaterial {
+            base: Material {
+                base_color: Vec3::new(r, g, b),
+                metallic: unit(pbr.metallic_factor.0),
+                roughness: unit(pbr.roughness_factor.0),
+                ..Material::default()
+            },
+            alpha,
+            alpha_mode: alpha_mode(m),
+            emission: Vec3::from_array(m.emissive_factor.0),
+            double_sided: m.double_sided,
+            normal_scale: normal.map_or(1.0, |n| n.scale),
+            base_color_texture: self.texture(pbr.base_color_texture.as_ref(), Srgb)?,
+            metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Linear)?,
+            normal_texture: self.texture(normal_pointer, Linear)?,
+            emissive_texture: self.texture(m.emissive_texture.as_ref(), Srgb)?,
+            ..TexturedMaterial::default()
+        })
+    }
+
+    fn extensions(&mut self, e: &extension::Material, out: &mut TexturedMaterial) -> Result<(), SceneError> {
+        if let Some(strength) = &e.emissive_strength {
+            out.emission *= strength.emissive_strength.0;
+        }
+        if let Some(ior) = &e.ior {
+            out.base.ior = self.ior(ior.ior.0);
+        }
+        if let Some(specular) = &e.specular {
+            out.base.specular = unit(specular.specular_factor.0);
+            out.base.specular_color = Vec3::from_array(specular.specular_color_factor.0);
+            out.specular_texture = self.texture(specular.specular_texture.as_ref(), Linear)?;
+            out.specular_color_texture = self.texture(specular.specular_color_texture.as_ref(), Srgb)?;
+        }
+        if let Some(transmission) = &e.transmission {
+            out.base.transmission = unit(transmission.transmission_factor.0);
+            out.transmission_texture = self.texture(transmission.transmission_texture.as_ref(), Linear)?;
+        }
+        if let Some(volume) = e.volume.as_ref().filter(|v| v.thickness_factor.0 > 0.0) {
+            // Rays find the true thickness; the factor only tells a volume from a thin wall.
+            out.base.thin = false;
+            let color = Vec3::from_array(volume.attenuation_color.0);
+            out.sigma_a = absorption(color, volume.attenuation_distance.0);
+        }
+        out.unlit = e.unlit.is_some();
+        Ok(())
+    }
+
+    fn ior(&self, ior: f32) -> f32 {
+        if ior == 0.0 {
+            MIRROR_LIKE
+        } else if ior < 1.0 {
+            self.doc.warn(format!("{}: ior {ior} is below 1; 1 is used", self.place));
+            1.0
+        } else {
+            ior
+        }
+    }
+}
+
+/// σ_a = −ln(colour) / distance, so that white light has the colour after the distance (KHR_materials_volume).
+fn absorption(color: Vec3, distance: f32) -> Vec3 {
+    let per = |c: f64| -libm::log(c.clamp(DARKEST, 1.0)) / f64::from(distance);
+    let color = color.as_dvec3();
+    DVec3::new(per(color.x), per(color.y), per(color.z)).as_vec3()
+}
+
+fn alpha_mode(m: &json::Material) -> AlphaMode {
+    match m.alpha_mode {
+        Checked::Valid(json::material::AlphaMode::Mask) => {
+            AlphaMode::Mask { cutoff: m.alpha_cutoff.unwrap_or_default().0 }
+        }
+        Checked::Valid(json::material::AlphaMode::Blend) => AlphaMode::Blend,
+        _ => AlphaMode::Opaque,
+    }
+}
+
+/// `extras: {"dapple": {"mirror": {"kr": [r, g, b], "blur": l}}}`: a square-blur mirror of reflectance kr, blur size l
+/// (default 0).
+fn mirror(dapple: &Value) -> Result<Option<Mirror>, &'static str> {
+    let Some(mirror) = dapple.get("mirror") else { return Ok(None) };
+    let number = |v: &Value| v.as_f64().map(|v| v as f32);
+    let kr: Option<Vec<f32>> =
+        mirror.get("kr").and_then(Value::as_array).map(|a| a.iter().filter_map(number).collect());
+    let blur = mirror.get("blur").map_or(Some(0.0), number);
+    match (kr.as_deref(), blur) {
+        (Some(&[r, g, b]), Some(blur)) => Ok(Some(Mirror { kr: Vec3::new(r, g, b), blur })),
+        _ => Err("extras.dapple.mirror needs \"kr\": [r, g, b] and a number \"blur\""),
+    }
+}
+
+/// Factors that glTF keeps within [0, 1].
+fn unit(v: f32) -> f32 {
+    v.clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn absorption_gives_the_colour_back() {
+        let sigma = absorption(Vec3::new(0.5, 1.0, 0.0), 2.0);
+        assert!((libm::expf(-sigma.x * 2.0) - 0.5).abs() < 1e-6);
+        assert_eq!(sigma.y, 0.0);
+        assert!(sigma.z.is_finite() && libm::expf(-sigma.z * 2.0) < 1e-20);
+        assert_eq!(absorption(Vec3::splat(0.5), f32::INFINITY), Vec3::ZERO);
+    }
+
+    #[test]
+    fn mirrors() {
+        let read = |json: &str| mirror(&serde_json::from_str(json).unwrap());
+        let got = read(r#"{"mirror": {"kr": [1, 0.5, 0.25], "blur": 0.1}}"#).unwrap().unwrap();
+        assert_eq!((got.kr, got.blur), (Vec3::new(1.0, 0.5, 0.25), 0.1));
+        assert_eq!(read(r#"{"mirror": {"kr": [1, 1, 1]}}"#).unwrap().unwrap().blur, 0.0);
+        assert!(read("{}").unwrap().is_none());
+        assert!(read(r#"{"mirror": {"kr": [1, 1]}}"#).is_err());
+        assert!(read(r#"{"mirror": {"kr": [1, 1, 1], "blur": "x"}}"#).is_err());
+    }
+}

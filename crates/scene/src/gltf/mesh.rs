@@ -1,0 +1,144 @@
+//! Primitives to triangle meshes.
+use super::document::{Document, label};
+use crate::{SceneError, TexturedMaterial, bake};
+use dapple_geometry::Mesh;
+use glam::{Vec2, Vec3, Vec4};
+use gltf::json::{
+    self, Index,
+    mesh::{Mode, Semantic},
+    validation::Checked,
+};
+
+/// What is read of one primitive: attributes that its material does not look at are left out.
+pub(super) struct Wanted {
+    pub uv: [bool; 2],
+    pub tangents: bool,
+}
+
+impl Wanted {
+    pub fn by(material: &TexturedMaterial) -> Self {
+        let uses = |set| material.textures().any(|t| t.uv_set == set);
+        Self { uv: [uses(0), uses(1)], tangents: material.normal_texture.is_some() }
+    }
+}
+
+/// The mesh of a primitive; None (and a warning) when there is nothing to show.
+pub(super) fn read(
+    doc: &Document<'_>,
+    primitive: &json::mesh::Primitive,
+    place: &str,
+    wanted: &Wanted,
+) -> Result<Option<Mesh>, SceneError> {
+    let Checked::Valid(mode) = primitive.mode else {
+        return Err(doc.invalid(place, "has an unknown mode"));
+    };
+    if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+        doc.warn("points and lines are left out: they have no surface".into());
+        return Ok(None);
+    }
+    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+    let Some(positions) = attribute(Semantic::Positions) else {
+        doc.warn(format!("{place} has no positions and is left out"));
+        return Ok(None);
+    };
+    if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
+        doc.warn("morph targets are not applied: meshes show their base shape".into());
+    }
+    let positions: Vec<Vec3> = doc.vectors(positions, place)?.into_iter().map(Vec3::from_array).collect();
+    if u32::try_from(positions.len()).is_err() {
+        return Err(doc.invalid(place, "has more vertices than 32-bit indices reach"));
+    }
+    let indices = primitive.indices.map(|i| doc.indices(i, place)).transpose()?;
+    let order = Order { indices, vertices: positions.len() as u32 };
+    let mut mesh = Mesh { triangles: order.triangles(mode), positions, ..Mesh::default() };
+    if let Some(normals) = attribute(Semantic::Normals) {
+        mesh.normals = doc.vectors(normals, place)?.into_iter().map(Vec3::from_array).collect();
+    }
+    if let Some(tangents) = attribute(Semantic::Tangents).filter(|_| wanted.tangents) {
+        mesh.tangents = doc.vectors(tangents, place)?.into_iter().map(Vec4::from_array).collect();
+    }
+    for (set, uv) in mesh.uv.iter_mut().enumerate().filter(|(set, _)| wanted.uv[*set]) {
+        match attribute(Semantic::TexCoords(set as u32)) {
+            Some(index) => *uv = doc.vectors(index, place)?.into_iter().map(Vec2::from_array).collect(),
+            None => doc.warn(format!("{place} has no TEXCOORD_{set}: its textures show a single texel")),
+        }
+    }
+    if let Some(colors) = attribute(Semantic::Colors(0)) {
+        mesh.colors = doc.colors(colors, place)?.into_iter().map(Vec4::from_array).collect();
+    }
+    match bake::fault(&mesh) {
+        Some(what) => Err(doc.invalid(place, what)),
+        None => Ok((!mesh.triangles.is_empty()).then_some(mesh)),
+    }
+}
+
+/// Triangles a primitive draws, without reading its data.
+pub(super) fn triangle_count(
+    doc: &Document<'_>,
+    primitive: &json::mesh::Primitive,
+    place: &str,
+) -> Result<u64, SceneError> {
+    let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).copied();
+    let Some(corners) = primitive.indices.or(positions) else { return Ok(0) };
+    let n = doc.count(corners, place)?;
+    Ok(match primitive.mode {
+        Checked::Valid(Mode::Triangles) => n / 3,
+        Checked::Valid(Mode::TriangleStrip | Mode::TriangleFan) => n.saturating_sub(2),
+        _ => 0,
+    })
+}
+
+/// In which order the vertices are drawn.
+struct Order {
+    indices: Option<Vec<u32>>,
+    vertices: u32,
+}
+
+impl Order {
+    fn len(&self) -> usize {
+        self.indices.as_ref().map_or(self.vertices as usize, Vec::len)
+    }
+
+    fn corner(&self, i: usize) -> u32 {
+        self.indices.as_ref().map_or(i as u32, |indices| indices[i])
+    }
+
+    /// glTF 2.0 §3.7.2.1; incomplete triangles at the end are ignored.
+    fn triangles(&self, mode: Mode) -> Vec<[u32; 3]> {
+        let strip = 0..self.len().saturating_sub(2);
+        match mode {
+            Mode::TriangleStrip => {
+                strip.map(|i| [i, i + 1 + i % 2, i + 2 - i % 2].map(|i| self.corner(i))).collect()
+            }
+            Mode::TriangleFan => strip.map(|i| [i + 1, i + 2, 0].map(|i| self.corner(i))).collect(),
+            _ => (0..self.len() / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2].map(|i| self.corner(i))).collect(),
+        }
+    }
+}
+
+/// The mesh an index points to, and how to call it.
+pub(super) fn named<'a>(
+    doc: &'a Document<'_>,
+    index: Index<json::Mesh>,
+    place: &str,
+) -> Result<(&'a json::Mesh, String), SceneError> {
+    let mesh = doc.get(&doc.root.meshes, index, "mesh", place)?;
+    Ok((mesh, label("mesh", index.value(), mesh.name.as_deref())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_keep_their_front() {
+        let order = Order { indices: None, vertices: 5 };
+        assert_eq!(order.triangles(Mode::Triangles), [[0, 1, 2]]);
+        assert_eq!(order.triangles(Mode::TriangleStrip), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+        assert_eq!(order.triangles(Mode::TriangleFan), [[1, 2, 0], [2, 3, 0], [3, 4, 0]]);
+        let short = Order { indices: Some(vec![7, 9]), vertices: 10 };
+        for mode in [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan] {
+            assert!(short.triangles(mode).is_empty());
+        }
+    }
+}

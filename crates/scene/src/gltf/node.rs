@@ -1,0 +1,172 @@
+//! The node hierarchy: what stands where.
+//!
+//! Transforms are read in f64 and composed in f64 with the rounding of translations kept (`Placement`). Each node
+//! keeps its translation, rotation and scale apart, with their tracks, so that its motion can be followed in time.
+use super::{
+    animation::{self, Tracks},
+    document::{Document, label},
+};
+use crate::{Placement, SceneError};
+use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
+use serde_json::Value;
+
+/// The nodes of the scene that is shown, parents before children.
+pub(super) struct Hierarchy {
+    nodes: Vec<Node>,
+    /// Visible nodes in drawing order.
+    pub order: Vec<usize>,
+}
+
+struct Node {
+    parent: Option<usize>,
+    local: Local,
+    tracks: Tracks,
+}
+
+/// A node's transform to its parent.
+#[derive(Clone, Copy, Debug)]
+enum Local {
+    Matrix(DAffine3),
+    Trs { translation: DVec3, rotation: DQuat, scale: DVec3 },
+}
+
+impl Hierarchy {
+    pub fn new(doc: &Document<'_>) -> Result<Self, SceneError> {
+        let tracks = animation::tracks(doc)?;
+        let mut nodes = Vec::with_capacity(tracks.len());
+        for (i, tracks) in tracks.into_iter().enumerate() {
+            nodes.push(Node { parent: None, local: local(doc, i)?, tracks });
+        }
+        for (i, node) in doc.root.nodes.iter().enumerate() {
+            let place = place(doc, i);
+            for &child in node.children.iter().flatten() {
+                doc.get(&doc.root.nodes, child, "node", &place)?;
+                if let Some(other) = nodes[child.value()].parent.replace(i) {
+                    let what = format!("is a child of node {other} and of node {i}; a node has one parent");
+                    return Err(doc.invalid(self::place(doc, child.value()), what));
+                }
+            }
+        }
+        let mut hierarchy = Self { nodes, order: Vec::new() };
+        hierarchy.walk(doc)?;
+        Ok(hierarchy)
+    }
+
+    /// Fills `order`, depth first. With one parent per node, roots that have none cannot lead into a cycle.
+    fn walk(&mut self, doc: &Document<'_>) -> Result<(), SceneError> {
+        let mut stack = self.roots(doc)?;
+        stack.reverse();
+        let mut seen = vec![false; self.nodes.len()];
+        while let Some(i) = stack.pop() {
+            if std::mem::replace(&mut seen[i], true) {
+                return Err(doc.invalid(place(doc, i), "is in the scene twice"));
+            }
+            if is_hidden(doc, i) {
+                continue;
+            }
+            self.order.push(i);
+            stack.extend(doc.root.nodes[i].children.iter().flatten().rev().map(|c| c.value()));
+        }
+        Ok(())
+    }
+
+    /// Roots of the default scene, else of the first one, else every node without parent.
+    fn roots(&self, doc: &Document<'_>) -> Result<Vec<usize>, SceneError> {
+        let scene = match doc.root.scene {
+            Some(index) => Some(doc.get(&doc.root.scenes, index, "scene", "the file")?),
+            None => doc.root.scenes.first(),
+        };
+        let Some(scene) = scene else {
+            return Ok((0..self.nodes.len()).filter(|&i| self.nodes[i].parent.is_none()).collect());
+        };
+        for &root in &scene.nodes {
+            doc.get(&doc.root.nodes, root, "node", "the scene")?;
+            if let Some(parent) = self.nodes[root.value()].parent {
+                let what = format!("is a root of the scene and a child of node {parent}");
+                return Err(doc.invalid(place(doc, root.value()), what));
+            }
+        }
+        Ok(scene.nodes.iter().map(|n| n.value()).collect())
+    }
+
+    /// Placement of every node at a time; only those in `order` are meaningful.
+    pub fn placements(&self, time: f64) -> Vec<Placement> {
+        let mut out = vec![Placement::IDENTITY; self.nodes.len()];
+        for &i in &self.order {
+            let parent = self.nodes[i].parent.map_or(Placement::IDENTITY, |p| out[p]);
+            out[i] = parent.child(&self.nodes[i].at(time));
+        }
+        out
+    }
+}
+
+impl Node {
+    /// Placement in the parent at a time; tracks replace what the node says, and make a matrix irrelevant.
+    fn at(&self, time: f64) -> Placement {
+        let tracks = &self.tracks;
+        let animated = tracks.translation.is_some() || tracks.rotation.is_some() || tracks.scale.is_some();
+        let (translation, rotation, scale) = match self.local {
+            Local::Matrix(matrix) if !animated => return matrix.into(),
+            Local::Matrix(_) => (DVec3::ZERO, DQuat::IDENTITY, DVec3::ONE),
+            Local::Trs { translation, rotation, scale } => (translation, rotation, scale),
+        };
+        trs(
+            tracks.translation.as_ref().map_or(translation, |t| t.vector(time)),
+            tracks.rotation.as_ref().map_or(rotation, |t| t.quaternion(time)),
+            tracks.scale.as_ref().map_or(scale, |t| t.vector(time)),
+        )
+    }
+}
+
+/// Translation · rotation · scale.
+pub(super) fn trs(translation: DVec3, rotation: DQuat, scale: DVec3) -> Placement {
+    let r = DMat3::from_quat(rotation);
+    let linear = DMat3::from_cols(r.x_axis * scale.x, r.y_axis * scale.y, r.z_axis * scale.z);
+    DAffine3 { matrix3: linear, translation }.into()
+}
+
+/// How messages call a node.
+pub(super) fn place(doc: &Document<'_>, index: usize) -> String {
+    label("node", index, doc.root.nodes[index].name.as_deref())
+}
+
+/// KHR_node_visibility: a hidden node hides what is below it.
+fn is_hidden(doc: &Document<'_>, index: usize) -> bool {
+    let extensions = doc.root.nodes[index].extensions.as_ref();
+    let visibility = extensions.and_then(|e| e.others.get("KHR_node_visibility"));
+    visibility.and_then(|v| v.get("visible")).and_then(Value::as_bool) == Some(false)
+}
+
+/// A node's own transform, from the plain JSON because the typed one has rounded it to f32.
+fn local(doc: &Document<'_>, index: usize) -> Result<Local, SceneError> {
+    let node = &doc.value["nodes"][index];
+    let bad =
+        |what: &str| doc.invalid(place(doc, index), format!("its {what} is not a list of finite numbers"));
+    if node.get("matrix").is_some() {
+        let m: [f64; 16] = numbers(node, "matrix").ok_or_else(|| bad("matrix"))?;
+        let column = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
+        let linear = DMat3::from_cols(column(0), column(1), column(2));
+        return Ok(Local::Matrix(DAffine3 { matrix3: linear, translation: column(3) }));
+    }
+    let or = |key: &str, default: DVec3| match node.get(key) {
+        Some(_) => numbers(node, key).map(DVec3::from_array).ok_or_else(|| bad(key)),
+        None => Ok(default),
+    };
+    let rotation = match node.get("rotation") {
+        Some(_) => numbers(node, "rotation").map(DQuat::from_array).ok_or_else(|| bad("rotation"))?,
+        None => DQuat::IDENTITY,
+    };
+    let Some(rotation) = DVec4::from(rotation).try_normalize().map(DQuat::from_vec4) else {
+        return Err(doc.invalid(place(doc, index), "its rotation is zero"));
+    };
+    Ok(Local::Trs { translation: or("translation", DVec3::ZERO)?, rotation, scale: or("scale", DVec3::ONE)? })
+}
+
+fn numbers<const N: usize>(node: &Value, key: &str) -> Option<[f64; N]> {
+    let list = node.get(key)?.as_array().filter(|list| list.len() == N)?;
+    let mut out = [0.0; N];
+    for (out, value) in out.iter_mut().zip(list) {
+        *out = value.as_f64().filter(|v| v.is_finite())?;
+    }
+    Some(out)
+}

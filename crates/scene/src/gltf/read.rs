@@ -1,0 +1,269 @@
+//! From a checked document to a builder.
+use super::{
+    document::{Document, label},
+    instancing,
+    material::Materials,
+    mesh::{self, Wanted},
+    node::{self, Hierarchy},
+};
+use crate::{CameraPose, Placement, SceneBuilder, SceneError};
+use dapple_camera::Projection;
+use dapple_geometry::Mesh;
+use glam::{DAffine3, DVec3, Vec3};
+use gltf::json::{
+    self, Index, camera, extensions::scene::khr_lights_punctual as punctual, validation::Checked,
+};
+use serde_json::Value;
+use std::{f64::consts::FRAC_PI_2, sync::Arc};
+
+/// Everything the default scene shows.
+pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
+    let hierarchy = Hierarchy::new(doc)?;
+    let placements = hierarchy.placements(doc.options.at);
+    let mut assembly = Assembly {
+        doc,
+        builder: SceneBuilder::from_file(&name(doc), &doc.file),
+        materials: Materials::default(),
+        meshes: vec![None; doc.root.meshes.len()],
+    };
+    for &index in &hierarchy.order {
+        assembly.node(index, &placements[index])?;
+    }
+    let mut builder = assembly.builder;
+    doc.take_warnings().into_iter().for_each(|w| builder.warn(w));
+    Ok(builder)
+}
+
+/// The file's stem.
+fn name(doc: &Document<'_>) -> String {
+    doc.file.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// Primitives of one mesh, each with its material in the builder.
+type Primitives = Vec<(Arc<Mesh>, u32)>;
+
+struct Assembly<'a, 'o> {
+    doc: &'a Document<'o>,
+    builder: SceneBuilder,
+    materials: Materials,
+    /// Meshes read so far.
+    meshes: Vec<Option<Primitives>>,
+}
+
+impl Assembly<'_, '_> {
+    fn node(&mut self, index: usize, placement: &Placement) -> Result<(), SceneError> {
+        let doc = self.doc;
+        let node = &doc.root.nodes[index];
+        let place = node::place(doc, index);
+        if !placement.is_finite() {
+            return Err(doc.invalid(place, "its transform is beyond the numbers dapple can work with"));
+        }
+        let shape = doc.dapple(&node.extras, &place)?.filter(|d| d.get("shape").is_some());
+        match (shape, node.mesh) {
+            (Some(shape), mesh) => self.shape(&shape, mesh, index, placement)?,
+            (None, Some(mesh)) => self.instances(mesh, index, placement)?,
+            (None, None) => {}
+        }
+        if let Some(camera) = node.camera {
+            self.camera(camera, node.name.as_deref(), placement)?;
+        }
+        let light = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+        if let Some(light) = light {
+            self.light(light.light, &place, placement)?;
+        }
+        if node.skin.is_some() {
+            doc.warn("skins are not applied: skinned meshes stand in their rest pose".into());
+        }
+        Ok(())
+    }
+
+    fn instances(
+        &mut self,
+        mesh: Index<json::Mesh>,
+        index: usize,
+        placement: &Placement,
+    ) -> Result<(), SceneError> {
+        let doc = self.doc;
+        let (_, mesh_place) = mesh::named(doc, mesh, &node::place(doc, index))?;
+        self.read_mesh(mesh, &mesh_place)?;
+        let name = match doc.root.nodes[index].name.as_deref() {
+            Some(name) if !name.is_empty() => name.to_owned(),
+            _ => mesh_place,
+        };
+        let places = match instancing::placements(doc, index)? {
+            Some(all) => all.iter().map(|local| placement.child(local)).collect(),
+            None => vec![*placement],
+        };
+        for placement in places {
+            for (mesh, material) in self.meshes[mesh.value()].iter().flatten() {
+                self.builder.mesh(&name, mesh.clone(), placement, *material);
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the primitives of a mesh unless that has been done.
+    fn read_mesh(&mut self, index: Index<json::Mesh>, place: &str) -> Result<(), SceneError> {
+        if self.meshes[index.value()].is_some() {
+            return Ok(());
+        }
+        let doc = self.doc;
+        let mut primitives = Vec::new();
+        for (i, primitive) in doc.root.meshes[index.value()].primitives.iter().enumerate() {
+            let place = format!("{place}, primitive {i}");
+            let material = self.materials.resolve(doc, &mut self.builder, primitive.material, &place)?;
+            let wanted = Wanted::by(self.builder.material_at(material));
+            if let Some(mesh) = mesh::read(doc, primitive, &place, &wanted)? {
+                primitives.push((Arc::new(mesh), material));
+            }
+        }
+        self.meshes[index.value()] = Some(primitives);
+        Ok(())
+    }
+
+    /// `extras: {"dapple": {"shape": "sphere" | "disk", "radius": r}}`: an exact surface in place of the node's mesh,
+    /// with the mesh's first material, or the one that `"material": index` names. A disk faces local +Z.
+    fn shape(
+        &mut self,
+        shape: &Value,
+        mesh: Option<Index<json::Mesh>>,
+        index: usize,
+        placement: &Placement,
+    ) -> Result<(), SceneError> {
+        let doc = self.doc;
+        let place = node::place(doc, index);
+        let material = match shape.get("material") {
+            Some(value) => {
+                let index = value.as_u64().and_then(|i| u32::try_from(i).ok());
+                let index =
+                    index.ok_or_else(|| doc.invalid(&*place, "extras.dapple.material is no index"))?;
+                Some(Index::new(index))
+            }
+            None => match mesh {
+                Some(mesh) => mesh::named(doc, mesh, &place)?.0.primitives.first().and_then(|p| p.material),
+                None => None,
+            },
+        };
+        let material = self.materials.resolve(doc, &mut self.builder, material, &place)?;
+        let radius = shape.get("radius").and_then(Value::as_f64).filter(|r| *r > 0.0);
+        let Some(radius) = radius else {
+            return Err(doc.invalid(place, "extras.dapple.radius must be a number above 0"));
+        };
+        let m = &placement.linear;
+        let lengths = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
+        let (centre, name) = (placement.point(DVec3::ZERO), doc.root.nodes[index].name.as_deref());
+        let name = name.unwrap_or(&place);
+        match shape.get("shape").and_then(Value::as_str) {
+            Some("sphere") => {
+                self.uniform(&lengths, &place);
+                let scale = (lengths[0] + lengths[1] + lengths[2]) / 3.0;
+                self.builder.sphere(name, centre, radius * scale, material);
+            }
+            Some("disk") => {
+                self.uniform(&lengths[..2], &place);
+                let scale = (lengths[0] + lengths[1]) / 2.0;
+                // Front side like a mesh's: a mirror turns x × y round, but not the side that faces +Z.
+                let facing = m.x_axis.cross(m.y_axis);
+                let facing = if facing.dot(m.z_axis) < 0.0 { -facing } else { facing };
+                self.builder.disk(name, centre, facing, radius * scale, material);
+            }
+            _ => return Err(doc.invalid(place, "extras.dapple.shape must be \"sphere\" or \"disk\"")),
+        }
+        Ok(())
+    }
+
+    fn uniform(&self, lengths: &[f64], place: &str) {
+        let (min, max) = lengths.iter().fold((f64::MAX, 0.0_f64), |(a, b), &l| (a.min(l), b.max(l)));
+        if max - min > 1e-6 * max {
+            self.doc.warn(format!("{place} is not scaled evenly; its shape takes the mean scale"));
+        }
+    }
+
+    /// Near and far planes are not applied.
+    fn camera(
+        &mut self,
+        index: Index<json::Camera>,
+        node: Option<&str>,
+        placement: &Placement,
+    ) -> Result<(), SceneError> {
+        let doc = self.doc;
+        let camera = doc.get(&doc.root.cameras, index, "camera", node.unwrap_or("a node"))?;
+        let place = label("camera", index.value(), camera.name.as_deref());
+        let (projection, aspect) = projection(camera).map_err(|what| doc.invalid(&*place, what))?;
+        let name = camera_name(index, camera, node);
+        let transform = DAffine3 { matrix3: placement.linear, translation: placement.point(DVec3::ZERO) };
+        self.builder.camera(&name, CameraPose { transform, projection, aspect });
+        Ok(())
+    }
+
+    fn light(
+        &mut self,
+        index: Index<punctual::Light>,
+        place: &str,
+        placement: &Placement,
+    ) -> Result<(), SceneError> {
+        let doc = self.doc;
+        let lights = doc.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+        let lights = lights.map_or(&[][..], |l| &l.lights);
+        let light = doc.get(lights, index, "light", place)?;
+        let place = label("light", index.value(), light.name.as_deref());
+        let strength = Vec3::from_array(light.color) * light.intensity;
+        if !(strength.is_finite() && strength.min_element() >= 0.0) {
+            return Err(doc.invalid(place, "its colour and intensity must be finite and not negative"));
+        }
+        let p = placement.point(DVec3::ZERO);
+        let range = light.range.map_or(f64::INFINITY, f64::from);
+        if range.is_nan() || range <= 0.0 {
+            return Err(doc.invalid(place, "its range must be above 0"));
+        }
+        let forward = -placement.linear.z_axis;
+        if light.type_ != Checked::Valid(punctual::Type::Point) && forward.try_normalize().is_none() {
+            doc.warn(format!("{place} has no direction, its node is scaled to nothing: it is left out"));
+            return Ok(());
+        }
+        match light.type_ {
+            Checked::Valid(punctual::Type::Point) => self.builder.point_light(p, strength, range),
+            Checked::Valid(punctual::Type::Directional) => self.builder.distant_light(-forward, strength),
+            Checked::Valid(punctual::Type::Spot) => {
+                let spot = light.spot.clone().unwrap_or(punctual::Spot {
+                    inner_cone_angle: 0.0,
+                    outer_cone_angle: std::f32::consts::FRAC_PI_4,
+                });
+                let outer = f64::from(spot.outer_cone_angle).clamp(0.0, FRAC_PI_2);
+                let inner = f64::from(spot.inner_cone_angle).clamp(0.0, outer);
+                self.builder.spot_light(p, forward, strength, range, inner, outer);
+            }
+            Checked::Invalid => return Err(doc.invalid(place, "has an unknown type")),
+        }
+        Ok(())
+    }
+}
+
+/// A camera is called like its node, else like itself.
+pub(super) fn camera_name(index: Index<json::Camera>, camera: &json::Camera, node: Option<&str>) -> String {
+    let name = node.filter(|n| !n.is_empty()).or(camera.name.as_deref().filter(|n| !n.is_empty()));
+    name.map_or_else(|| label("camera", index.value(), None), str::to_owned)
+}
+
+/// Vertical extent and aspect of a glTF camera.
+fn projection(c: &json::Camera) -> Result<(Projection, Option<f32>), &'static str> {
+    match (c.type_, &c.perspective, &c.orthographic) {
+        (Checked::Valid(camera::Type::Perspective), Some(p), _) => {
+            if !(p.yfov > 0.0 && p.yfov < std::f32::consts::PI) {
+                return Err("its yfov must lie between 0 and π");
+            }
+            let tan_half = libm::tan(f64::from(p.yfov) / 2.0) as f32;
+            let aspect = p.aspect_ratio.filter(|a| *a > 0.0 && a.is_finite());
+            Ok((Projection::Perspective { tan_half }, aspect))
+        }
+        (Checked::Valid(camera::Type::Orthographic), _, Some(o)) => {
+            let (x, y) = (o.xmag.abs(), o.ymag.abs());
+            if !(y > 0.0 && y.is_finite()) {
+                return Err("its ymag must be finite and above 0");
+            }
+            let aspect = Some(x / y).filter(|a| *a > 0.0 && a.is_finite());
+            Ok((Projection::Orthographic { half_height: y }, aspect))
+        }
+        _ => Err("has no projection"),
+    }
+}

@@ -1,0 +1,142 @@
+//! Where bytes come from: data URIs, files beside the scene, the binary chunk.
+//!
+//! A scene may read what lies in its own folder and below, nothing else: absolute paths, `..` that climbs out and
+//! symbolic links that point out are refused unless the user allows them. No more is read than the scene declares.
+use super::Options;
+use crate::SceneError;
+use base64::{
+    Engine,
+    alphabet::{STANDARD, URL_SAFE},
+    engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig},
+};
+use std::{
+    borrow::Cow,
+    fs::File,
+    io::Read,
+    path::{Component, Path, PathBuf},
+};
+
+/// Largest image file that is read.
+pub(super) const MAX_FILE: u64 = 1 << 31;
+
+const LENIENT: GeneralPurposeConfig =
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
+
+/// The bytes `uri` stands for, at most `limit` of them (a file may be longer). `place` says who asks.
+pub(super) fn bytes(
+    file: &Path,
+    uri: &str,
+    limit: u64,
+    place: &str,
+    options: &Options,
+) -> Result<Vec<u8>, SceneError> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        return data_uri(data).map_err(|what| SceneError::Malformed {
+            file: file.to_owned(),
+            what: format!("{place}: its data URI {what}"),
+        });
+    }
+    let refused = |what: &str| SceneError::Path {
+        file: file.to_owned(),
+        place: place.to_owned(),
+        uri: uri.to_owned(),
+        what: what.to_owned(),
+    };
+    let path = relative(uri, options.allow_path).map_err(refused)?;
+    let io = |source| SceneError::Io { file: file.to_owned(), what: format!("{place} '{uri}'"), source };
+    let folder = match file.parent() {
+        Some(p) if p != Path::new("") => p,
+        _ => Path::new("."),
+    };
+    let path = folder.join(path);
+    if !options.allow_path {
+        let inside = path.canonicalize().map_err(io)?.starts_with(folder.canonicalize().map_err(io)?);
+        if !inside {
+            return Err(refused("it is a link out of the scene's folder; allow it with --allow-path"));
+        }
+    }
+    if !path.metadata().map_err(io)?.is_file() {
+        return Err(refused("it is not a file"));
+    }
+    let mut bytes = Vec::new();
+    File::open(&path).and_then(|f| f.take(limit).read_to_end(&mut bytes)).map_err(io)?;
+    Ok(bytes)
+}
+
+/// The path a URI names, percent-decoded, or why it must not be followed.
+fn relative(uri: &str, allow_path: bool) -> Result<PathBuf, &'static str> {
+    let scheme = uri.split_once(':').map(|(scheme, _)| scheme);
+    let is_scheme =
+        |s: &str| s.len() > 1 && s.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c));
+    if scheme.is_some_and(is_scheme) {
+        return Err("only files and data URIs can be read");
+    }
+    let decoded: Cow<str> =
+        percent_encoding::percent_decode_str(uri).decode_utf8().map_err(|_| "it is not UTF-8")?;
+    if decoded.contains('\0') {
+        return Err("it holds a zero byte");
+    }
+    let path = PathBuf::from(&*decoded);
+    if !allow_path {
+        let mut depth = 0_i64;
+        for component in path.components() {
+            depth += match component {
+                Component::Normal(_) => 1,
+                Component::CurDir => 0,
+                Component::ParentDir => -1,
+                Component::RootDir | Component::Prefix(_) => i64::MIN / 2,
+            };
+            if depth < 0 {
+                return Err("it lies outside the scene's folder; allow it with --allow-path");
+            }
+        }
+    }
+    Ok(path)
+}
+
+/// Content of a data URI, after `data:`.
+fn data_uri(data: &str) -> Result<Vec<u8>, String> {
+    let (header, content) = data.split_once(',').ok_or("has no comma")?;
+    let content = percent_encoding::percent_decode_str(content);
+    if !header.ends_with(";base64") {
+        return Ok(content.collect());
+    }
+    let content: Cow<[u8]> = content.into();
+    let engine = |alphabet| GeneralPurpose::new(alphabet, LENIENT);
+    engine(&STANDARD)
+        .decode(&content)
+        .or_else(|e| engine(&URL_SAFE).decode(&content).map_err(|_| e))
+        .map_err(|e| format!("is not base64: {e}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn data_uris() {
+        assert_eq!(data_uri(";base64,AQID").unwrap(), [1, 2, 3]);
+        assert_eq!(data_uri("application/octet-stream;base64,AQI").unwrap(), [1, 2]);
+        assert_eq!(data_uri("application/octet-stream;base64,AQI=").unwrap(), [1, 2]);
+        assert_eq!(data_uri("text/plain,a%20b").unwrap(), b"a b");
+        assert!(data_uri(";base64,A*ID").is_err());
+        assert!(data_uri(";base64").is_err());
+    }
+
+    #[test]
+    fn only_paths_below_the_folder() {
+        for good in ["a.bin", "a/b.bin", "./a.bin", "a/../b.bin", "with%20space.bin", "sub:dir/x"] {
+            let plain = !good.contains(':');
+            assert_eq!(relative(good, false).is_ok(), plain, "{good}");
+        }
+        let bad = ["../a.bin", "a/../../b.bin", "/etc/passwd", "%2e%2e/a.bin", "%2Fetc%2Fpasswd", "a%00b"];
+        for bad in bad {
+            assert!(relative(bad, false).is_err(), "{bad}");
+        }
+        for never in ["http://example.org/a.bin", "file:///etc/passwd", "a%ffb"] {
+            assert!(relative(never, true).is_err(), "{never}");
+        }
+        assert!(relative("../a.bin", true).is_ok() && relative("/a.bin", true).is_ok());
+        assert_eq!(relative("with%20space.bin", false).unwrap(), PathBuf::from("with space.bin"));
+    }
+}

@@ -1,0 +1,158 @@
+//! Images and textures, decoded when a material first asks for them: once as colour, once as data if it is both.
+use super::{
+    document::{Document, label},
+    source,
+};
+use crate::{SceneBuilder, SceneError, TextureUse};
+use dapple_imaging::{
+    Interpolation, Sampler, Texture, Wrap,
+    read::{Rgba8, rgba8},
+    texture::Encoding,
+};
+use glam::{Affine2, Mat2, Vec2};
+use gltf::json::{self, Index, texture::MagFilter, texture::WrappingMode, validation::Checked};
+
+/// Textures made so far.
+#[derive(Default)]
+pub(super) struct Textures {
+    made: Vec<(Key, u32)>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+struct Key {
+    image: usize,
+    encoding: Encoding,
+    sampler: Sampler,
+}
+
+/// Where a material points: texture, set of coordinates, transform.
+pub(super) struct Pointer<'a> {
+    pub texture: Index<json::Texture>,
+    pub set: u32,
+    pub transform: Option<&'a json::extensions::texture::TextureTransform>,
+}
+
+impl<'a> From<&'a json::texture::Info> for Pointer<'a> {
+    fn from(info: &'a json::texture::Info) -> Self {
+        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        Self { texture: info.index, set: info.tex_coord, transform }
+    }
+}
+
+impl Textures {
+    /// The texture a material points to, made now if need be. None, with a warning, for what cannot be shown.
+    pub fn resolve(
+        &mut self,
+        doc: &Document<'_>,
+        builder: &mut SceneBuilder,
+        pointer: &Pointer<'_>,
+        encoding: Encoding,
+        place: &str,
+    ) -> Result<Option<TextureUse>, SceneError> {
+        let set = pointer.transform.and_then(|t| t.tex_coord).unwrap_or(pointer.set);
+        if set > 1 {
+            doc.warn(format!(
+                "{place} uses TEXCOORD_{set}: only sets 0 and 1 are read, the texture is left out"
+            ));
+            return Ok(None);
+        }
+        let texture = doc.get(&doc.root.textures, pointer.texture, "texture", place)?;
+        let name = label("texture", pointer.texture.value(), texture.name.as_deref());
+        let Some(image) = image_of(texture) else {
+            doc.warn(format!("{name} has no image that can be read and is left out"));
+            return Ok(None);
+        };
+        let sampler = match texture.sampler {
+            Some(index) => sampler(doc.get(&doc.root.samplers, index, "sampler", &name)?),
+            None => Sampler::default(),
+        };
+        let key = Key { image: image.value(), encoding, sampler };
+        let index = match self.made.iter().find(|(k, _)| *k == key) {
+            Some((_, index)) => *index,
+            None => {
+                let index = builder.texture(Texture::new(decode(doc, image, &name)?, encoding, sampler));
+                self.made.push((key, index));
+                index
+            }
+        };
+        let transform = pointer.transform.map(affine).filter(|t| *t != Affine2::IDENTITY);
+        if transform.is_some_and(|t| !t.is_finite()) {
+            return Err(doc.invalid(place, "has a texture transform that is not finite"));
+        }
+        Ok(Some(TextureUse { texture: index, uv_set: set, transform }))
+    }
+}
+
+/// The image of a texture: EXT_texture_webp's before the ordinary one.
+fn image_of(texture: &json::Texture) -> Option<Index<json::Image>> {
+    let webp = texture.extensions.as_ref().and_then(|e| e.others.get("EXT_texture_webp"));
+    let webp = webp.and_then(|w| w.get("source")).and_then(serde_json::Value::as_u64);
+    match webp.and_then(|i| u32::try_from(i).ok()) {
+        Some(index) => Some(Index::new(index)),
+        // The crate `gltf` marks a texture without source so.
+        None => Some(texture.source).filter(|s| s.value() != u32::MAX as usize),
+    }
+}
+
+/// An image's pixels.
+pub(super) fn decode(
+    doc: &Document<'_>,
+    index: Index<json::Image>,
+    place: &str,
+) -> Result<Rgba8, SceneError> {
+    let image = doc.get(&doc.root.images, index, "image", place)?;
+    let place = label("image", index.value(), image.name.as_deref().or(file_name(image)));
+    let owned;
+    let bytes = match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => {
+            owned = source::bytes(&doc.file, uri, source::MAX_FILE, &place, doc.options)?;
+            &owned[..]
+        }
+        (None, Some(view)) => doc.view(view, &place)?,
+        (None, None) => return Err(doc.invalid(place, "has neither a URI nor a buffer view")),
+    };
+    rgba8(bytes, &place).map_err(|source| SceneError::Image { file: doc.file.clone(), source })
+}
+
+fn file_name(image: &json::Image) -> Option<&str> {
+    image.uri.as_deref().filter(|uri| !uri.starts_with("data:"))
+}
+
+/// *Approximation*: minification filters are not looked at; samples over the pixel average what mipmaps would.
+fn sampler(s: &json::texture::Sampler) -> Sampler {
+    let wrap = |w: Checked<WrappingMode>| match w {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+        _ => Wrap::Repeat,
+    };
+    let interpolation = match s.mag_filter {
+        Some(Checked::Valid(MagFilter::Nearest)) => Interpolation::Nearest,
+        _ => Interpolation::Linear,
+    };
+    Sampler { wrap_s: wrap(s.wrap_s), wrap_t: wrap(s.wrap_t), interpolation }
+}
+
+/// KHR_texture_transform: translation · rotation · scale. Positive angles turn uv counter-clockwise as seen in the
+/// image, where v points down: u' = u cos + v sin, v' = v cos − u sin. (The GLSL lines of the extension's text turn
+/// the other way; its words, its test model and the viewers do this, see KhronosGroup/glTF#1563.)
+fn affine(t: &json::extensions::texture::TextureTransform) -> Affine2 {
+    let angle = f64::from(t.rotation.0);
+    let (sin, cos) = (libm::sin(angle) as f32, libm::cos(angle) as f32);
+    let rotation = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
+    let scale = Mat2::from_diagonal(Vec2::from_array(t.scale.0));
+    Affine2 { matrix2: rotation * scale, translation: Vec2::from_array(t.offset.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rotation_is_counter_clockwise_where_v_points_down() {
+        let json = serde_json::json!({"rotation": std::f32::consts::FRAC_PI_2, "offset": [0.25, 0.5], "scale": [2.0, 1.0]});
+        let t = affine(&serde_json::from_value(json).unwrap());
+        // The end of the u axis goes up, that is to −v.
+        let p = t.matrix2 * Vec2::new(0.5, 0.0) + t.translation;
+        assert!((p - Vec2::new(0.25, -0.5)).length() < 1e-6, "{p}");
+    }
+}
