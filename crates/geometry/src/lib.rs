@@ -5,10 +5,12 @@
 //! their own rounding error, and rays start outside it.
 #![deny(unsafe_code)]
 
+mod boxes;
 pub mod bvh;
 pub mod frame;
 pub mod hit;
 pub mod mesh;
+pub mod motion;
 pub mod offset;
 pub mod ray;
 pub mod shapes;
@@ -18,6 +20,7 @@ pub mod world;
 pub use frame::Frame;
 pub use hit::Hit;
 pub use mesh::Mesh;
+pub use motion::Motion;
 pub use ray::Ray;
 pub use surface::Surface;
 pub use world::{Filter, Opaque, World, WorldBuilder};

@@ -1,33 +1,105 @@
-//! Triangle meshes: corners and what is interpolated over them.
-
+//! What is a triangle mesh? Corners by index, and what is interpolated over them.
+//!
+//! Front side: the one from which the corners run counter-clockwise. A mesh may come from anywhere, so every
+//! accessor is total: an index out of range gives a degenerate triangle (never hit), an attribute of another
+//! length than `positions` counts as absent where it has no entry.
 use glam::{Vec2, Vec3, Vec4};
 
-/// Indexed triangles; counter-clockwise is the front. Attribute vectors are empty when absent, else one entry per
-/// position.
+/// Indexed triangles. Attribute vectors are empty when absent, else one entry per position.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
-    /// Corners.
+    /// Corner positions.
     pub positions: Vec<Vec3>,
-    /// Three positions each.
+    /// Indices into `positions`, counter-clockwise from the front.
     pub triangles: Vec<[u32; 3]>,
-    /// Shading normals; interpolated, need not be unit.
+    /// Shading normals, unit.
     pub normals: Vec<Vec3>,
     /// xyz tangent, w = ±1 sign of the bitangent.
     pub tangents: Vec<Vec4>,
     /// Two sets of texture coordinates.
     pub uv: [Vec<Vec2>; 2],
-    /// Linear RGBA.
+    /// Linear RGBA factors.
     pub colors: Vec<Vec4>,
 }
 
 impl Mesh {
-    /// Bytes of all vectors.
+    /// Corners of a triangle; three zeros when there is no such triangle or an index is out of range.
+    pub fn corners(&self, primitive: u32) -> [Vec3; 3] {
+        self.values(&self.positions, primitive).unwrap_or([Vec3::ZERO; 3])
+    }
+
+    /// The three corner values of an attribute; None when it is absent at any corner.
+    pub fn values<T: Copy>(&self, attribute: &[T], primitive: u32) -> Option<[T; 3]> {
+        if attribute.is_empty() {
+            return None;
+        }
+        let [a, b, c] = *self.triangles.get(primitive as usize)?;
+        Some([*attribute.get(a as usize)?, *attribute.get(b as usize)?, *attribute.get(c as usize)?])
+    }
+
+    /// Texture coordinates of set 0 or 1 at barycentrics (u, v); zero when absent.
+    pub fn uv_at(&self, set: usize, primitive: u32, u: f32, v: f32) -> Vec2 {
+        let Some(values) = self.uv.get(set).and_then(|uv| self.values(uv, primitive)) else {
+            return Vec2::ZERO;
+        };
+        let [a, b, c] = values;
+        a * (1.0 - u - v) + b * u + c * v
+    }
+
+    /// Interpolated tangent (not normalised) with corner 0's bitangent sign; None when absent.
+    pub fn tangent_at(&self, primitive: u32, u: f32, v: f32) -> Option<Vec4> {
+        let [a, b, c] = self.values(&self.tangents, primitive)?;
+        let t = a.truncate() * (1.0 - u - v) + b.truncate() * u + c.truncate() * v;
+        Some(t.extend(if a.w < 0.0 { -1.0 } else { 1.0 }))
+    }
+
+    /// Interpolated vertex colour; white when absent.
+    pub fn color_at(&self, primitive: u32, u: f32, v: f32) -> Vec4 {
+        match self.values(&self.colors, primitive) {
+            Some([a, b, c]) => a * (1.0 - u - v) + b * u + c * v,
+            None => Vec4::ONE,
+        }
+    }
+
+    /// Bytes held on the heap.
     pub fn memory_bytes(&self) -> usize {
-        self.positions.len() * 12
-            + self.triangles.len() * 12
-            + self.normals.len() * 12
-            + self.tangents.len() * 16
-            + (self.uv[0].len() + self.uv[1].len()) * 8
-            + self.colors.len() * 16
+        fn bytes<T>(v: &[T]) -> usize {
+            std::mem::size_of_val(v)
+        }
+        let uv = bytes(&self.uv[0]) + bytes(&self.uv[1]);
+        let frames = bytes(&self.normals) + bytes(&self.tangents);
+        bytes(&self.positions) + bytes(&self.triangles) + frames + uv + bytes(&self.colors)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle() -> Mesh {
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2], [0, 1, 9]],
+            uv: [vec![Vec2::ZERO, Vec2::X, Vec2::Y], vec![]],
+            ..Mesh::default()
+        }
+    }
+
+    #[test]
+    fn interpolates_what_is_there() {
+        let m = triangle();
+        assert_eq!(m.uv_at(0, 0, 0.25, 0.5), Vec2::new(0.25, 0.5));
+        assert_eq!(m.uv_at(1, 0, 0.25, 0.5), Vec2::ZERO);
+        assert_eq!(m.uv_at(7, 0, 0.25, 0.5), Vec2::ZERO);
+        assert_eq!(m.color_at(0, 0.25, 0.5), Vec4::ONE);
+        assert_eq!(m.tangent_at(0, 0.25, 0.5), None);
+    }
+
+    #[test]
+    fn bad_indices_are_degenerate() {
+        let m = triangle();
+        assert_eq!(m.corners(1), [Vec3::ZERO; 3]);
+        assert_eq!(m.corners(99), [Vec3::ZERO; 3]);
+        assert_eq!(m.uv_at(0, 1, 0.1, 0.1), Vec2::ZERO);
     }
 }

@@ -1,30 +1,38 @@
-//! Error-bounded ray origins [pbrt-v4 §6.8]: no epsilon.
-
+//! Where may the next ray start? Error-bounded ray origins [pbrt-v4, §6.8]: no epsilon in world units.
+//!
+//! A computed position `p` lies somewhere in the box `p ± p_error` around the true one. The origin is moved along
+//! the geometric normal until the whole box lies behind it, and each coordinate is then rounded outward.
 use glam::Vec3;
 
-/// u = 2^-24, the unit roundoff of f32.
+/// Unit roundoff of f32, 2⁻²⁴.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 
-/// γ_n = n·u / (1 − n·u): bound of the relative error of n roundings.
+/// γₙ = n·u / (1 − n·u): bound of the relative error of n rounded operations [Higham 2002, §3.1].
 pub const fn gamma(n: u32) -> f32 {
-    n as f32 * UNIT_ROUNDOFF / (1.0 - n as f32 * UNIT_ROUNDOFF)
+    let nu = n as f32 * UNIT_ROUNDOFF;
+    nu / (1.0 - nu)
 }
 
-/// `p` moved along unit `ng` out of its own error box to the side `d` points to; each coordinate is rounded outward.
+/// `p` moved along `ng` out of its own error box, to the side `d` points to, each coordinate rounded outward.
+///
+/// The step is |ng|·p_error along `ng` [pbrt-v4, §6.8.6]. A coordinate whose component of `ng` is not zero moves by at
+/// least one ulp, so that the origin leaves the plane even where `p_error` underflows or is zero; a coordinate along
+/// which the plane extends stays as it is.
 pub fn offset_origin(p: Vec3, p_error: Vec3, ng: Vec3, d: Vec3) -> Vec3 {
-    let distance = ng.abs().dot(p_error);
-    let shift = if d.dot(ng) < 0.0 { -ng * distance } else { ng * distance };
-    let moved = p + shift;
-    Vec3::new(outward(moved.x, shift.x), outward(moved.y, shift.y), outward(moved.z, shift.z))
+    let n = if d.dot(ng) < 0.0 { -ng } else { ng };
+    let step = n.abs().dot(p_error);
+    Vec3::new(outward(p.x, step * n.x, n.x), outward(p.y, step * n.y, n.y), outward(p.z, step * n.z, n.z))
 }
 
-fn outward(x: f32, shift: f32) -> f32 {
-    if shift > 0.0 {
-        x.next_up()
-    } else if shift < 0.0 {
-        x.next_down()
+/// `x + step`, rounded away in the direction of `side`.
+fn outward(x: f32, step: f32, side: f32) -> f32 {
+    let y = x + step;
+    if side > 0.0 {
+        y.next_up()
+    } else if side < 0.0 {
+        y.next_down()
     } else {
-        x
+        y
     }
 }
 
@@ -33,16 +41,34 @@ mod tests {
     use super::*;
 
     #[test]
-    fn moves_out_of_the_error_box() {
-        for scale in [1e-30f32, 1e-6, 1.0, 1e6, 1e30] {
-            let p = Vec3::new(0.3, -0.7, 0.2) * scale;
-            let error = p.abs() * gamma(7);
-            let n = Vec3::new(0.6, 0.0, 0.8);
-            let q = offset_origin(p, error, n, n);
-            assert!((q - p).as_dvec3().dot(n.as_dvec3()) > n.abs().dot(error).into());
-            let q = offset_origin(p, error, n, -n);
-            assert!((q - p).as_dvec3().dot(n.as_dvec3()) < -f64::from(n.abs().dot(error)));
+    fn leaves_the_error_box_on_the_side_of_the_direction() {
+        let scales = [1e-42f32, 1e-30, 1e-6, 1.0, 1e5, 1e30];
+        let normals =
+            [Vec3::Z, Vec3::new(0.6, -0.8, 0.0), Vec3::new(-0.48, 0.64, 0.6), Vec3::splat(0.57735026)];
+        for s in scales {
+            for n in normals {
+                let p = Vec3::new(1.0, -2.0, 0.5) * s;
+                let error = p.abs() * gamma(7);
+                for side in [1.0f32, -1.0] {
+                    let q = offset_origin(p, error, n, n * side);
+                    let moved = (q.as_dvec3() - p.as_dvec3()).dot(n.as_dvec3()) * side as f64;
+                    assert!(moved > n.abs().as_dvec3().dot(error.as_dvec3()) * 0.999, "{s} {n:?} {moved}");
+                }
+            }
         }
-        assert!(offset_origin(Vec3::ZERO, Vec3::ZERO, Vec3::Z, Vec3::Z).is_finite());
+    }
+
+    #[test]
+    fn grows_with_the_error_and_never_stands_still() {
+        let (p, n) = (Vec3::new(0.0, 3.0, -7.0), Vec3::new(0.36, 0.48, 0.8));
+        let mut last = 0.0;
+        for k in 0..60 {
+            let error = Vec3::splat(if k == 0 { 0.0 } else { 2f32.powi(k - 50) });
+            let moved = (offset_origin(p, error, n, n).as_dvec3() - p.as_dvec3()).dot(n.as_dvec3());
+            assert!(moved > 0.0 && moved >= last, "{k}: {moved} after {last}");
+            last = moved;
+        }
+        assert!(offset_origin(Vec3::ZERO, Vec3::ZERO, Vec3::Z, Vec3::Z).z > 0.0);
+        assert_eq!(offset_origin(p, Vec3::ONE, Vec3::Z, Vec3::Z).truncate(), p.truncate());
     }
 }

@@ -1,15 +1,17 @@
-//! A ray.
-
+//! What is a ray? Points `o + t·d` with `0 < t < t_max`; `d` need not be unit, `t` counts in lengths of `d`.
+//!
+//! Both ends are open: the origin itself and the point at `t_max` are never hit. Together with
+//! [`offset_origin`](crate::offset::offset_origin) that makes an epsilon unnecessary.
 use glam::Vec3;
 
 /// Points `o + t·d` for 0 < t < t_max. `d` need not be unit; t counts in lengths of `d`.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Origin.
+    /// Origin, render-space units.
     pub o: Vec3,
-    /// Direction, any length but zero.
+    /// Direction, any finite length but zero.
     pub d: Vec3,
-    /// Hits at or beyond it do not count.
+    /// Exclusive end, in lengths of `d`.
     pub t_max: f32,
 }
 
@@ -19,7 +21,13 @@ impl Ray {
         Self { o, d, t_max: f32::INFINITY }
     }
 
-    /// The point at `t`; for hit points use [`crate::World::surface`], which is more accurate.
+    /// The same line, ending (exclusively) at `t_max`.
+    pub fn until(self, t_max: f32) -> Self {
+        Self { t_max, ..self }
+    }
+
+    /// `o + t·d`, rounded. Good for a look, not for shading: positions come from
+    /// [`World::surface`](crate::World::surface), which knows its error.
     pub fn at(&self, t: f32) -> Vec3 {
         self.o + self.d * t
     }

@@ -1,31 +1,32 @@
-//! Exact spheres and disks: surfaces for every ray, not meshes.
+//! Where does a ray meet an exact sphere or disk? Solved in f64 with forms that do not cancel \[Haines 2019\].
+//!
+//! Shapes are surfaces, not solids: they are hit from both sides, and a ray may start on or inside them.
+//! A shape with a non-finite number or a radius that is not positive is never hit.
+use crate::{Frame, Ray, boxes::Aabb, surface::unit_or};
+use glam::{DVec3, Vec2, Vec3};
 
-use crate::offset::gamma;
-use crate::{Hit, Ray, Surface};
-use glam::Vec3;
-
-/// All points at `radius` from `centre`; the front is outward.
-#[derive(Clone, Copy, Debug)]
+/// All points at distance `radius` from `centre`; front side outward.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// Centre.
+    /// Middle.
     pub centre: Vec3,
-    /// Radius, positive.
+    /// Radius, greater than zero.
     pub radius: f32,
 }
 
-/// Flat disk facing `normal`.
-#[derive(Clone, Copy, Debug)]
+/// The points of a plane within `radius` of `centre`; front side where `normal` points.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disk {
-    /// Centre.
+    /// Middle.
     pub centre: Vec3,
-    /// Unit normal of the front.
+    /// Any length but zero.
     pub normal: Vec3,
-    /// Radius, positive.
+    /// Radius, greater than zero.
     pub radius: f32,
 }
 
 /// One of the exact surfaces.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A sphere.
     Sphere(Sphere),
@@ -33,83 +34,233 @@ pub enum Shape {
     Disk(Disk),
 }
 
+/// Points `o + t·d` in the shape's space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    pub o: DVec3,
+    pub d: DVec3,
+}
+
+impl From<&Ray> for Line {
+    fn from(ray: &Ray) -> Self {
+        Self { o: ray.o.as_dvec3(), d: ray.d.as_dvec3() }
+    }
+}
+
+/// Nearer than this part of the sizes involved, f64 cannot tell an origin from the surface.
+const ON_SURFACE: f64 = 1.0 / (1u64 << 48) as f64;
+
 impl Shape {
-    /// Distances along the ray, near first; none below or at 0 within rounding.
-    pub(crate) fn intersect(&self, ray: &Ray) -> [Option<f32>; 2] {
+    /// Distances t > 0 along the line, near first.
+    pub(crate) fn roots(&self, line: &Line) -> [Option<f32>; 2] {
         match self {
-            Self::Sphere(s) => s.intersect(ray),
-            Self::Disk(d) => [d.intersect(ray), None],
+            Self::Sphere(s) => s.roots(line),
+            Self::Disk(d) => [d.root(line), None],
         }
     }
 
-    pub(crate) fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+    /// The point at `t` put back onto the surface, and the unit normal of the front side there.
+    pub(crate) fn point(&self, line: &Line, t: f32) -> (DVec3, DVec3) {
         match self {
-            Self::Sphere(s) => s.surface(ray, hit.t),
-            Self::Disk(d) => d.surface(ray, hit.t),
+            Self::Sphere(s) => s.point(line, t),
+            Self::Disk(d) => d.point(line, t),
         }
     }
 
-    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
-        let (c, r) = match self {
-            Self::Sphere(s) => (s.centre, Vec3::splat(s.radius)),
+    /// Surface coordinates of a hit (see [`Hit::u`](crate::Hit::u)).
+    pub(crate) fn coordinates(&self, line: &Line, t: f32) -> Vec2 {
+        let (p, n) = self.point(line, t);
+        match self {
+            Self::Sphere(_) => octahedral(n),
             Self::Disk(d) => {
-                (d.centre, (Vec3::ONE - d.normal * d.normal).max(Vec3::ZERO).map(f32::sqrt) * d.radius)
+                let q = (p - d.centre.as_dvec3()) / f64::from(d.radius);
+                Frame::from_z(n.as_vec3()).to_local(q.as_vec3()).truncate()
             }
+        }
+    }
+
+    /// Texture coordinates: on a sphere longitude ½ + atan2(nₓ, −n_z)/2π and colatitude acos(n_y)/π, as on an
+    /// environment; on a disk the angle about the normal in turns and the distance from the centre in radii.
+    pub(crate) fn uv(&self, u: f32, v: f32) -> Vec2 {
+        use std::f32::consts::{PI, TAU};
+        match self {
+            Self::Sphere(_) => {
+                let n = from_octahedral(u, v);
+                Vec2::new(0.5 + libm::atan2f(n.x, -n.z) / TAU, libm::acosf(n.y.clamp(-1.0, 1.0)) / PI)
+            }
+            Self::Disk(_) => {
+                let turns = libm::atan2f(v, u) / TAU;
+                Vec2::new(if turns < 0.0 { turns + 1.0 } else { turns }, Vec2::new(u, v).length())
+            }
+        }
+    }
+
+    /// Box around it; empty when it can never be hit.
+    pub(crate) fn bounds(&self) -> Aabb {
+        let (centre, half) = match self {
+            Self::Sphere(s) if s.is_valid() => (s.centre, DVec3::splat(s.radius.into())),
+            Self::Disk(d) if d.is_valid() => (d.centre, d.half_widths()),
+            _ => return Aabb::EMPTY,
         };
-        (c - r, c + r)
+        Aabb::new(centre.as_dvec3() - half, centre.as_dvec3() + half)
     }
 }
 
 impl Sphere {
-    /// Roots in f64, where the f32 inputs are exact: no cancellation at any distance or size that f32 can state
-    /// [Haines, Günther, Akenine-Möller 2019 treat the f32 case].
-    fn intersect(&self, ray: &Ray) -> [Option<f32>; 2] {
-        let f = (ray.o - self.centre).as_dvec3();
-        let f = if f.is_finite() { ray.o.as_dvec3() - self.centre.as_dvec3() } else { f };
-        let d = ray.d.as_dvec3();
-        let r = f64::from(self.radius);
-        let (a, b) = (d.length_squared(), -f.dot(d));
-        let closest = f + d * (b / a);
-        let discriminant = r * r - closest.length_squared();
-        if !(discriminant >= 0.0) || a == 0.0 {
-            return [None, None];
+    /// With f = o − c, a = d·d, b = −f·d: Δ = (R − |l|)(R + |l|), l = f + (b/a)d; q = b + sign(b)√(aΔ);
+    /// t = (|f| − R)(|f| + R)/q and q/a \[Haines 2019, ch. 7\].
+    fn roots(&self, line: &Line) -> [Option<f32>; 2] {
+        let (f, d, r) = (line.o - self.centre.as_dvec3(), line.d, f64::from(self.radius));
+        let (a, b, length) = (d.length_squared(), -f.dot(d), f.length());
+        let l = (f + d * (b / a)).length();
+        let delta = (r - l) * (r + l);
+        // Also false for NaN: what is not a number is not hit.
+        if !(a > 0.0 && r > 0.0 && delta >= 0.0) {
+            return [None; 2];
         }
-        let q = b + (a * discriminant).sqrt().copysign(b);
-        let c = (f.length() - r) * (f.length() + r);
+        let q = b + (a * delta).sqrt().copysign(b);
+        let outside = length - r;
+        // On the surface within rounding: that root is the origin itself.
+        let c = if outside.abs() <= ON_SURFACE * r { 0.0 } else { outside * (length + r) };
         let (t0, t1) = if q == 0.0 { (0.0, 0.0) } else { (c / q, q / a) };
-        let (near, far) = if t0 < t1 { (t0, t1) } else { (t1, t0) };
-        let count = |t: f64| (t > 0.0 && (t as f32) > 0.0 && (t as f32) < ray.t_max).then_some(t as f32);
-        [count(near), count(far)]
+        [ahead(t0.min(t1)), ahead(t0.max(t1))]
     }
 
-    /// The hit point pulled back onto the sphere, with error γ5·|p − c| + u·|p| [pbrt-v4 §6.8.6].
-    fn surface(&self, ray: &Ray, t: f32) -> Surface {
-        let raw = ray.o.as_dvec3() + ray.d.as_dvec3() * f64::from(t) - self.centre.as_dvec3();
-        let n = raw.normalize_or_zero();
-        let n = if n == glam::DVec3::ZERO { glam::DVec3::Z } else { n };
-        let p = (self.centre.as_dvec3() + n * f64::from(self.radius)).as_vec3();
-        let p_error = p.abs() * gamma(2) + Vec3::splat(self.radius * gamma(2));
-        let ng = n.as_vec3();
-        Surface { p, p_error, ng, ns: ng }
+    fn point(&self, line: &Line, t: f32) -> (DVec3, DVec3) {
+        let c = self.centre.as_dvec3();
+        let n = unit_or(line.o - c + line.d * f64::from(t), DVec3::Z);
+        (c + n * f64::from(self.radius), n)
+    }
+
+    fn is_valid(&self) -> bool {
+        self.centre.is_finite() && self.radius.is_finite() && self.radius > 0.0
     }
 }
 
 impl Disk {
-    fn intersect(&self, ray: &Ray) -> Option<f32> {
-        let (n, d) = (self.normal.as_dvec3(), ray.d.as_dvec3());
-        let offset = self.centre.as_dvec3() - ray.o.as_dvec3();
-        let t = n.dot(offset) / n.dot(d);
-        let from_centre = d * t - offset;
-        let inside = from_centre.length_squared() <= f64::from(self.radius) * f64::from(self.radius);
-        (t > 0.0 && (t as f32) > 0.0 && (t as f32) < ray.t_max && inside).then_some(t as f32)
+    /// t = n·(c − o)/n·d where the plane is crossed within the radius; none for a line in the plane.
+    fn root(&self, line: &Line) -> Option<f32> {
+        let (n, f) = (self.unit_normal(), line.o - self.centre.as_dvec3());
+        let height = -n.dot(f);
+        if height.abs() <= ON_SURFACE * n.abs().dot(f.abs()) {
+            return None;
+        }
+        let t = height / n.dot(line.d);
+        let q = f + line.d * t;
+        let inside = (q - n * n.dot(q)).length() <= f64::from(self.radius);
+        if inside && self.is_valid() { ahead(t) } else { None }
     }
 
-    fn surface(&self, ray: &Ray, t: f32) -> Surface {
-        let (c, n) = (self.centre.as_dvec3(), self.normal.as_dvec3());
-        let raw = ray.o.as_dvec3() + ray.d.as_dvec3() * f64::from(t) - c;
-        // Pulled back onto the plane, so that what is left is the rounding to f32.
-        let p = (c + raw - n * n.dot(raw)).as_vec3();
-        let p_error = p.abs() * gamma(2) + Vec3::splat(self.radius * gamma(2));
-        Surface { p, p_error, ng: self.normal, ns: self.normal }
+    fn point(&self, line: &Line, t: f32) -> (DVec3, DVec3) {
+        let (n, c) = (self.unit_normal(), self.centre.as_dvec3());
+        let q = line.o - c + line.d * f64::from(t);
+        (c + (q - n * n.dot(q)), n)
+    }
+
+    /// R·√(1 − nᵢ²) per axis.
+    fn half_widths(&self) -> DVec3 {
+        let n = self.unit_normal();
+        (DVec3::ONE - n * n).max(DVec3::ZERO).map(f64::sqrt) * f64::from(self.radius)
+    }
+
+    fn unit_normal(&self) -> DVec3 {
+        unit_or(self.normal.as_dvec3(), DVec3::Z)
+    }
+
+    fn is_valid(&self) -> bool {
+        let finite = self.normal.is_finite() && self.centre.is_finite() && self.radius.is_finite();
+        finite && self.normal != Vec3::ZERO && self.radius > 0.0
+    }
+}
+
+/// `t` as f32 when it lies ahead of the origin.
+fn ahead(t: f64) -> Option<f32> {
+    let t = t as f32;
+    (t > 0.0 && t.is_finite()).then_some(t)
+}
+
+/// Unit vector to the square \[−1, 1\]² \[Cigolle 2014\]: cheap, and without poles.
+fn octahedral(n: DVec3) -> Vec2 {
+    let s = n.abs().element_sum();
+    let (x, y) = (n.x / s, n.y / s);
+    let fold = |a: f64, b: f64| (1.0 - b.abs()).copysign(a);
+    let (x, y) = if n.z < 0.0 { (fold(x, y), fold(y, x)) } else { (x, y) };
+    Vec2::new(x as f32, y as f32)
+}
+
+/// Inverse of [`octahedral`].
+fn from_octahedral(u: f32, v: f32) -> Vec3 {
+    let z = 1.0 - u.abs() - v.abs();
+    let fold = (-z).max(0.0);
+    let n = Vec3::new(u - fold.copysign(u), v - fold.copysign(v), z);
+    n / n.length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(o: Vec3, d: Vec3) -> Line {
+        Line::from(&Ray::new(o, d))
+    }
+
+    #[test]
+    fn octahedral_round_trip() {
+        for i in 0..2000 {
+            let (a, z) = (i as f64 * 2.399963, 1.0 - (i as f64 + 0.5) / 1000.0);
+            let r = (1.0 - z * z).sqrt();
+            let n = DVec3::new(r * a.cos(), r * a.sin(), z);
+            let e = octahedral(n);
+            assert!((from_octahedral(e.x, e.y).as_dvec3() - n).length() < 5e-7, "{n:?}");
+        }
+        for n in [DVec3::Z, -DVec3::Z, DVec3::X, -DVec3::Y] {
+            let e = octahedral(n);
+            assert!((from_octahedral(e.x, e.y).as_dvec3() - n).length() < 1e-7);
+        }
+    }
+
+    #[test]
+    fn both_crossings_from_outside_one_from_inside_none_from_behind() {
+        let s = Shape::Sphere(Sphere { centre: Vec3::new(1.0, 2.0, 3.0), radius: 2.0 });
+        let t = |o, d| s.roots(&line(o, d));
+        assert_eq!(t(Vec3::new(1.0, 2.0, 8.0), -Vec3::Z), [Some(3.0), Some(7.0)]);
+        assert_eq!(t(Vec3::new(1.0, 2.0, 3.0), Vec3::X * 0.5), [None, Some(4.0)]);
+        assert_eq!(t(Vec3::new(1.0, 2.0, 8.0), Vec3::Z), [None, None]);
+        assert_eq!(t(Vec3::new(1.0, 2.0, 5.0), Vec3::Z), [None, None]);
+        assert_eq!(t(Vec3::new(1.0, 2.0, 5.0), -Vec3::Z), [None, Some(4.0)]);
+        assert_eq!(t(Vec3::NAN, Vec3::Z), [None, None]);
+        assert_eq!(t(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO), [None, None]);
+        let point = Shape::Sphere(Sphere { centre: Vec3::ZERO, radius: 0.0 });
+        assert_eq!(point.roots(&line(Vec3::Z, -Vec3::Z)), [None; 2]);
+        assert_eq!(point.bounds(), Aabb::EMPTY);
+    }
+
+    #[test]
+    fn disk_edge_sides_and_coordinates() {
+        let disk = Shape::Disk(Disk { centre: Vec3::Z, normal: Vec3::Z * 3.0, radius: 0.5 });
+        let hit = |x, d| disk.roots(&line(Vec3::new(x, 0.0, 2.0), d))[0];
+        assert_eq!(hit(0.5, -Vec3::Z), Some(1.0));
+        assert_eq!(hit(0.5000001, -Vec3::Z), None);
+        assert_eq!(hit(0.2, Vec3::Z), None);
+        assert_eq!(hit(0.2, Vec3::X), None);
+        let from_below = line(Vec3::new(0.125, 0.0, 0.0), Vec3::Z * 2.0);
+        assert_eq!(disk.roots(&from_below)[0], Some(0.5));
+        assert_eq!(disk.point(&from_below, 0.5), (DVec3::new(0.125, 0.0, 1.0), DVec3::Z));
+        assert_eq!(disk.coordinates(&from_below, 0.5).length(), 0.25);
+        assert_eq!(disk.uv(0.0, -0.5), Vec2::new(0.75, 0.5));
+        assert_eq!(disk.bounds(), Aabb::new(DVec3::new(-0.5, -0.5, 1.0), DVec3::new(0.5, 0.5, 1.0)));
+    }
+
+    #[test]
+    fn sphere_uv_follows_the_environment() {
+        let s = Shape::Sphere(Sphere { centre: Vec3::ONE, radius: 2.0 });
+        let uv = |d: Vec3| {
+            let l = line(Vec3::ONE, d);
+            let e = s.coordinates(&l, s.roots(&l)[1].unwrap());
+            s.uv(e.x, e.y)
+        };
+        assert!((uv(-Vec3::Z) - Vec2::new(0.5, 0.5)).length() < 1e-6);
+        assert!((uv(Vec3::X) - Vec2::new(0.75, 0.5)).length() < 1e-6);
+        assert!(uv(Vec3::Y).y < 1e-3);
     }
 }

@@ -1,33 +1,159 @@
-//! The place a ray hit: position with error bound, normals.
-
-use crate::offset::gamma;
+//! Where exactly did the ray hit, and which way does the surface face there? Position with error bound, normals.
+//!
+//! A position is never `o + t·d`: it is rebuilt from the surface itself, so its error does not grow with the
+//! length or the slant of the ray.
+use crate::motion::Pose;
+use crate::offset::{gamma, offset_origin};
 use glam::{DVec3, Vec3};
 
-/// Where a ray hit.
-#[derive(Clone, Copy, Debug)]
+/// Position and normals of a hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Position.
+    /// Position, render space.
     pub p: Vec3,
     /// Bound of |computed − exact| per axis.
     pub p_error: Vec3,
     /// Unit geometric normal of the front side (counter-clockwise winding; sphere: outward; disk: its normal).
     pub ng: Vec3,
-    /// Unit shading normal in the hemisphere of `ng`; equals `ng` on flat geometry.
+    /// Unit shading normal, in the hemisphere of `ng`; equals `ng` on flat geometry.
     pub ns: Vec3,
 }
 
-/// Position of barycentrics (1 − u − v, u, v), with the bound γ7·Σ|b_i·p_i| of its error [pbrt-v4 §6.8.6].
+impl Surface {
+    /// Where a ray towards `d` may start from here: see [`offset_origin`].
+    pub fn origin_towards(&self, d: Vec3) -> Vec3 {
+        offset_origin(self.p, self.p_error, self.ng, d)
+    }
+
+    /// The point with barycentrics (u, v) of a triangle: p = Σ bᵢpᵢ, summed in f64 and rounded once. The bound
+    /// γ₇ Σ|bᵢpᵢ| \[pbrt-v4, §6.8.4\] is wider than that rounding: it also covers what the f32 intersection test can
+    /// see of the triangle from nearby. `ng` is the f64 cross product of two edges; `ns` interpolates `normals`.
+    pub fn on_triangle(corners: [Vec3; 3], normals: Option<[Vec3; 3]>, u: f32, v: f32) -> Self {
+        let (p, size) = weighted(corners, u, v);
+        let ng = unit_or(winding(corners), DVec3::Z);
+        let ns = normals.map_or(ng, |n| facing(unit_or(weighted(n, u, v).0, ng), ng));
+        let p_error = round_up(size * f64::from(gamma(7)));
+        Self { p: p.as_vec3(), p_error, ng: ng.as_vec3(), ns: ns.as_vec3() }
+    }
+
+    /// As [`Surface::on_triangle`], of a triangle in object space. A ray is brought there and rounded, so the bound
+    /// holds |M| times an object-space bound (one rounding more than above) and the rounding of `p`.
+    pub(crate) fn on_posed_triangle(
+        pose: &Pose,
+        corners: [Vec3; 3],
+        normals: Option<[Vec3; 3]>,
+        u: f32,
+        v: f32,
+    ) -> Self {
+        let (local, size) = weighted(corners, u, v);
+        let ng = pose.normal(winding(corners));
+        let ns = normals.map_or(ng, |n| match weighted(n, u, v).0 {
+            n if n == DVec3::ZERO || !n.is_finite() => ng,
+            n => facing(pose.normal(n), ng),
+        });
+        Self::posed(pose, local, size * f64::from(gamma(8)), ng, ns)
+    }
+
+    /// A point of an exact shape; `local` is known to f64, so what is left is rounding to f32: γ₂|p|.
+    pub(crate) fn on_shape(p: DVec3, n: DVec3) -> Self {
+        let ng = n.as_vec3();
+        Self { p: p.as_vec3(), p_error: round_up(p.abs() * f64::from(gamma(2))), ng, ns: ng }
+    }
+
+    /// As [`Surface::on_shape`], in object space.
+    pub(crate) fn on_posed_shape(pose: &Pose, local: DVec3, n: DVec3) -> Self {
+        let n = pose.normal(n);
+        Self::posed(pose, local, local.abs() * f64::from(gamma(2)), n, n)
+    }
+
+    fn posed(pose: &Pose, local: DVec3, local_error: DVec3, ng: DVec3, ns: DVec3) -> Self {
+        let p = pose.to_world.transform_point3(local);
+        // Terms that cancel in the transform itself, there and back; far below the rest unless they are huge.
+        let terms = pose.error(local.abs()) + pose.to_world.translation.abs();
+        let error = pose.error(local_error) + p.abs() * f64::from(gamma(2)) + terms * (64.0 * f64::EPSILON);
+        Self { p: p.as_vec3(), p_error: round_up(error), ng: ng.as_vec3(), ns: ns.as_vec3() }
+    }
+}
+
+/// Σ bᵢxᵢ and Σ|bᵢxᵢ|, with barycentrics that sum to one in f64.
+fn weighted(x: [Vec3; 3], u: f32, v: f32) -> (DVec3, DVec3) {
+    let (u, v) = (f64::from(u), f64::from(v));
+    let [a, b, c] = x.map(|x| x.as_dvec3());
+    let (a, b, c) = (a * (1.0 - u - v), b * u, c * v);
+    (a + b + c, a.abs() + b.abs() + c.abs())
+}
+
+/// Position of barycentrics (1 − u − v, u, v), with the bound γ₇ Σ|bᵢpᵢ| of its error; see [`Surface::on_triangle`].
 pub fn interpolate(corners: &[Vec3; 3], u: f32, v: f32) -> (Vec3, Vec3) {
-    let [a, b, c] = [corners[0] * (1.0 - u - v), corners[1] * u, corners[2] * v];
-    (a + b + c, (a.abs() + b.abs() + c.abs()) * gamma(7))
+    let (p, size) = weighted(*corners, u, v);
+    (p.as_vec3(), round_up(size * f64::from(gamma(7))))
 }
 
 /// Unit normal of the counter-clockwise side, from f64 edges; zero for a triangle without area.
 pub fn geometric_normal(corners: &[Vec3; 3]) -> Vec3 {
-    let [a, b, c] = corners.map(|p| p.as_dvec3());
-    cross_normal(b - a, c - a)
+    unit_or(winding(*corners), DVec3::ZERO).as_vec3()
 }
 
-fn cross_normal(e1: DVec3, e2: DVec3) -> Vec3 {
-    e1.cross(e2).normalize_or_zero().as_vec3()
+/// Cross product of two edges: along the normal of the counter-clockwise side.
+fn winding(corners: [Vec3; 3]) -> DVec3 {
+    let [a, b, c] = corners.map(|c| c.as_dvec3());
+    (b - a).cross(c - a)
+}
+
+/// `n` turned into the hemisphere of `ng`.
+fn facing(n: DVec3, ng: DVec3) -> DVec3 {
+    if n.dot(ng) < 0.0 { -n } else { n }
+}
+
+/// `v` made unit, or `other` when `v` is zero or not finite. Scaled first, so nothing under- or overflows.
+pub(crate) fn unit_or(v: DVec3, other: DVec3) -> DVec3 {
+    let largest = v.abs().max_element();
+    if !(largest > 0.0 && v.is_finite()) {
+        return other;
+    }
+    let scaled = v / largest;
+    scaled / scaled.length()
+}
+
+/// To f32, never below the f64 value: a bound stays a bound.
+pub(crate) fn round_up(v: DVec3) -> Vec3 {
+    Vec3::new(up(v.x), up(v.y), up(v.z))
+}
+
+fn up(x: f64) -> f32 {
+    let y = x as f32;
+    if (y as f64) < x { y.next_up() } else { y }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn winding_decides_the_front_and_shading_normals_follow_it() {
+        let t = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let s = Surface::on_triangle(t, None, 0.25, 0.5);
+        assert_eq!((s.p, s.ng, s.ns), (Vec3::new(0.25, 0.5, 0.0), Vec3::Z, Vec3::Z));
+        let s = Surface::on_triangle([t[0], t[2], t[1]], None, 0.25, 0.5);
+        assert_eq!(s.ng, -Vec3::Z);
+        let down = Vec3::new(0.6, 0.0, -0.8);
+        let s = Surface::on_triangle(t, Some([down; 3]), 0.25, 0.5);
+        assert!((s.ns + down).length() < 1e-7);
+        let cancel = [Vec3::X, -Vec3::X, Vec3::ZERO];
+        let s = Surface::on_triangle(t, Some(cancel), 0.5, 0.0);
+        assert_eq!(s.ns, s.ng);
+        let s = Surface::on_triangle(t, Some([Vec3::NAN; 3]), 0.5, 0.0);
+        assert_eq!(s.ns, s.ng);
+    }
+
+    #[test]
+    fn the_bound_holds_and_tiny_triangles_have_normals() {
+        let s = 1e-30f32;
+        let t = [Vec3::ZERO, Vec3::new(s, 0.0, 0.0), Vec3::new(0.0, 0.0, s)];
+        assert_eq!(Surface::on_triangle(t, None, 0.3, 0.3).ng, -Vec3::Y);
+        let c = [Vec3::new(1e5, 3.0, -7.0), Vec3::new(-2e5, 1.0, 0.1), Vec3::new(0.3, 1e4, 1e-3)];
+        let s = Surface::on_triangle(c, None, 0.37, 0.21);
+        let (exact, _) = weighted(c, 0.37, 0.21);
+        assert!((s.p.as_dvec3() - exact).abs().cmple(s.p_error.as_dvec3()).all());
+    }
 }

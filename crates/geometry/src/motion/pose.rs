@@ -1,0 +1,175 @@
+//! How do points and normals go to render space and rays come back? A transform with its inverse, which survives
+//! mirrored, uneven and flattening transforms.
+//!
+//! A transform that flattens (one scale 0) has no inverse. It is given a thickness of 2⁻⁶⁰ of its size instead
+//! (*approximation*, without visible effect: far below the rounding of any f32 coordinate). The flattened object then
+//! stays visible, its triangles are found by the same tree, and its normals are right.
+use crate::boxes::Aabb;
+use crate::surface::unit_or;
+use glam::{DAffine3, DMat3, DVec3};
+
+/// Object space to render space and back, at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Object to render space.
+    pub to_world: DAffine3,
+    /// Render space to object.
+    pub to_object: DAffine3,
+}
+
+/// Thickness of what is flat, in parts of its size: enough to divide by, and its inverse square fits an f32.
+const THIN: f64 = 1.0 / (1u64 << 60) as f64;
+
+/// `scale` with a component of 0 replaced by a tiny one; None when fewer than two are left.
+pub(super) fn thickened(scale: DVec3) -> Option<DVec3> {
+    let zeros = scale.to_array().iter().filter(|&&s| s == 0.0).count();
+    let thin = scale.abs().max_element() * THIN;
+    let thick = scale.map(|s| if s.abs() < thin { thin.copysign(s) } else { s });
+    (zeros < 2 && thin > 0.0 && thick.is_finite()).then_some(thick)
+}
+
+impl Pose {
+    /// Nothing moves.
+    pub const IDENTITY: Self = Self { to_world: DAffine3::IDENTITY, to_object: DAffine3::IDENTITY };
+
+    /// Of any affine transform; None when it leaves a line or a point, or is not finite.
+    pub fn of(m: &DAffine3) -> Option<Self> {
+        if !m.is_finite() {
+            return None;
+        }
+        let inverse = inverse(&m.matrix3)?;
+        Some(Self {
+            to_world: *m,
+            to_object: DAffine3 { matrix3: inverse, translation: -(inverse * m.translation) },
+        })
+    }
+
+    /// First `inner`, then `self`.
+    pub fn then_inner(&self, inner: &Self) -> Self {
+        Self { to_world: self.to_world * inner.to_world, to_object: inner.to_object * self.to_object }
+    }
+
+    /// No NaN, no infinity.
+    pub fn is_finite(&self) -> bool {
+        self.to_world.is_finite() && self.to_object.is_finite()
+    }
+
+    /// Whether the transform turns left into right.
+    pub fn is_mirrored(&self) -> bool {
+        self.to_world.matrix3.determinant() < 0.0
+    }
+
+    /// Unit normal of the transformed surface, still on the surface's front side: the cofactor matrix
+    /// \[a₂×a₃, a₃×a₁, a₁×a₂\] needs no inverse; its sign follows the determinant. A face that a flattening transform
+    /// sees edge-on gets the normal of the plane that everything is flattened to.
+    pub fn normal(&self, n: DVec3) -> DVec3 {
+        let c = cofactor(&self.to_world.matrix3);
+        let (turned, plane) = (c * n, longest(&c));
+        // What is left below is rounding.
+        let edge_on = turned.length() <= 1e-15 * plane.length() * n.length();
+        let n = unit_or(if edge_on { plane } else { turned }, DVec3::Z);
+        if self.is_mirrored() { -n } else { n }
+    }
+
+    /// Bound per axis of the render-space error that an object-space error becomes.
+    pub fn error(&self, e: DVec3) -> DVec3 {
+        absolute(&self.to_world.matrix3) * e
+    }
+
+    /// Box around the transformed box.
+    pub(crate) fn bounds(&self, b: Aabb) -> Aabb {
+        transformed(&self.to_world, b)
+    }
+}
+
+/// Box around `b` transformed: centre by m, half widths by |m|.
+pub(super) fn transformed(m: &DAffine3, b: Aabb) -> Aabb {
+    let (centre, half) = ((b.lo + b.hi) * 0.5, (b.hi - b.lo) * 0.5);
+    let (centre, half) = (m.transform_point3(centre), absolute(&m.matrix3) * half);
+    Aabb::new(centre - half, centre + half)
+}
+
+fn absolute(m: &DMat3) -> DMat3 {
+    DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs())
+}
+
+fn cofactor(m: &DMat3) -> DMat3 {
+    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
+}
+
+/// Inverse of `m`; of `m` made 2⁻⁶⁰ thick when it has rank 2 (or is so near it that f64 cannot tell); None below.
+///
+/// With w, v the unit directions that a rank-2 `m` does not reach and does not see, N = m + σ·w vᵀ is well
+/// conditioned and N⁻¹ + (1/ε − 1/σ)·v wᵀ is the inverse of m + ε·w vᵀ.
+fn inverse(m: &DMat3) -> Option<DMat3> {
+    let lengths = DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length());
+    let (c, det) = (cofactor(m), m.determinant());
+    // Hadamard: 1 for perpendicular columns of any length, 0 for dependent ones.
+    if det.abs() > 1e-12 * lengths.element_product() {
+        return Some(c.transpose() * (1.0 / det)).filter(DMat3::is_finite);
+    }
+    let size = lengths.max_element();
+    let w = longest(&c);
+    let v = longest(&c.transpose());
+    if w.length() <= 1e-14 * size * size {
+        return None;
+    }
+    let (w, v) = (w.normalize(), v.normalize());
+    let outer = DMat3::from_cols(w * v.x, w * v.y, w * v.z);
+    let n = *m + outer * size;
+    let back = DMat3::from_cols(v * w.x, v * w.y, v * w.z);
+    let inverse =
+        cofactor(&n).transpose() * (1.0 / n.determinant()) + back * (1.0 / (size * THIN) - 1.0 / size);
+    inverse.is_finite().then_some(inverse)
+}
+
+fn longest(m: &DMat3) -> DVec3 {
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    let first = if x.length_squared() >= y.length_squared() { x } else { y };
+    if first.length_squared() >= z.length_squared() { first } else { z }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DQuat;
+
+    #[test]
+    fn inverses_of_uneven_mirrored_and_flat_transforms() {
+        let r = DMat3::from_quat(DQuat::from_xyzw(0.1, -0.5, 0.3, 0.8).normalize());
+        let flat = |x, y, z| DMat3::from_diagonal(DVec3::new(x, y, z));
+        for s in [flat(1.0, 2.0, 3.0), flat(-1.0, 1.0, 1.0), flat(1.0, 1e6, 1e-6), flat(1.0, 1.0, 1e-20)] {
+            let m = r * s;
+            let back = inverse(&m).unwrap();
+            let off = (back * m - DMat3::IDENTITY).to_cols_array().iter().fold(0.0f64, |a, x| a.max(x.abs()));
+            // Rounding of the rotated columns, seen along the thinnest axis.
+            let condition = s.to_cols_array().iter().fold(0.0f64, |a, x| a.max(x.abs()))
+                / [s.x_axis.x, s.y_axis.y, s.z_axis.z].iter().fold(f64::MAX, |a, x| a.min(x.abs()));
+            assert!(off < 1e-15 * condition.max(10.0), "{s:?} {off}");
+        }
+        // Flat: points of the plane come back where they were, up to the lost coordinate.
+        for m in
+            [r * flat(1.0, 2.0, 0.0), flat(1.0, 2.0, 0.0) * r, flat(1.0, 0.0, 1.0) * r * flat(3.0, 2.0, 1.0)]
+        {
+            let back = inverse(&m).unwrap();
+            let p = m * DVec3::new(0.3, -0.7, 0.9);
+            assert!((m * (back * p) - p).length() < 1e-14);
+        }
+        for m in [DMat3::ZERO, flat(1.0, 0.0, 0.0), r * flat(0.0, 0.0, 1.0) * r] {
+            assert_eq!(inverse(&m), None, "{m:?}");
+        }
+        assert_eq!(thickened(DVec3::new(1.0, 0.0, 0.0)), None);
+        assert_eq!(thickened(DVec3::ZERO), None);
+        assert!(thickened(DVec3::new(1.0, -2.0, 0.0)).unwrap().z > 0.0);
+    }
+
+    #[test]
+    fn normals_stay_perpendicular_and_in_front() {
+        let pose = Pose::of(&DAffine3::from_scale(DVec3::new(-2.0, 1.0, 0.5))).unwrap();
+        let n = pose.normal(DVec3::new(1.0, 1.0, 0.0).normalize());
+        let along = pose.to_world.transform_vector3(DVec3::new(1.0, -1.0, 0.0));
+        assert!(n.dot(along).abs() < 1e-15);
+        // The outward normal of a convex body stays outward under a mirror.
+        assert!(n.x < 0.0 && n.y > 0.0);
+    }
+}

@@ -1,0 +1,172 @@
+//! Which box does an object never leave while the shutter is open? Bounds of a chain over time, conservative for any
+//! number of turns.
+//!
+//! Time is cut at the keys and, where something rotates, into steps of at most 1/16 of half a turn. Over a step every
+//! link maps a box to a box: scales and translations by their ranges; a rotation along one arc to the hull of its two
+//! ends, grown by the bulge r(1 − cos(Δθ/2)) of the arc over its chord; a rotation whose path is not one arc to the
+//! ball of radius r.
+use super::pose::transformed;
+use super::track::{Interpolation, Track};
+use super::{Channel, Link, Motion, Trs};
+use crate::boxes::Aabb;
+use glam::{DAffine3, DQuat, DVec3};
+use std::f64::consts::PI;
+
+/// Steps at most; beyond it steps get longer and the bounds looser, still conservative.
+const MAX_STEPS: usize = 4096;
+/// Largest arc per step.
+const ARC: f64 = PI / 16.0;
+/// Steps per segment of a rotation spline.
+const SPLINE_STEPS: usize = 32;
+
+impl Motion {
+    /// Box that the content of `local` stays in from `open` to `close` (seconds within the shutter).
+    pub(crate) fn bounds_within(&self, local: Aabb, open: f64, close: f64) -> Aabb {
+        let times = self.steps(self.offset + open, self.offset + close);
+        let over = |t: &[f64]| self.links.iter().rev().fold(local, |b, link| link.bounds(b, t[0], t[1]));
+        times.windows(2).map(over).fold(Aabb::EMPTY, Aabb::union)
+    }
+
+    /// Times to cut at, the ends included; absolute.
+    fn steps(&self, open: f64, close: f64) -> Vec<f64> {
+        let mut times = vec![open, close];
+        for link in &self.links {
+            if let Link::Moving(trs) = link {
+                trs.cut(open, close, &mut times);
+            }
+            if times.len() > MAX_STEPS {
+                let step = (close - open) / MAX_STEPS as f64;
+                return (0..=MAX_STEPS).map(|i| (open + step * i as f64).min(close)).chain([close]).collect();
+            }
+        }
+        times.sort_unstable_by(f64::total_cmp);
+        times.dedup();
+        if times.len() == 1 { vec![open, open] } else { times }
+    }
+}
+
+impl Link {
+    fn bounds(&self, b: Aabb, open: f64, close: f64) -> Aabb {
+        match self {
+            Self::Still(still) => transformed(&still.0, b),
+            Self::Moving(trs) => trs.bounds(b, open, close),
+        }
+    }
+}
+
+impl Trs {
+    fn cut(&self, open: f64, close: f64, times: &mut Vec<f64>) {
+        fn keys<T: super::Value>(channel: &Channel<T>, open: f64, close: f64, times: &mut Vec<f64>) {
+            if let Channel::Track(track) = channel {
+                let keys = track.keys_within(open, close);
+                times.extend_from_slice(&keys[..keys.len().min(MAX_STEPS + 1)]);
+            }
+        }
+        keys(&self.translation, open, close, times);
+        keys(&self.rotation, open, close, times);
+        keys(&self.scale, open, close, times);
+        if let Channel::Track(track) = &self.rotation
+            && times.len() <= MAX_STEPS
+        {
+            track.cut_arcs(open, close, times);
+        }
+    }
+
+    fn bounds(&self, b: Aabb, open: f64, close: f64) -> Aabb {
+        let (s_lo, s_hi) = self.scale.range(open, close);
+        let products = [b.lo * s_lo, b.lo * s_hi, b.hi * s_lo, b.hi * s_hi];
+        let scaled = products.iter().fold(Aabb::EMPTY, |a, &p| a.union(Aabb::new(p, p)));
+        let turned = self.rotation.turn(scaled, open, close);
+        let (t_lo, t_hi) = self.translation.range(open, close);
+        Aabb::new(turned.lo + t_lo, turned.hi + t_hi)
+    }
+}
+
+impl Channel<DVec3> {
+    /// Least and greatest value per component from `open` to `close`.
+    fn range(&self, open: f64, close: f64) -> (DVec3, DVec3) {
+        let track = match self {
+            Self::Constant(v) => return (*v, *v),
+            Self::Track(track) => track,
+        };
+        let (a, b) = (track.at(open), track.at(close));
+        let mut hull = (a.min(b), a.max(b));
+        let mut add = |v: DVec3| hull = (hull.0.min(v), hull.1.max(v));
+        if track.interpolation() == Interpolation::CubicSpline {
+            track.segments(open, close).for_each(|(i, s0, s1)| {
+                track.control_points(i, s0, s1).into_iter().for_each(&mut add);
+            });
+        } else {
+            track.keys_within(open, close).iter().for_each(|&t| add(track.at(t)));
+        }
+        hull
+    }
+}
+
+impl Channel<DQuat> {
+    /// Box that the content of `b` stays in while it turns.
+    fn turn(&self, b: Aabb, open: f64, close: f64) -> Aabb {
+        let turned = |q: DQuat| transformed(&DAffine3::from_quat(q), b);
+        let track = match self {
+            Self::Constant(q) => return turned(super::Value::settled(*q)),
+            Self::Track(track) => track,
+        };
+        let r = b.reach();
+        match track.deviation(open, close) {
+            Some(bulge) => turned(track.at(open)).union(turned(track.at(close))).padded(r * bulge),
+            None => Aabb::new(DVec3::splat(-r), DVec3::splat(r)),
+        }
+    }
+}
+
+impl Track<DQuat> {
+    /// How far a point at distance 1 can get from the chord between its places at `open` and `close`; None when the
+    /// path is not one arc or cannot be bounded.
+    fn deviation(&self, open: f64, close: f64) -> Option<f64> {
+        let mut segments = self.segments(open, close);
+        let Some((i, s0, s1)) = segments.next() else { return Some(0.0) };
+        if segments.next().is_some() {
+            return None;
+        }
+        match self.interpolation() {
+            Interpolation::Step => Some(0.0),
+            Interpolation::Linear => {
+                let (a, b) = (self.at(open), self.at(close));
+                // Δθ/2 is the angle between the quaternions, whose cosine is their product.
+                Some((1.0 - a.dot(b).abs().min(1.0)).max(0.0))
+            }
+            Interpolation::CubicSpline => {
+                let c = self.control_points(i, s0, s1);
+                let length = |q: DQuat| q.dot(q).sqrt();
+                let apart = |a: DQuat, b: DQuat| length(a + b * -1.0);
+                let speed = (0..3).map(|k| 3.0 * apart(c[k], c[k + 1])).fold(0.0, f64::max);
+                let least = length(c[0]) - (1..4).map(|k| apart(c[0], c[k])).fold(0.0, f64::max);
+                // A point turns by at most 2|q̇|/|q|; half of the step to the nearer end.
+                (least > 0.0).then(|| speed / least)
+            }
+        }
+    }
+
+    /// Cuts the arcs between keys into steps of at most [`ARC`].
+    fn cut_arcs(&self, open: f64, close: f64, times: &mut Vec<f64>) {
+        let mut ends = vec![open];
+        let keys = self.keys_within(open, close);
+        ends.extend_from_slice(&keys[..keys.len().min(MAX_STEPS)]);
+        ends.push(close);
+        for pair in ends.windows(2) {
+            let (from, to) = (pair[0], pair[1]);
+            let pieces = match self.interpolation() {
+                Interpolation::Step => 1,
+                Interpolation::CubicSpline => SPLINE_STEPS,
+                Interpolation::Linear => {
+                    let half = libm::acos(self.at(from).dot(self.at(to)).abs().min(1.0));
+                    libm::ceil(2.0 * half / ARC) as usize
+                }
+            };
+            times.extend((1..pieces).map(|k| from + (to - from) * k as f64 / pieces as f64));
+            if times.len() > MAX_STEPS {
+                return;
+            }
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! How does a world come about? Objects are added, then everything is decided once: what is flat, what moves.
+use super::objects::{Body, Object, Place, baked};
+use super::{SecondLevel, World};
+use crate::Mesh;
+use crate::bvh::{Kernel, Tree};
+use crate::motion::{Motion, Pose};
+use crate::shapes::{Disk, Shape, Sphere};
+use glam::{DAffine3, Vec3};
+use std::sync::Arc;
+
+/// Collects what the world is made of.
+#[derive(Debug, Default)]
+pub struct WorldBuilder {
+    objects: Vec<(Body, Option<Motion>)>,
+}
+
+impl WorldBuilder {
+    /// Static mesh, positions already in world (render) space. Returns the object's index. Triangles with indices out
+    /// of range, without area or with corners that are not finite keep their ids and are never hit.
+    pub fn add_mesh(&mut self, mesh: Mesh) -> u32 {
+        self.push(Body::Mesh(Arc::new(mesh)), None)
+    }
+
+    /// A mesh that stands somewhere, possibly shared with other objects; a mesh used once is flattened.
+    pub fn add_instance(&mut self, mesh: impl Into<Arc<Mesh>>, transform: DAffine3) -> u32 {
+        self.push(Body::Mesh(mesh.into()), Some(Motion::fixed(transform)))
+    }
+
+    /// A mesh that may move; flattened if it stands still while the shutter is open (and no other object shares it).
+    pub fn add_moving(&mut self, mesh: impl Into<Arc<Mesh>>, motion: Motion) -> u32 {
+        self.push(Body::Mesh(mesh.into()), Some(motion))
+    }
+
+    /// An exact sphere.
+    pub fn add_sphere(&mut self, sphere: Sphere) -> u32 {
+        self.push(Body::Shape(Shape::Sphere(sphere)), None)
+    }
+
+    /// An exact disk.
+    pub fn add_disk(&mut self, disk: Disk) -> u32 {
+        self.push(Body::Shape(Shape::Disk(disk)), None)
+    }
+
+    /// An exact sphere or disk of its own space; an uneven transform makes it an exact ellipsoid or ellipse.
+    pub fn add_moving_shape(&mut self, shape: Shape, motion: Motion) -> u32 {
+        self.push(Body::Shape(shape), Some(motion))
+    }
+
+    fn push(&mut self, body: Body, motion: Option<Motion>) -> u32 {
+        self.objects.push((body, motion));
+        self.objects.len() as u32 - 1
+    }
+
+    /// The world at the instant 0, with the fastest traversal this machine has.
+    pub fn build(self) -> World {
+        self.build_with(Kernel::available()[0])
+    }
+
+    /// As `build`, with traversal pinned to one kernel.
+    pub fn build_with(self, kernel: Kernel) -> World {
+        self.build_for_with(0.0, 0.0, kernel)
+    }
+
+    /// The world from `shutter_open` to `shutter_close`, in seconds.
+    pub fn build_for(self, shutter_open: f32, shutter_close: f32) -> World {
+        self.build_for_with(shutter_open, shutter_close, Kernel::available()[0])
+    }
+
+    /// As `build_for`, with traversal pinned to one kernel. A shutter that closes before it opens, or is not finite,
+    /// is the instant of its opening, or 0.
+    pub fn build_for_with(self, shutter_open: f32, shutter_close: f32, kernel: Kernel) -> World {
+        let open = if shutter_open.is_finite() { shutter_open } else { 0.0 };
+        let close = if shutter_close.is_finite() { shutter_close.max(open) } else { open };
+        let shutter = (open, close);
+        let shared = shared(&self.objects);
+        let mut objects: Vec<Object> = (self.objects.into_iter().zip(shared))
+            .map(|((body, motion), shared)| place(body, motion, shared, shutter))
+            .collect();
+        let (corners, object_of) = flatten(&mut objects);
+        let tree = Tree::build(&corners).with_kernel(kernel);
+        let triangles = objects.iter().filter_map(Object::mesh).map(|m| m.triangles.len()).sum();
+        let second = SecondLevel::build(&mut objects, shutter, kernel).map(Box::new);
+        World { kernel: tree.kernel(), tree, object_of, objects, second, shutter, triangles }
+    }
+}
+
+/// Which objects share their mesh with another one.
+fn shared(objects: &[(Body, Option<Motion>)]) -> Vec<bool> {
+    let address = |body: &Body| match body {
+        Body::Mesh(mesh) => Arc::as_ptr(mesh) as usize,
+        Body::Shape(_) => 0,
+    };
+    let mut all: Vec<usize> = objects.iter().map(|(body, _)| address(body)).collect();
+    all.sort_unstable();
+    let uses = |a: usize| all.partition_point(|&x| x <= a) - all.partition_point(|&x| x < a);
+    objects.iter().map(|(body, _)| uses(address(body)) > 1).collect()
+}
+
+/// Decides where an object stands; a mesh of its own that does not move goes into world space.
+fn place(body: Body, motion: Option<Motion>, shared: bool, (open, close): (f32, f32)) -> Object {
+    let (open, close) = (f64::from(open), f64::from(close));
+    let (body, place) = match (body, motion) {
+        (body, None) => (body, Place::World),
+        (body, Some(motion)) if motion.is_moving_within(open, close) => {
+            (body, Place::Moving(Box::new(motion)))
+        }
+        (body, Some(motion)) => match (motion.pose_at(open), body) {
+            (None, body) => (body, Place::Nowhere(motion.at(open))),
+            (Some(pose), Body::Mesh(mesh)) if !shared => {
+                (Body::Mesh(Arc::new(baked(&mesh, &pose))), Place::World)
+            }
+            (Some(pose), body) if pose == Pose::IDENTITY => (body, Place::World),
+            (Some(pose), body) => (body, Place::Fixed(Box::new(pose))),
+        },
+    };
+    Object { body, place, first: 0, tree: 0 }
+}
+
+/// Corners of everything that is a mesh in world space, and the object of each triangle.
+fn flatten(objects: &mut [Object]) -> (Vec<[Vec3; 3]>, Vec<u32>) {
+    let (mut corners, mut object_of) = (Vec::new(), Vec::new());
+    for (id, object) in objects.iter_mut().enumerate() {
+        if let (Body::Mesh(mesh), Place::World) = (&object.body, &object.place) {
+            object.first = corners.len() as u32;
+            corners.extend((0..mesh.triangles.len() as u32).map(|t| mesh.corners(t)));
+            object_of.resize(corners.len(), id as u32);
+        }
+    }
+    (corners, object_of)
+}

@@ -1,0 +1,193 @@
+//! Everything rays can hit, behind two queries.
+//!
+//! Static meshes share one flattened tree. Beside it, in a second level that exists only when it is needed, stand
+//! exact shapes, instances and whatever moves: a tree over boxes that hold for the whole shutter; the ray goes into
+//! each object's own space with the transform at the ray's time, its direction not made unit, so that t is shared.
+//! At equal distance the lowest object, then the lowest triangle wins, whatever the trees look like.
+mod builder;
+mod objects;
+mod second;
+
+pub use builder::WorldBuilder;
+
+use crate::bvh::{Candidate, Kernel, Tree, TriangleHit};
+use crate::{Hit, Ray, Surface};
+use glam::{DAffine3, Vec2, Vec3, Vec4};
+use objects::{Body, Object};
+use second::SecondLevel;
+
+/// Decides whether a candidate hit counts (alpha). `OPAQUE = true` compiles the question out of traversal.
+pub trait Filter {
+    /// Everything counts.
+    const OPAQUE: bool;
+    /// Whether this hit counts.
+    fn accept(&self, hit: &Hit) -> bool;
+}
+
+/// Everything is solid.
+#[derive(Clone, Copy, Debug)]
+pub struct Opaque;
+
+impl Filter for Opaque {
+    const OPAQUE: bool = true;
+    fn accept(&self, _: &Hit) -> bool {
+        true
+    }
+}
+
+/// Everything rays can hit.
+#[derive(Debug)]
+pub struct World {
+    tree: Tree,
+    /// Object of each triangle of the flat tree.
+    object_of: Vec<u32>,
+    objects: Vec<Object>,
+    second: Option<Box<SecondLevel>>,
+    shutter: (f32, f32),
+    triangles: usize,
+    kernel: Kernel,
+}
+
+/// Turns the flat tree's triangle ids into objects for the filter.
+struct Flat<'a, F> {
+    world: &'a World,
+    filter: &'a F,
+}
+
+impl<F: Filter> Candidate for Flat<'_, F> {
+    const OPAQUE: bool = F::OPAQUE;
+    fn accept(&self, hit: &TriangleHit) -> bool {
+        self.filter.accept(&self.world.flat_hit(hit))
+    }
+}
+
+impl World {
+    /// The nearest hit that counts, 0 < t < t_max. `time` in seconds within the shutter (held to it).
+    #[inline]
+    pub fn closest<F: Filter>(&self, ray: &Ray, time: f32, filter: &F) -> Option<Hit> {
+        let flat = self.tree.closest(ray, &Flat { world: self, filter }).map(|hit| self.flat_hit(&hit));
+        match &self.second {
+            None => flat,
+            Some(second) => second.closest(&self.objects, ray, self.held(time), filter, flat),
+        }
+    }
+
+    /// Whether anything that counts lies at 0 < t < t_max.
+    #[inline]
+    pub fn blocked<F: Filter>(&self, ray: &Ray, time: f32, filter: &F) -> bool {
+        self.tree.blocked(ray, &Flat { world: self, filter })
+            || (self.second.as_ref())
+                .is_some_and(|second| second.blocked(&self.objects, ray, self.held(time), filter))
+    }
+
+    #[inline]
+    fn flat_hit(&self, hit: &TriangleHit) -> Hit {
+        let object = self.object_of[hit.triangle as usize];
+        let primitive = hit.triangle - self.objects[object as usize].first;
+        Hit { t: hit.t, u: hit.u, v: hit.v, primitive, object }
+    }
+
+    /// `time` held to the shutter the world was built for, for which its boxes are good.
+    fn held(&self, time: f32) -> f64 {
+        // Not `clamp`: NaN becomes the opening.
+        f64::from(time.max(self.shutter.0).min(self.shutter.1))
+    }
+
+    /// Position, error bound and normals of a hit: on triangles from barycentrics, on shapes put back onto the
+    /// surface, never o + t·d.
+    pub fn surface(&self, ray: &Ray, time: f32, hit: &Hit) -> Surface {
+        match self.objects.get(hit.object as usize) {
+            Some(object) => object.surface(ray, self.held(time), hit),
+            None => Surface { p: ray.o, p_error: Vec3::ZERO, ng: Vec3::Z, ns: Vec3::Z },
+        }
+    }
+
+    /// Interpolated texture coordinates; zero when the mesh has none. Shapes have their own.
+    pub fn uv(&self, hit: &Hit, set: usize) -> Vec2 {
+        match self.body(hit.object) {
+            Some(Body::Mesh(mesh)) => mesh.uv_at(set, hit.primitive, hit.u, hit.v),
+            Some(Body::Shape(shape)) => shape.uv(hit.u, hit.v),
+            None => Vec2::ZERO,
+        }
+    }
+
+    /// Interpolated tangent with the sign of the bitangent in w; None without tangents. For an object that moves: when
+    /// the shutter opens (see [`World::tangent_at`]).
+    pub fn tangent(&self, hit: &Hit) -> Option<Vec4> {
+        self.tangent_at(hit, self.shutter.0)
+    }
+
+    /// As [`World::tangent`], at a time.
+    pub fn tangent_at(&self, hit: &Hit, time: f32) -> Option<Vec4> {
+        self.objects.get(hit.object as usize)?.tangent(hit, self.held(time))
+    }
+
+    /// Interpolated vertex colour; white when the mesh has none.
+    pub fn color(&self, hit: &Hit) -> Vec4 {
+        match self.body(hit.object) {
+            Some(Body::Mesh(mesh)) => mesh.color_at(hit.primitive, hit.u, hit.v),
+            _ => Vec4::ONE,
+        }
+    }
+
+    /// World-space corners of a triangle; zeros for a shape. For an object that moves: when the shutter opens (see
+    /// [`World::corners_at`]).
+    pub fn corners(&self, object: u32, primitive: u32) -> [Vec3; 3] {
+        self.corners_at(object, primitive, self.shutter.0)
+    }
+
+    /// As [`World::corners`], at a time. In the order of the mesh: counter-clockwise from the front, but clockwise
+    /// where [`World::placement`] mirrors.
+    pub fn corners_at(&self, object: u32, primitive: u32, time: f32) -> [Vec3; 3] {
+        let corners = |object: &Object| object.corners(primitive, self.held(time));
+        self.objects.get(object as usize).map_or([Vec3::ZERO; 3], corners)
+    }
+
+    /// Transform from an object's own space to the world's at a time; None for what was put into the world as it is
+    /// (there it is the identity).
+    pub fn placement(&self, object: u32, time: f32) -> Option<DAffine3> {
+        self.objects.get(object as usize)?.placement(self.held(time))
+    }
+
+    /// Whether anything moves while the shutter is open.
+    pub fn has_motion(&self) -> bool {
+        self.objects.iter().any(Object::is_moving)
+    }
+
+    fn body(&self, object: u32) -> Option<&Body> {
+        self.objects.get(object as usize).map(|o| &o.body)
+    }
+
+    /// Triangles of all objects, as seen: a mesh counts once per instance.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles
+    }
+
+    /// Objects added.
+    pub fn object_count(&self) -> usize {
+        self.objects.len()
+    }
+
+    /// Box around everything, at all times of the shutter; None when there is nothing.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let second = self.second.as_ref().and_then(|s| s.bounds());
+        self.tree.bounds().into_iter().chain(second).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
+    /// The traversal kernel in use.
+    pub fn kernel(&self) -> Kernel {
+        self.kernel
+    }
+
+    /// Bytes of trees and meshes; a shared mesh counts once.
+    pub fn memory_bytes(&self) -> usize {
+        let mut meshes: Vec<_> = self.objects.iter().filter_map(Object::mesh).collect();
+        meshes.sort_unstable_by_key(|m| std::sync::Arc::as_ptr(m) as usize);
+        meshes.dedup_by_key(|m| std::sync::Arc::as_ptr(m) as usize);
+        self.tree.memory_bytes()
+            + size_of_val(&*self.object_of)
+            + size_of_val(&*self.objects)
+            + meshes.iter().map(|m| m.memory_bytes()).sum::<usize>()
+            + self.second.as_ref().map_or(0, |s| s.memory_bytes())
+    }
+}

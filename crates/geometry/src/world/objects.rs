@@ -1,0 +1,143 @@
+//! What is one object: a body, and where it stands.
+use crate::motion::{Motion, Pose};
+use crate::shapes::{Line, Shape};
+use crate::{Hit, Mesh, Ray, Surface};
+use glam::{DAffine3, DVec3, Vec3, Vec4};
+use std::sync::Arc;
+
+#[derive(Debug)]
+pub(super) enum Body {
+    Mesh(Arc<Mesh>),
+    Shape(Shape),
+}
+
+/// How an object's own space lies in the world.
+#[derive(Debug)]
+pub(super) enum Place {
+    /// It is the world's.
+    World,
+    /// The same through the shutter.
+    Fixed(Box<Pose>),
+    Moving(Box<Motion>),
+    /// Flattened to a line or a point through the shutter: never hit.
+    Nowhere(DAffine3),
+}
+
+#[derive(Debug)]
+pub(super) struct Object {
+    pub body: Body,
+    pub place: Place,
+    /// Mesh in the flat tree: its first triangle there.
+    pub first: u32,
+    /// Mesh in the second level: its tree there.
+    pub tree: u32,
+}
+
+impl Object {
+    /// The transform at `time`; None for the identity, and for what cannot be hit then.
+    fn pose(&self, time: f64) -> Option<Pose> {
+        match &self.place {
+            Place::Fixed(pose) => Some(**pose),
+            Place::Moving(motion) => motion.pose_at(time),
+            Place::World | Place::Nowhere(_) => None,
+        }
+    }
+
+    /// The ray in the object's own space, same t; None when the object cannot be hit then.
+    pub fn line(&self, ray: &Ray, time: f64) -> Option<Line> {
+        let line = Line::from(ray);
+        if let Place::World = self.place {
+            return Some(line);
+        }
+        let to_object = match &self.place {
+            Place::Fixed(pose) => pose.to_object,
+            _ => self.pose(time)?.to_object,
+        };
+        Some(Line { o: to_object.transform_point3(line.o), d: to_object.transform_vector3(line.d) })
+    }
+
+    pub fn surface(&self, ray: &Ray, time: f64, hit: &Hit) -> Surface {
+        let pose = self.pose(time);
+        match &self.body {
+            Body::Mesh(mesh) => {
+                let corners = mesh.corners(hit.primitive);
+                let normals = mesh.values(&mesh.normals, hit.primitive);
+                match pose {
+                    None => Surface::on_triangle(corners, normals, hit.u, hit.v),
+                    Some(pose) => Surface::on_posed_triangle(&pose, corners, normals, hit.u, hit.v),
+                }
+            }
+            Body::Shape(shape) => {
+                let line = self.line(ray, time).unwrap_or(Line::from(ray));
+                let (p, n) = shape.point(&line, hit.t);
+                match pose {
+                    None => Surface::on_shape(p, n),
+                    Some(pose) => Surface::on_posed_shape(&pose, p, n),
+                }
+            }
+        }
+    }
+
+    pub fn tangent(&self, hit: &Hit, time: f64) -> Option<Vec4> {
+        let Body::Mesh(mesh) = &self.body else { return None };
+        let tangent = mesh.tangent_at(hit.primitive, hit.u, hit.v)?;
+        let Some(pose) = self.pose(time) else { return Some(tangent) };
+        Some(posed_tangent(&pose, tangent))
+    }
+
+    pub fn corners(&self, primitive: u32, time: f64) -> [Vec3; 3] {
+        let Body::Mesh(mesh) = &self.body else { return [Vec3::ZERO; 3] };
+        let corners = mesh.corners(primitive);
+        match self.placement(time) {
+            None => corners,
+            Some(m) => corners.map(|p| m.transform_point3(p.as_dvec3()).as_vec3()),
+        }
+    }
+
+    pub fn placement(&self, time: f64) -> Option<DAffine3> {
+        match &self.place {
+            Place::World => None,
+            Place::Fixed(pose) => Some(pose.to_world),
+            Place::Moving(motion) => Some(motion.at(time)),
+            Place::Nowhere(m) => Some(*m),
+        }
+    }
+
+    pub fn is_moving(&self) -> bool {
+        matches!(self.place, Place::Moving(_))
+    }
+
+    pub fn mesh(&self) -> Option<&Arc<Mesh>> {
+        match &self.body {
+            Body::Mesh(mesh) => Some(mesh),
+            Body::Shape(_) => None,
+        }
+    }
+}
+
+/// A tangent goes with the surface; a mirror turns the sign of the bitangent w·(n × t).
+fn posed_tangent(pose: &Pose, tangent: Vec4) -> Vec4 {
+    let along: DVec3 = pose.to_world.transform_vector3(tangent.truncate().as_dvec3());
+    let sign = if pose.is_mirrored() { -tangent.w } else { tangent.w };
+    crate::surface::unit_or(along, DVec3::ZERO).as_vec3().extend(sign)
+}
+
+/// `mesh` put into the world: positions, normals and tangents transformed, winding reversed by a mirror so that the
+/// front stays the front.
+pub(super) fn baked(mesh: &Mesh, pose: &Pose) -> Mesh {
+    let mirrored = pose.is_mirrored();
+    let point = |p: &Vec3| pose.to_world.transform_point3(p.as_dvec3()).as_vec3();
+    let normal = |n: &Vec3| if *n == Vec3::ZERO { *n } else { pose.normal(n.as_dvec3()).as_vec3() };
+    Mesh {
+        positions: mesh.positions.iter().map(point).collect(),
+        triangles: mesh
+            .triangles
+            .iter()
+            .map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] })
+            .collect(),
+        normals: mesh.normals.iter().map(normal).collect(),
+        tangents: mesh.tangents.iter().map(|t| posed_tangent(pose, *t)).collect(),
+        uv: mesh.uv.clone(),
+        colors: mesh.colors.clone(),
+    }
+}
