@@ -10,7 +10,7 @@ pub fn schlick_weight(c: f32) -> f32 {
     x2 * x2 * x
 }
 
-/// Reflectance at normal incidence ((η−1)/(η+1))²: the same from either side; 1 for η = 0 [KHR_materials_ior].
+/// Reflectance at normal incidence ((η−1)/(η+1))²: the same from either side; 1 for η = 0 (`KHR_materials_ior`).
 pub fn normal_reflectance(eta: f32) -> f32 {
     let r = (eta - 1.0) / (eta + 1.0);
     r * r
@@ -112,8 +112,8 @@ impl Clear {
         }
     }
 
-    /// As [`Self::reflectance`] with the cosines on both sides known.
-    fn reflectance_between(&self, c: f32, ct: f32) -> Vec3 {
+    /// As [`Self::reflectance`] with the cosines on both sides known: symmetric in the two sides.
+    pub fn reflectance_between(&self, c: f32, ct: f32) -> Vec3 {
         if self.eta == 0.0 {
             return self.reflectance(c);
         }
@@ -129,27 +129,9 @@ impl Clear {
         if self.thin { f * 2.0 / (f + Vec3::ONE) } else { f }
     }
 
-    /// Mean reflectance over the facets of a rough surface. *Approximation*, good enough to choose lobes by: three facets,
-    /// the macroscopic one and two tilted by α to and fro, which matters where total reflection sets in.
-    pub fn mean_reflectance(&self, alpha: f32, mu: f32) -> Vec3 {
-        let here = self.reflectance(mu);
-        if alpha == 0.0 {
-            return here;
-        }
-        let tilt = alpha * (1.0 - mu * mu).max(0.0).sqrt();
-        let scale = 1.0 / (1.0 + alpha * alpha).sqrt();
-        let facet = |c: f32| self.reflectance((c * scale).clamp(0.0, 1.0));
-        (here + facet(mu + tilt) + facet((mu - tilt).abs())) * (1.0 / 3.0)
-    }
-
     /// What goes through: 1 − the largest channel of the reflectance, grey as `KHR_materials_specular` asks, so that a
     /// tinted reflection does not tint what is behind with the opposite colour.
     pub fn transmittance(&self, c: f32) -> f32 {
         1.0 - self.reflectance(c).max_element()
-    }
-
-    /// As [`Self::transmittance`] with the cosines on both sides known: symmetric in the two sides.
-    pub fn transmittance_between(&self, c: f32, ct: f32) -> f32 {
-        1.0 - self.reflectance_between(c, ct).max_element()
     }
 }

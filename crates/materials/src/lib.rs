@@ -13,6 +13,7 @@ mod albedo_table;
 pub mod bsdf;
 pub mod diffuse;
 pub mod fresnel;
+mod layers;
 pub mod lobe;
 pub mod material;
 pub mod microfacet;

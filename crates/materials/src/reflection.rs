@@ -28,12 +28,16 @@ impl Fresnel {
         }
     }
 
-    /// Directional albedo of the lobe. *Approximation* for clear matter (see [`Clear::mean_reflectance`]).
-    pub fn albedo(&self, split: Split, alpha: f32, mu: f32) -> Vec3 {
-        let opaque = self.opaque.f0 * split.c + (Vec3::splat(self.opaque.f90) - self.opaque.f0) * split.b;
+    /// Directional albedo of metal and opaque dielectric.
+    pub fn opaque_albedo(&self, split: Split) -> Vec3 {
+        self.opaque.f0 * split.c + (Vec3::splat(self.opaque.f90) - self.opaque.f0) * split.b
+    }
+
+    /// Directional albedo of clear matter. *Approximation*: F at the macroscopic angle.
+    pub fn clear_albedo(&self, split: Split, mu: f32) -> Vec3 {
         match &self.clear {
-            None => opaque,
-            Some((clear, share)) => opaque + clear.mean_reflectance(alpha, mu) * (*share * split.c),
+            None => Vec3::ZERO,
+            Some((clear, share)) => clear.reflectance(mu) * (*share * split.c),
         }
     }
 }
@@ -73,9 +77,19 @@ impl Rough {
         (value, half_d / (self.k * wo.z + self.t), (0.5 * length).min(1.0))
     }
 
-    /// A reflected direction above the surface, by bounded visible normals [Eto & Tokuyoshi 2023], and wo·m.
+    /// Density of reflected visible normals over that of [`Self::sample`]; 1 where the bounded ones serve for all.
+    pub fn visible_ratio(&self, wo: Vec3, bounded: bool) -> f32 {
+        if bounded { 1.0 } else { (self.k * wo.z + self.t) / (wo.z + self.t) }
+    }
+
+    /// A visible normal that mostly reflects above the surface [Eto & Tokuyoshi 2023].
+    pub fn bounded_facet(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
+        self.ggx.sample_bounded(wo, u, self.k)
+    }
+
+    /// A reflected direction above the surface by [`Self::bounded_facet`], and wo·m.
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, f32)> {
-        let m = self.ggx.sample_bounded(wo, u, self.k)?;
+        let m = self.bounded_facet(wo, u)?;
         let wi = reflect(wo, m);
         (wi.z > 0.0).then(|| (wi, wo.dot(m)))
     }

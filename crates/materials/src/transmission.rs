@@ -7,9 +7,10 @@
 //!
 //! Shadowing takes 1/(1 + Λ(wo) + Λ(wi)) for transmission as for reflection, as pbrt does: R + T ≤ 1 holds facet by facet.
 
+use crate::Lobe;
 use crate::albedo::Split;
 use crate::fresnel::{Clear, far_cosine, refract};
-use crate::microfacet::Ggx;
+use crate::microfacet::reflect;
 use crate::reflection::Rough;
 use glam::{Vec2, Vec3};
 
@@ -38,15 +39,6 @@ pub fn eval_refraction(rough: &Rough, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f
     Some((value, d / (wo.z + rough.t()), facet))
 }
 
-/// A direction bent at a visible normal, below the surface; `None` under total internal reflection.
-pub fn sample_refraction(ggx: Ggx, wo: Vec3, u: Vec2, eta: f32) -> Option<(Vec3, Facet)> {
-    let m = ggx.sample_visible(wo, u)?;
-    let c = wo.dot(m);
-    let ct = far_cosine(c, eta).filter(|_| c > 0.0)?;
-    let wi = refract(wo, m, c, ct, eta);
-    (wi.z < 0.0).then_some((wi, Facet { o: c, i: ct }))
-}
-
 /// What goes through, seen from one `wo`: base colour times share, and the interface.
 #[derive(Clone, Copy, Debug)]
 pub struct Transmission {
@@ -59,38 +51,49 @@ pub struct Transmission {
 }
 
 impl Transmission {
-    /// (f, pdf) for wi below the surface; zero for a delta lobe. `known`: the facet, where it is known better than from wi.
-    pub fn eval(&self, wo: Vec3, wi: Vec3, known: Option<Facet>) -> (Vec3, f32) {
-        let evaluated = match &self.rough {
-            None => None,
-            Some(rough) if self.clear.thin => {
-                let (value, pdf, c) = rough.eval(wo, Vec3::new(wi.x, wi.y, -wi.z));
-                let c = known.map_or(c, |facet| facet.o);
-                Some((value, pdf, self.clear.transmittance(c)))
-            }
-            Some(rough) => eval_refraction(rough, wo, wi, self.clear.eta).map(|(value, pdf, found)| {
-                let facet = known.unwrap_or(found);
-                (value, pdf, self.clear.transmittance_between(facet.o, facet.i))
-            }),
-        };
-        evaluated.map_or((Vec3::ZERO, 0.0), |(value, pdf, through)| (self.tint * (through * value), pdf))
+    /// The lobe it is.
+    pub fn lobe(&self) -> Lobe {
+        if self.rough.is_some() { Lobe::GlossyTransmission } else { Lobe::DeltaTransmission }
+    }
+
+    /// For wi below the surface: f over tint and transmittance, pdf, and the reflectance of the facet that connects the
+    /// two; `None` for a delta lobe. `known`: the facet, where it is known better than from wi.
+    pub fn eval(&self, wo: Vec3, wi: Vec3, known: Option<Facet>) -> Option<(f32, f32, Vec3)> {
+        let rough = self.rough.as_ref()?;
+        if self.clear.thin {
+            let (value, pdf, c) = rough.eval(wo, Vec3::new(wi.x, wi.y, -wi.z));
+            return Some((value, pdf, self.clear.reflectance(known.map_or(c, |facet| facet.o))));
+        }
+        let (value, pdf, found) = eval_refraction(rough, wo, wi, self.clear.eta)?;
+        let facet = known.unwrap_or(found);
+        Some((value, pdf, self.clear.reflectance_between(facet.o, facet.i)))
     }
 
     /// A direction below the surface, and the facet of a rough one.
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, Option<Facet>)> {
-        match &self.rough {
-            None if self.clear.goes_straight() => Some((-wo, None)),
+        let m = match &self.rough {
+            None if self.clear.goes_straight() => return Some((-wo, None)),
             None => {
                 let ct = far_cosine(wo.z, self.clear.eta)?;
-                Some((refract(wo, Vec3::Z, wo.z, ct, self.clear.eta), None))
+                return Some((refract(wo, Vec3::Z, wo.z, ct, self.clear.eta), None));
             }
-            Some(rough) if self.clear.thin => {
-                rough.sample(wo, u).map(|(wi, c)| (Vec3::new(wi.x, wi.y, -wi.z), Some(Facet { o: c, i: c })))
-            }
-            Some(rough) => {
-                sample_refraction(rough.ggx, wo, u, self.clear.eta).map(|(wi, facet)| (wi, Some(facet)))
-            }
-        }
+            Some(rough) if self.clear.thin => rough.bounded_facet(wo, u)?,
+            Some(rough) => rough.ggx.sample_visible(wo, u)?,
+        };
+        self.leave(wo, m, wo.dot(m)).map(|(wi, facet)| (wi, Some(facet)))
+    }
+
+    /// Through the facet `m`, c = wo·m: mirrored to the other side by a thin wall, else bent; `None` under total internal
+    /// reflection and where the way out is above the surface.
+    pub fn leave(&self, wo: Vec3, m: Vec3, c: f32) -> Option<(Vec3, Facet)> {
+        let (wi, facet) = if self.clear.thin {
+            let wi = reflect(wo, m);
+            (Vec3::new(wi.x, wi.y, -wi.z), Facet { o: c, i: c })
+        } else {
+            let ct = far_cosine(c, self.clear.eta).filter(|_| c > 0.0)?;
+            (refract(wo, m, c, ct, self.clear.eta), Facet { o: c, i: ct })
+        };
+        (wi.z < 0.0).then_some((wi, facet))
     }
 
     /// Weight of the delta lobe: tint·T·(η_o/η_i)².
@@ -103,8 +106,8 @@ impl Transmission {
         if self.clear.goes_straight() { 1.0 } else { self.clear.eta * self.clear.eta }
     }
 
-    /// Directional albedo, without the factor 1/η². *Approximation* (see [`Clear::mean_reflectance`]).
-    pub fn albedo(&self, split: Split, alpha: f32, mu: f32) -> Vec3 {
-        self.tint * ((1.0 - self.clear.mean_reflectance(alpha, mu).max_element()) * split.c)
+    /// Directional albedo, without the factor 1/η². *Approximation*: F at the macroscopic angle.
+    pub fn albedo(&self, split: Split, mu: f32) -> Vec3 {
+        self.tint * (self.clear.transmittance(mu) * split.c)
     }
 }

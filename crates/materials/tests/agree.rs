@@ -159,8 +159,10 @@ fn lobes_add_up() {
                 counts[s.lobe as usize] += 1;
             }
         }
+        // Clear matter takes its ways by Fresnel, the others one time in twenty at least.
+        let least = if material.transmission > 0.0 { 10 } else { 400 };
         for (bit, count) in counts.into_iter().enumerate() {
-            assert!(!bsdf.lobes().contains(LOBES[bit]) || count > 400, "{name}: {counts:?}");
+            assert!(!bsdf.lobes().contains(LOBES[bit]) || count > least, "{name}: {counts:?}");
         }
     }
 }
