@@ -34,17 +34,17 @@ pub fn furnace() -> Document {
 pub fn environment() -> Document {
     let mut doc = Document::default();
     let ground = doc.material(lambert("ground", [0.32, 0.31, 0.3]));
-    let corners = [[-9.0, 0.0, 9.0], [9.0, 0.0, 9.0], [9.0, 0.0, -9.0], [-9.0, 0.0, -9.0]];
+    let corners = [[-60.0, 0.0, 60.0], [60.0, 0.0, 60.0], [60.0, 0.0, -60.0], [-60.0, 0.0, -60.0]];
     doc.object("ground", &Shape::quads(&[corners.map(DVec3::from_array)]), ground);
     for i in 0..5 {
         let roughness = f64::from(i) / 4.0;
         let x = 1.1 * (f64::from(i) - 2.0);
         let gold = doc.material(metal(&format!("metal {roughness}"), [0.95, 0.79, 0.53], roughness));
         let blue = doc.material(plastic(&format!("plastic {roughness}"), [0.08, 0.17, 0.42], roughness));
-        doc.sphere(&format!("metal ball {}", i + 1), DVec3::new(x, 0.5, -1.1), 0.5, 3, gold);
-        doc.sphere(&format!("plastic ball {}", i + 1), DVec3::new(x, 0.5, 0.3), 0.5, 3, blue);
+        doc.sphere(&format!("metal ball {}", i + 1), DVec3::new(x, 0.5, -0.9), 0.5, 3, gold);
+        doc.sphere(&format!("plastic ball {}", i + 1), DVec3::new(x, 0.5, 0.9), 0.5, 3, blue);
     }
-    doc.camera(DVec3::new(0.0, 2.3, 6.5), DVec3::new(0.0, 0.35, -0.3), 32f64.to_radians(), 1.8);
+    doc.camera(DVec3::new(0.0, 3.4, 7.0), DVec3::new(0.0, 0.55, -0.3), 30f64.to_radians(), 1.6);
     doc
 }
 
