@@ -1,4 +1,4 @@
-//! `dapple info`: what is in a scene, as text or JSON.
+//! `dapple info`: what is in a scene, as text or as one JSON object with the same facts.
 
 use crate::args::InfoArgs;
 use crate::error::Failure;
@@ -10,23 +10,33 @@ use std::path::Path;
 /// Prints what is in the scene.
 pub fn run(arguments: &InfoArgs) -> Result<(), Failure> {
     let source = Source::new(Some(&arguments.scene));
-    let told = match source.path() {
+    let facts = match source.path() {
         Some(path) => file(path, arguments.allow_path)?,
         None => builtin(&source)?,
     };
     if arguments.json {
-        report::json(&told);
+        report::json(&facts);
     } else {
-        text(&told, 0);
+        text(&arguments.scene, &facts).iter().for_each(|line| report::result(line));
     }
     Ok(())
 }
 
+/// The reader's account, its counts moved to the top.
 #[cfg(feature = "gltf")]
 fn file(path: &Path, allow_path: bool) -> Result<Value, Failure> {
     use dapple_integrator::scene::gltf;
     let info = gltf::info(path, &gltf::Options { allow_path, ..gltf::Options::default() })?;
-    serde_json::to_value(info).map_err(|e| Failure::Arguments(format!("{}: {e}", path.display())))
+    let unsayable = |e: serde_json::Error| Failure::Arguments(format!("{}: {e}", path.display()));
+    let mut facts = serde_json::to_value(info).map_err(unsayable)?;
+    let counts = facts["counts"].take();
+    if let (Some(facts), Value::Object(counts)) = (facts.as_object_mut(), counts) {
+        facts.remove("counts");
+        for (key, count) in counts {
+            facts.entry(key).or_insert(count);
+        }
+    }
+    Ok(facts)
 }
 
 #[cfg(not(feature = "gltf"))]
@@ -38,49 +48,78 @@ fn file(path: &Path, _: bool) -> Result<Value, Failure> {
 /// Built-in scenes have no file to look into: what they hold once built.
 fn builtin(source: &Source) -> Result<Value, Failure> {
     let scene = source.read(0.0, false)?.build()?;
-    let names = |all: Vec<&str>| all.into_iter().map(String::from).collect::<Vec<_>>();
+    let materials: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+    let cameras: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+    let lights: Vec<String> = scene.lights.iter().map(|l| kind(l).to_string()).collect();
     Ok(json!({
-        "name": scene.name,
-        "triangles": scene.survey.triangles,
-        "objects": names(scene.objects.iter().map(|o| o.name.as_str()).collect()),
-        "materials": names(scene.materials.iter().map(|m| m.name.as_str()).collect()),
-        "lights": scene.lights.len(),
-        "cameras": names(scene.cameras.iter().map(|c| c.name.as_str()).collect()),
-        "memory_bytes": scene.memory_bytes(),
+        "nodes": scene.survey.objects, "meshes": scene.survey.objects, "triangles": scene.survey.triangles,
+        "materials": materials, "textures": [], "lights": lights, "cameras": cameras, "animations": [],
+        "extensions": [], "memory_bytes": scene.memory_bytes(), "warnings": [],
     }))
 }
 
-/// Key and value per line; what is nested is indented.
-fn text(value: &Value, depth: usize) {
-    let Value::Object(entries) = value else { return report::result(&plain(value)) };
-    let indent = "  ".repeat(depth);
-    for (key, value) in entries {
-        let key = key.replace('_', " ");
-        match value {
-            Value::Object(inner) if !inner.is_empty() => {
-                report::result(&format!("{indent}{key}:"));
-                text(value, depth + 1);
-            }
-            Value::Array(items) if items.iter().any(Value::is_object) => {
-                report::result(&format!("{indent}{key}:"));
-                items.iter().for_each(|item| report::result(&format!("{indent}  - {}", plain(item))));
-            }
-            _ => report::result(&format!("{indent}{key}: {}", plain(value))),
-        }
+fn kind(light: &dapple_integrator::lights::Light) -> &'static str {
+    use dapple_integrator::lights::Light;
+    match light {
+        Light::Point(_) => "point",
+        Light::Spot(_) => "spot",
+        Light::Distant(_) => "distant",
+        Light::Area(_) => "area",
+        Light::Environment(_) => "environment",
     }
 }
 
-/// A value in one line.
-fn plain(value: &Value) -> String {
-    match value {
-        Value::Null => "none".into(),
-        Value::String(s) => s.clone(),
-        Value::Array(items) if items.is_empty() => "none".into(),
-        Value::Array(items) => items.iter().map(plain).collect::<Vec<_>>().join(", "),
-        Value::Object(entries) => {
-            let parts = entries.iter().map(|(key, v)| format!("{} {}", key.replace('_', " "), plain(v)));
-            parts.collect::<Vec<_>>().join(", ")
-        }
-        other => other.to_string(),
+/// One subject per line.
+fn text(scene: &str, facts: &Value) -> Vec<String> {
+    let count = |key: &str| facts[key].as_u64().unwrap_or(0);
+    let mut lines = vec![format!(
+        "{scene}: {} nodes, {} meshes, {} triangles, about {:.3} MB in memory",
+        count("nodes"),
+        count("meshes"),
+        count("triangles"),
+        count("memory_bytes") as f64 / 1e6,
+    )];
+    if let Some(generator) = facts["generator"].as_str() {
+        lines.push(format!("generator: {generator}"));
     }
+    lines.push(list(facts, "materials", plain));
+    lines.push(list(facts, "textures", texture));
+    lines.push(list(facts, "lights", plain));
+    lines.push(list(facts, "cameras", plain));
+    lines.push(list(facts, "animations", animation));
+    lines.push(list(facts, "extensions", extension));
+    let warnings = facts["warnings"].as_array().into_iter().flatten();
+    lines.extend(warnings.map(|w| format!("warning: {}", plain(w))));
+    lines
+}
+
+fn list(facts: &Value, key: &str, item: fn(&Value) -> String) -> String {
+    let items: Vec<String> = facts[key].as_array().into_iter().flatten().map(item).collect();
+    if items.is_empty() {
+        format!("{key}: none")
+    } else {
+        format!("{key} ({}): {}", items.len(), items.join(", "))
+    }
+}
+
+fn plain(value: &Value) -> String {
+    value.as_str().unwrap_or_default().to_string()
+}
+
+fn texture(t: &Value) -> String {
+    match t["error"].as_str() {
+        Some(error) => format!("{} (cannot be read: {error})", plain(&t["name"])),
+        None => format!("{} {}x{}", plain(&t["name"]), t["width"], t["height"]),
+    }
+}
+
+fn animation(a: &Value) -> String {
+    let seconds = |key: &str| a[key].as_f64().unwrap_or(0.0);
+    format!("{} {:.3} s to {:.3} s", plain(&a["name"]), seconds("start"), seconds("end"))
+}
+
+fn extension(e: &Value) -> String {
+    let required = if e["required"] == true { "required" } else { "optional" };
+    let supported = if e["supported"] == true { "" } else { ", not supported" };
+    format!("{} ({required}{supported})", plain(&e["name"]))
 }
