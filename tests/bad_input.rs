@@ -1,0 +1,210 @@
+//! Whatever is wrong with what is given gets one clear line, exit code 2, no panic, and leaves no file behind.
+
+mod dapple;
+
+use dapple::{files, run, triangle};
+use std::fs;
+use std::path::Path;
+
+/// Runs in `folder`, expects one complaint that contains every one of `named`, and nothing new in the folder.
+fn complains(folder: &Path, arguments: &[&str], named: &[&str]) {
+    let before = files(folder);
+    let run = run(folder, arguments);
+    assert_eq!(run.code, 2, "{arguments:?}: {}", run.err);
+    assert_eq!(run.out, "", "{arguments:?}");
+    assert_eq!(run.err.trim_end().lines().count(), 1, "{arguments:?}: {}", run.err);
+    assert!(run.err.starts_with("error: "), "{arguments:?}: {}", run.err);
+    assert!(!run.err.contains("panicked"), "{arguments:?}: {}", run.err);
+    for part in named {
+        assert!(run.err.contains(part), "{arguments:?}: '{part}' is not in: {}", run.err);
+    }
+    assert_eq!(files(folder), before, "{arguments:?} left something behind");
+}
+
+/// A folder with `scene.gltf` in it.
+fn folder_with(scene: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.gltf"), scene).unwrap();
+    folder
+}
+
+#[test]
+fn option_values() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, named) in [
+        (&["--size", "0x0"][..], "--size"),
+        (&["--size", "4x0"], "--size"),
+        (&["--size", "4"], "--size"),
+        (&["--size", "99999999x1"], "--size"),
+        (&["--size", "1000000x1000000"], "--crop"),
+        (&["--spp", "0"], "--spp"),
+        (&["--spp", "-1"], "-1"),
+        (&["--spp", "many"], "--spp"),
+        (&["--time-limit", "0s"], "--time-limit"),
+        (&["--time-limit", "soon"], "--time-limit"),
+        (&["--crop", "0,0,0,4"], "--crop"),
+        (&["--crop", "-1,0,4,4"], "--crop"),
+        (&["--crop", "0,0,4"], "--crop"),
+        (&["--size", "8x8", "--crop", "0,0,9,8"], "8x8"),
+        (&["--threads", "0"], "--threads"),
+        (&["--seed", "-1"], "-1"),
+        (&["--max-bounces", "-1"], "-1"),
+        (&["--pattern", "hexagons"], "--pattern"),
+        (&["--method", "guesswork"], "--method"),
+        (&["--filter", "box:-1"], "--filter"),
+        (&["--filter", "box:nan"], "--filter"),
+        (&["--tone", "loud"], "--tone"),
+        (&["--exposure", "nan"], "--exposure"),
+        (&["--aov", "albedo,smell"], "smell"),
+        (&["--env-color", "1,1"], "--env-color"),
+        (&["--env-color", "1,1,inf"], "--env-color"),
+        (&["--env-intensity", "-1"], "--env-intensity"),
+        (&["--env", "a.hdr", "--env-color", "1,1,1"], "--env-color"),
+        (&["--env", "missing.hdr"], "missing.hdr"),
+        (&["--camera", "nobody"], "nobody"),
+        (&["--camera", "7"], "7"),
+        (&["--settings", "missing.toml"], "missing.toml"),
+        (&["--no-such-option"], "--no-such-option"),
+        (&["builtin:cornell"], "builtin:cornell"),
+    ] {
+        let all = [&["render", "builtin:cornell"], arguments].concat();
+        complains(folder.path(), &all, &[named]);
+    }
+    complains(folder.path(), &["render", "builtin:nothing"], &["builtin:nothing", "cornell"]);
+    complains(folder.path(), &["sing"], &["sing"]);
+    complains(folder.path(), &["replay", "builtin:cornell", "--pixel", "0,0"], &["--sample"]);
+    let replay = ["replay", "builtin:cornell", "--sample", "0", "--size", "4x4", "--pixel"];
+    complains(folder.path(), &[&replay[..], &["4,0"]].concat(), &["--pixel 4,0", "4x4"]);
+    let replay = ["replay", "builtin:cornell", "--pixel", "0,0", "--spp", "4", "--sample", "4"];
+    complains(folder.path(), &replay, &["--sample 4"]);
+}
+
+#[test]
+fn outputs_that_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("taken.png")).unwrap();
+    for name in ["missing/a.png", "a.bmp", "a", "taken.png"] {
+        complains(folder.path(), &["render", "--size", "4x4", "-o", name], &[name]);
+        complains(folder.path(), &["render", "--size", "4x4", "-o", "fine.exr", "-o", name], &[name]);
+    }
+    complains(folder.path(), &["render", "--size", "4x4", "-o", ""], &["-o"]);
+}
+
+#[test]
+fn the_environment_is_not_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::copy(dapple::scene("sky.hdr"), folder.path().join("sky.hdr")).unwrap();
+    let arguments = ["render", "--env", "sky.hdr", "-o", "sky.hdr"];
+    complains(folder.path(), &arguments, &["sky.hdr", "overwritten"]);
+}
+
+#[test]
+fn scene_files() {
+    let folder = tempfile::tempdir().unwrap();
+    complains(folder.path(), &["render", "missing.glb"], &["missing.glb"]);
+    complains(folder.path(), &["info", "missing.glb"], &["missing.glb"]);
+    complains(folder.path(), &["render", "."], &["."]);
+    for (name, bytes) in [
+        ("empty.glb", &b""[..]),
+        ("header.glb", b"glTF\x02\0\0\0\xff\xff\xff\x7f"),
+        ("lies.glb", b"glTF\x02\0\0\0\x14\0\0\0\xff\xff\xff\xffJSON"),
+        ("noise.gltf", b"{ \"asset\": "),
+        ("list.gltf", b"[]"),
+        ("bytes.gltf", b"\xff\xfe\x00"),
+    ] {
+        fs::write(folder.path().join(name), bytes).unwrap();
+        complains(folder.path(), &["render", name], &[name]);
+        complains(folder.path(), &["info", name], &[name]);
+    }
+}
+
+#[test]
+fn a_truncated_glb() {
+    let mut root: serde_json::Value = serde_json::from_str(&triangle(|_, _| {})).unwrap();
+    root["buffers"][0].as_object_mut().unwrap().remove("uri");
+    let mut json = root.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    // The last two bytes are padding: without them the file still ends too early.
+    let binary = [0u8; 44];
+    let length = (12 + 8 + json.len() + 8 + binary.len()) as u32;
+    let mut glb = Vec::new();
+    glb.extend(b"glTF\x02\0\0\0");
+    glb.extend(length.to_le_bytes());
+    glb.extend((json.len() as u32).to_le_bytes());
+    glb.extend(b"JSON");
+    glb.extend(&json);
+    glb.extend((binary.len() as u32).to_le_bytes());
+    glb.extend(b"BIN\0");
+    glb.extend(binary);
+    let folder = tempfile::tempdir().unwrap();
+    for cut in [4, 11, 12, 19, 20, 40, json.len(), json.len() + 20, json.len() + 24, glb.len() - 1] {
+        fs::write(folder.path().join("cut.glb"), &glb[..cut]).unwrap();
+        complains(folder.path(), &["render", "cut.glb", "--size", "4x4"], &["cut.glb"]);
+    }
+}
+
+/// A spoiled scene and what the complaint must name.
+type Spoiled = (&'static str, fn(&mut serde_json::Value, &mut Vec<u8>));
+
+#[test]
+fn spoiled_scenes() {
+    let cases: [Spoiled; 10] = [
+        ("corners 7, 1, 2", |_, bytes| bytes[36] = 7),
+        ("vertex 0", |_, bytes| bytes[0..4].copy_from_slice(&f32::NAN.to_le_bytes())),
+        ("vertex 0", |_, bytes| bytes[4..8].copy_from_slice(&f32::INFINITY.to_le_bytes())),
+        ("buffer", |root, _| root["bufferViews"][0]["byteLength"] = 4000.into()),
+        ("accessor", |root, _| root["accessors"][0]["count"] = 4_000_000_000u64.into()),
+        ("accessor", |root, _| root["meshes"][0]["primitives"][0]["indices"] = 9.into()),
+        ("mesh", |root, _| root["nodes"][0]["mesh"] = 5.into()),
+        ("node", |root, _| root["nodes"][0]["children"] = serde_json::json!([0])),
+        ("missing.bin", |root, _| root["buffers"][0]["uri"] = "missing.bin".into()),
+        ("KHR_unheard_of", |root, _| {
+            root["extensionsUsed"] = serde_json::json!(["KHR_unheard_of"]);
+            root["extensionsRequired"] = serde_json::json!(["KHR_unheard_of"]);
+        }),
+    ];
+    for (named, spoil) in cases {
+        let folder = folder_with(&triangle(spoil));
+        complains(folder.path(), &["render", "scene.gltf", "--size", "4x4"], &["scene.gltf", named]);
+    }
+}
+
+#[test]
+fn the_unspoiled_scene_renders() {
+    let folder = folder_with(&triangle(|_, _| {}));
+    dapple::well(folder.path(), &["render", "scene.gltf", "--size", "4x2", "--spp", "1"]);
+    assert_eq!(files(folder.path()), ["scene.exr", "scene.gltf", "scene.png"]);
+}
+
+#[test]
+fn files_outside_the_folder() {
+    let outside = tempfile::tempdir().unwrap();
+    fs::write(outside.path().join("secret.bin"), [0u8; 42]).unwrap();
+    let secret = outside.path().join("secret.bin");
+    for uri in [secret.to_str().unwrap(), "../secret.bin", "sub/../../secret.bin", "file:///etc/hostname"] {
+        let folder = folder_with(&triangle(|root, _| root["buffers"][0]["uri"] = uri.into()));
+        complains(folder.path(), &["render", "scene.gltf"], &["scene.gltf"]);
+    }
+}
+
+#[test]
+fn settings_files() {
+    let folder = folder_with(&triangle(|_, _| {}));
+    let sidecar = folder.path().join("scene.toml");
+    for (text, named) in [
+        ("max_bounces = 3", "'max_bounces'"),
+        ("spp = 0", "'spp'"),
+        ("spp = 3\nsize = '0x0'", "'size'"),
+        ("spp = ", "line 1"),
+        ("output = '../a.png'", "'output'"),
+        ("env = '../sky.hdr'", "'env'"),
+        ("allow-path = true", "'allow-path'"),
+    ] {
+        fs::write(&sidecar, text).unwrap();
+        complains(folder.path(), &["render", "scene.gltf"], &["scene.toml", named]);
+    }
+    fs::remove_file(&sidecar).unwrap();
+    fs::write(folder.path().join("mine.toml"), "sppp = 3").unwrap();
+    let arguments = ["render", "scene.gltf", "--settings", "mine.toml"];
+    complains(folder.path(), &arguments, &["mine.toml", "'sppp'"]);
+}

@@ -1,0 +1,266 @@
+//! The command line from outside: what is written, what is printed, and that neither depends on the machine.
+
+mod dapple;
+
+use dapple::{files, scene, triangle, well};
+use dapple_imaging::{Layers, Picture, read};
+use std::fs;
+use std::path::Path;
+
+const SMALL: [&str; 4] = ["--size", "24x16", "--spp", "4"];
+
+fn render(folder: &Path, more: &[&str]) -> dapple::Run {
+    well(folder, &[&["render", "builtin:cornell"], &SMALL[..], more].concat())
+}
+
+fn layers(path: &Path) -> Layers {
+    read::layers(path).unwrap()
+}
+
+/// One channel of one layer; the beauty layer has no name.
+fn channel<'a>(layers: &'a Layers, layer: &str, channel: &str) -> &'a [f32] {
+    let layer = layers.layers.iter().find(|l| l.name == layer).unwrap();
+    &layer.channels.iter().find(|(name, _)| name == channel).unwrap().1
+}
+
+#[test]
+fn json_says_everything() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = render(folder.path(), &["--json", "--seed", "7", "--threads", "1"]).json();
+    for key in [
+        "render_seconds",
+        "load_seconds",
+        "build_seconds",
+        "samples",
+        "rays",
+        "mrays_per_second",
+        "peak_memory_bytes",
+        "bad_samples",
+        "triangles",
+        "lights",
+        "kernel",
+        "width",
+        "height",
+        "spp",
+        "seed",
+        "threads",
+        "outputs",
+    ] {
+        assert!(json.get(key).is_some_and(|v| !v.is_null()), "{key} is missing: {json}");
+    }
+    assert_eq!(json["samples"], 24 * 16 * 4);
+    assert_eq!((&json["width"], &json["height"], &json["spp"]), (&24.into(), &16.into(), &4.into()));
+    assert_eq!((&json["seed"], &json["threads"], &json["bad_samples"]), (&7.into(), &1.into(), &0.into()));
+    assert!(json["rays"].as_u64().unwrap() >= 24 * 16 * 4);
+    assert_eq!(json["outputs"], serde_json::json!(["cornell.exr", "cornell.png"]));
+}
+
+#[test]
+fn nothing_said_means_the_cornell_box() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = well(folder.path(), &["render", "--size", "8x8", "--spp", "1"]);
+    assert_eq!(run.out, "cornell.exr\ncornell.png\n");
+    assert_eq!(files(folder.path()), ["cornell.exr", "cornell.png"]);
+}
+
+#[test]
+fn what_is_quiet_and_what_is_help() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = render(folder.path(), &["--quiet"]);
+    assert_eq!(run.err, "");
+    assert!(render(folder.path(), &[]).err.contains("24x16"));
+    for arguments in [&["--help"][..], &["render", "--help"], &["--version"]] {
+        let run = well(folder.path(), arguments);
+        assert!(run.out.contains("dapple") && run.err.is_empty());
+    }
+}
+
+#[test]
+fn threads_and_place_change_no_byte() {
+    let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let aov = ["--aov", "albedo,normal,depth,position,variance,samples,object,material"];
+    render(a.path(), &[&["--threads", "1"], &aov[..]].concat());
+    render(b.path(), &[&["--threads", "2"], &aov[..]].concat());
+    for name in ["cornell.exr", "cornell.png"] {
+        let bytes = |folder: &Path| fs::read(folder.join(name)).unwrap();
+        assert!(bytes(a.path()) == bytes(b.path()), "{name} differs");
+    }
+}
+
+#[test]
+fn another_seed_is_another_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    render(folder.path(), &["-o", "a.exr", "--seed", "1"]);
+    render(folder.path(), &["-o", "b.exr", "--seed", "2"]);
+    let red = |name: &str| channel(&layers(&folder.path().join(name)), "", "R").to_vec();
+    assert_ne!(red("a.exr"), red("b.exr"));
+}
+
+#[test]
+fn a_crop_has_the_full_pictures_pixels() {
+    let folder = tempfile::tempdir().unwrap();
+    render(folder.path(), &["-o", "full.exr"]);
+    render(folder.path(), &["-o", "part.exr", "--crop", "5,3,17,11"]);
+    let (full, part) = (layers(&folder.path().join("full.exr")), layers(&folder.path().join("part.exr")));
+    assert_eq!((part.width, part.height, part.offset, part.full_size), (12, 8, (5, 3), (24, 16)));
+    for name in ["R", "G", "B"] {
+        let (all, some) = (channel(&full, "", name), channel(&part, "", name));
+        for y in 0..8 {
+            let row = (y + 3) * 24 + 5;
+            assert_eq!(all[row..row + 12], some[y * 12..(y + 1) * 12], "row {y} of {name}");
+        }
+    }
+}
+
+#[test]
+fn every_format_holds_the_same_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = render(folder.path(), &["-o", "a.exr", "-o", "a.hdr", "-o", "a.png"]);
+    assert_eq!(run.out, "a.exr\na.hdr\na.png\n");
+    let read = |name: &str| read::picture(&folder.path().join(name)).unwrap();
+    let exact = read("a.exr");
+    let apart = |other: &Picture, clip: f32| {
+        let pairs = exact.pixels.iter().zip(&other.pixels);
+        pairs.map(|(a, b)| (a.min(glam::Vec3::splat(clip)) - *b).abs().max_element()).fold(0.0, f32::max)
+    };
+    let brightest = exact.pixels.iter().fold(0.0, |m: f32, p| m.max(p.max_element()));
+    assert!(apart(&read("a.hdr"), f32::MAX) <= brightest / 128.0);
+    // Eight bits of sRGB: the widest step is below 1 %.
+    assert!(apart(&read("a.png"), 1.0) < 0.01);
+}
+
+#[test]
+fn half_floats_are_near() {
+    let folder = tempfile::tempdir().unwrap();
+    render(folder.path(), &["-o", "f.exr"]);
+    render(folder.path(), &["-o", "h.exr", "--half"]);
+    let read = |name: &str| channel(&layers(&folder.path().join(name)), "", "G").to_vec();
+    for (full, half) in read("f.exr").into_iter().zip(read("h.exr")) {
+        assert!((full - half).abs() <= full.abs() / 1024.0 + 1e-7, "{full} {half}");
+    }
+}
+
+#[test]
+fn exr_says_how_it_was_made() {
+    let folder = tempfile::tempdir().unwrap();
+    render(folder.path(), &["-o", "a.exr", "--threads", "1", "--seed", "5"]);
+    let layers = layers(&folder.path().join("a.exr"));
+    let text = format!("{:?}", layers.metadata);
+    for line in ["spp = 4", "seed = 5", "size = ", "24x16", "version = "] {
+        assert!(text.contains(line), "{line} is missing from {text}");
+    }
+    let bytes = fs::read(folder.path().join("a.exr")).unwrap();
+    for matrix in [&b"worldToCamera\0m44f\0"[..], b"worldToNDC\0m44f\0"] {
+        assert!(bytes.windows(matrix.len()).any(|w| w == matrix));
+    }
+    for kept_out in ["threads", "seconds", folder.path().to_str().unwrap()] {
+        assert!(!text.contains(kept_out), "{kept_out} in {text}");
+    }
+}
+
+#[test]
+fn layers_are_what_was_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    render(folder.path(), &["-o", "a.exr", "--aov", "normal,depth,samples"]);
+    let layers = layers(&folder.path().join("a.exr"));
+    let mut names: Vec<&str> = layers.layers.iter().map(|l| l.name.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["", "depth", "normal", "samples"]);
+    let samples = &layers.layers.iter().find(|l| l.name == "samples").unwrap().channels[0].1;
+    assert!(samples.iter().all(|&n| n == 4.0));
+}
+
+#[test]
+fn later_settings_win() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.gltf"), triangle(|_, _| {})).unwrap();
+    fs::write(folder.path().join("scene.toml"), "spp = 2\nsize = '6x3'\nseed = 1\n").unwrap();
+    fs::write(folder.path().join("mine.toml"), "seed = 2\nspp = 3\n").unwrap();
+    let told = |more: &[&str]| {
+        let json = well(folder.path(), &[&["render", "scene.gltf", "--json"], more].concat()).json();
+        [&json["width"], &json["height"], &json["spp"], &json["seed"]].map(|v| v.as_u64().unwrap())
+    };
+    assert_eq!(told(&[]), [6, 3, 2, 1]);
+    assert_eq!(told(&["--settings", "mine.toml"]), [6, 3, 3, 2]);
+    assert_eq!(told(&["--settings", "mine.toml", "--seed", "9"]), [6, 3, 3, 9]);
+}
+
+#[test]
+fn the_files_camera_gives_the_shape() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.gltf"), triangle(|_, _| {})).unwrap();
+    let json = well(folder.path(), &["render", "scene.gltf", "--spp", "1", "--json"]).json();
+    assert_eq!(json["width"].as_u64().unwrap(), 2 * json["height"].as_u64().unwrap());
+}
+
+#[test]
+fn a_time_limit_ends_a_render() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["render", "builtin:cornell", "--size", "8x8", "--time-limit", "200ms", "--json"];
+    let json = well(folder.path(), &arguments).json();
+    assert!(json["spp"].as_u64().unwrap() >= 1);
+    assert!(json["render_seconds"].as_f64().unwrap() < 20.0);
+}
+
+#[test]
+fn replay_tells_the_same_sample() {
+    let folder = tempfile::tempdir().unwrap();
+    let shape = ["--size", "24x16", "--spp", "1", "--seed", "3"];
+    well(folder.path(), &[&["render", "builtin:cornell", "-o", "a.exr"], &shape[..]].concat());
+    let layers = layers(&folder.path().join("a.exr"));
+    for (x, y) in [(12, 12), (4, 8), (20, 10), (0, 0)] {
+        let pixel = format!("{x},{y}");
+        let replay = ["replay", "builtin:cornell", "--pixel", &pixel, "--sample", "0", "--json"];
+        let json = well(folder.path(), &[&replay[..], &shape].concat()).json();
+        for (i, name) in ["R", "G", "B"].into_iter().enumerate() {
+            let rendered = f64::from(channel(&layers, "", name)[y * 24 + x]);
+            let told = json["radiance"][i].as_f64().unwrap();
+            assert!((rendered - told).abs() <= 1e-6 * rendered.abs(), "({x}, {y}) {name}: {rendered} {told}");
+        }
+        assert!(!json["vertices"].as_array().unwrap().is_empty());
+    }
+    let text = ["replay", "builtin:cornell", "--pixel", "12,12", "--sample", "0"];
+    assert!(well(folder.path(), &[&text[..], &shape].concat()).out.contains("radiance"));
+}
+
+#[test]
+fn info_says_what_is_in_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.gltf"), triangle(|_, _| {})).unwrap();
+    for arguments in [&["info", "scene.gltf"][..], &["info", "builtin:cornell"]] {
+        let text = well(folder.path(), arguments).out;
+        assert!(text.contains("triangles") && text.contains("cameras"), "{text}");
+        let json = well(folder.path(), &[arguments, &["--json"]].concat()).json();
+        assert!(json["triangles"].as_u64().unwrap() >= 1);
+    }
+    assert_eq!(files(folder.path()), ["scene.gltf"]);
+}
+
+#[test]
+fn a_reader_may_close_the_pipe() {
+    use std::process::{Command, Stdio};
+    let mut child = Command::new(env!("CARGO_BIN_EXE_dapple"))
+        .args(["info", "builtin:cornell"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"));
+}
+
+#[test]
+fn scenes_of_the_repository_render() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = fs::read_dir(scene("")).unwrap().map(|e| e.unwrap().path());
+    let mut count = 0;
+    for path in scenes.filter(|p| p.extension().is_some_and(|e| e == "gltf")) {
+        let arguments = ["render", path.to_str().unwrap(), "--size", "12x8", "--spp", "4", "--json"];
+        let run = well(folder.path(), &arguments);
+        assert!(!run.err.contains("warning"), "{}: {}", path.display(), run.err);
+        assert_eq!(run.json()["bad_samples"], 0, "{}", path.display());
+        count += 1;
+    }
+    assert!(count >= 6);
+}
