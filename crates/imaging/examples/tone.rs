@@ -1,30 +1,39 @@
-//! A chart of the tone curves: exposure runs to the right, hue downward, one band per curve.
-//! `cargo run --release --example tone -p dapple-imaging`
+//! Draws a chart with each tone curve side by side: twelve hues and grey from 2^-6 to 2^6, left to right.
+//!
+//! `cargo run --release --example tone -p dapple-imaging [chart.png]`
 
-use dapple_imaging::{Tone, text, write};
+use dapple_imaging::sheet::{self, Cell, Frame};
+use dapple_imaging::{ImageError, Picture, Tone, write};
 use glam::Vec3;
+use std::path::PathBuf;
 
-fn main() -> Result<(), dapple_imaging::ImageError> {
-    const HUES: [Vec3; 4] =
-        [Vec3::ONE, Vec3::new(1.0, 0.1, 0.05), Vec3::new(0.1, 1.0, 0.1), Vec3::new(0.05, 0.15, 1.0)];
-    let (width, row) = (640, 28);
-    let height = Tone::ALL.len() * HUES.len() * row;
-    let mut data = vec![0u8; width * height * 3];
-    for y in 0..height {
-        let (tone, _) = Tone::ALL[y / (HUES.len() * row)];
-        let hue = HUES[y / row % HUES.len()];
-        for x in 0..width {
-            let stops = x as f32 / width as f32 * 14.0 - 7.0;
-            let color = tone.apply(hue * 0.18 * libm::exp2f(stops));
-            data[(y * width + x) * 3..][..3]
-                .copy_from_slice(&color.to_array().map(|c| (c * 255.0 + 0.5) as u8));
-        }
+const STRIP: usize = 16;
+const WIDTH: usize = 256;
+const ROWS: usize = 13;
+
+/// A colour on the edge of the Rec.709 gamut; `turn` in [0, 1).
+fn hue(turn: f32) -> Vec3 {
+    let ramp = |shift: f32| (((turn + shift).fract() * 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0);
+    Vec3::new(ramp(0.0), ramp(2.0 / 3.0), ramp(1.0 / 3.0))
+}
+
+fn chart() -> Picture {
+    let mut picture = Picture::filled(WIDTH, ROWS * STRIP, Vec3::ZERO);
+    for (i, pixel) in picture.pixels.iter_mut().enumerate() {
+        let (x, row) = (i % WIDTH, i / WIDTH / STRIP);
+        let colour = if row + 1 == ROWS { Vec3::ONE } else { hue(row as f32 / 12.0) };
+        *pixel = colour * ((x as f32 / WIDTH as f32) * 12.0 - 6.0).exp2();
     }
-    for (i, (_, name)) in Tone::ALL.iter().enumerate() {
-        text::draw(&mut data, width, (6, i * HUES.len() * row + 6), 2, [255; 3], name);
-    }
-    let path = std::path::Path::new("tone.png");
-    write::rgb8(path, width, height, data)?;
+    picture
+}
+
+fn main() -> Result<(), ImageError> {
+    let path = std::env::args_os().nth(1).map_or_else(|| PathBuf::from("tone.png"), PathBuf::from);
+    let chart = chart();
+    let cells =
+        Tone::ALL.map(|(tone, name)| Cell { frame: Frame::of(&chart, tone, 0.0), label: name.into() });
+    let sheet = sheet::grid(&cells, 4);
+    write::rgb8(&path, sheet.width, sheet.height, sheet.data)?;
     println!("{}", path.display());
     Ok(())
 }

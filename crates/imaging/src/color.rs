@@ -1,38 +1,77 @@
-//! The sRGB transfer function [IEC 61966-2-1] and luminance.
+//! How are code values and light related, and how bright is a colour?
+//!
+//! All colours inside dapple are linear Rec.709 RGB. Files of 8 or 16 bits hold sRGB code values, which share
+//! the primaries and differ by the transfer function [IEC 61966-2-1:1999, §5.2]. The curves here are the exact
+//! piecewise ones, never a plain power of 2.2, and go through `libm`, so that every machine gets the same bits.
 
 use glam::Vec3;
 use std::sync::LazyLock;
 
-/// Rec.709 luminance of a linear colour.
+/// Relative luminance Y of a linear Rec.709 colour [ITU-R BT.709-6, §3.3], in the colour's own unit.
 pub fn luminance(rgb: Vec3) -> f32 {
-    rgb.dot(Vec3::new(0.212_639, 0.715_168_7, 0.072_192_32))
+    0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z
 }
 
-/// Encoded value to linear light.
+/// Decodes one sRGB code value to linear light. Meant for [0, 1]; continues as a power above and as a line
+/// through zero below, so that the curve stays monotone on the whole axis.
 pub fn srgb_to_linear(c: f32) -> f32 {
-    if c <= 0.040_45 { c / 12.92 } else { libm::powf((c + 0.055) / 1.055, 2.4) }
+    if c <= 0.04045 { c / 12.92 } else { libm::powf((c + 0.055) / 1.055, 2.4) }
 }
 
-/// Linear light to encoded value.
+/// Encodes linear light as an sRGB code value: the inverse of [`srgb_to_linear`]. Nothing is clipped.
 pub fn linear_to_srgb(c: f32) -> f32 {
-    if c <= 0.003_130_8 { c * 12.92 } else { 1.055 * libm::powf(c, 1.0 / 2.4) - 0.055 }
+    if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * libm::powf(c, 1.0 / 2.4) - 0.055 }
 }
 
-/// [`srgb_to_linear`] of every byte.
-pub static SRGB_BYTE: LazyLock<[f32; 256]> =
-    LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
+static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| decode_f64(i as f64 / 255.0)));
+static UNIT: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| (i as f64 / 255.0) as f32));
+
+/// Linear light of each 8-bit sRGB code value, worked out in f64 and rounded once.
+pub fn srgb_table() -> &'static [f32; 256] {
+    &SRGB
+}
+
+/// i/255 for each 8-bit value i.
+pub fn unit_table() -> &'static [f32; 256] {
+    &UNIT
+}
+
+/// The decoding curve in f64, for tables.
+pub(crate) fn decode_f64(c: f64) -> f32 {
+    (if c <= 0.04045 { c / 12.92 } else { libm::pow((c + 0.055) / 1.055, 2.4) }) as f32
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn transfer_functions_are_inverse() {
-        for i in 0..=1000 {
-            let c = i as f32 / 1000.0;
-            assert!((linear_to_srgb(srgb_to_linear(c)) - c).abs() < 2e-6);
+    fn curves_are_inverse_and_monotone() {
+        let mut last = -1.0;
+        for i in 0..=10_000 {
+            let c = i as f32 / 10_000.0;
+            let linear = srgb_to_linear(c);
+            assert!(linear > last, "not increasing at {c}");
+            assert!((linear_to_srgb(linear) - c).abs() < 1e-6, "{c} came back as {}", linear_to_srgb(linear));
+            last = linear;
         }
+    }
+
+    #[test]
+    fn published_values() {
+        // Mid grey: code value 0.5 is 0.21404 of the white light; 18 % grey has the code value 117.6/255.
         assert!((srgb_to_linear(0.5) - 0.214_041_1).abs() < 1e-6);
+        assert!((linear_to_srgb(0.18) - 0.461_356_1).abs() < 1e-6);
+        assert_eq!((srgb_to_linear(0.0), srgb_to_linear(1.0)), (0.0, 1.0));
         assert!((luminance(Vec3::ONE) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn tables_are_the_curves() {
+        for i in 0..256 {
+            let c = i as f32 / 255.0;
+            assert!((srgb_table()[i] - srgb_to_linear(c)).abs() <= 2e-7, "{i}");
+            assert_eq!(unit_table()[i], c);
+        }
     }
 }

@@ -1,77 +1,104 @@
-//! What can go wrong with a picture file; each names the file and the remedy.
+//! What can go wrong with a picture file? Each error names the file and what to do about it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-/// An unreadable, unwritable or malformed picture.
+/// A picture that cannot be read or written.
+///
+/// Where bytes did not come from a file of their own (a texture inside a .glb), `name` is what the caller
+/// called them.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ImageError {
-    /// The file cannot be opened.
-    #[error("{}: cannot be read ({source}); check the path", path.display())]
-    Open {
+    /// Nothing is there.
+    #[error("{name}: no such file; check the path")]
+    Missing {
         /// The file.
-        path: PathBuf,
-        /// Why.
+        name: String,
+    },
+    /// A folder or device where a plain file is needed.
+    #[error("{name}: is not a plain file; name a picture file")]
+    NotAFile {
+        /// The path.
+        name: String,
+    },
+    /// The system refused to read.
+    #[error("{name}: cannot be read: {source}")]
+    Read {
+        /// The file.
+        name: String,
+        /// What the system said.
         source: std::io::Error,
     },
-    /// The bytes are no picture that we know, or a damaged one.
-    #[error("{name}: not a usable picture ({why}); use a complete .exr, .hdr, .png, .jpg or .webp")]
-    Malformed {
-        /// File or object.
+    /// Neither content nor extension says which kind of picture this is.
+    #[error("{name}: is no picture that can be read here; convert it to EXR, HDR, PNG, JPEG or WebP")]
+    NotAPicture {
+        /// The file.
         name: String,
-        /// What the decoder says.
+    },
+    /// Cut short or damaged.
+    #[error("{name}: is damaged or cut short ({why}); export or download it again")]
+    Malformed {
+        /// The file.
+        name: String,
+        /// What the decoder found.
         why: String,
     },
-    /// Larger than any decoder here will allocate for.
-    #[error(
-        "{name}: {width}x{height} pixels are more than the {limit} that are read; scale the picture down"
-    )]
-    TooLarge {
-        /// File or object.
+    /// A valid file with something in it that is not supported.
+    #[error("{name}: {what} is not supported; save the picture without it")]
+    Unsupported {
+        /// The file.
         name: String,
-        /// Pixels across.
-        width: u64,
-        /// Pixels down.
-        height: u64,
-        /// Most pixels accepted.
-        limit: u64,
+        /// The feature.
+        what: String,
     },
-    /// The extension says nothing we can write.
-    #[error("{}: unknown kind of picture; end the name in .exr, .png or .hdr", .0.display())]
-    UnknownExtension(PathBuf),
-    /// The format was left out of this build.
-    #[error("{name}: this build has no {format} support; build with the feature '{feature}'")]
+    /// This build leaves the format out.
+    #[error("{name}: this build leaves out {format} files; build with the feature `{feature}`")]
     NotBuiltIn {
-        /// File or object.
+        /// The file.
         name: String,
-        /// Which format.
+        /// The format.
         format: &'static str,
-        /// Which Cargo feature brings it.
+        /// The Cargo feature that brings it.
         feature: &'static str,
     },
-    /// The file cannot be written.
-    #[error("{}: cannot be written ({source}); check the folder and its permissions", path.display())]
-    Write {
+    /// More pixels or samples than [`MAX_PIXELS`](crate::read::MAX_PIXELS) and
+    /// [`MAX_SAMPLES`](crate::read::MAX_SAMPLES) allow.
+    #[error("{name}: {width}×{height} with {channels} channels is too large; scale it down")]
+    TooLarge {
         /// The file.
+        name: String,
+        /// Pixels per row.
+        width: u64,
+        /// Rows.
+        height: u64,
+        /// Channels that would have to be held in memory.
+        channels: u64,
+    },
+    /// The extension of an output says no known format.
+    #[error("{}: unknown extension; use .exr, .png or .hdr", .0.display())]
+    UnknownExtension(PathBuf),
+    /// The folder of an output is not there.
+    #[error("{}: the folder {} does not exist; create it first", path.display(), folder.display())]
+    NoFolder {
+        /// The output.
         path: PathBuf,
-        /// Why.
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// The system refused to write.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write {
+        /// The output.
+        path: PathBuf,
+        /// What the system said.
         source: std::io::Error,
     },
-    /// The picture's parts do not fit together.
-    #[error("{}: {why}", path.display())]
+    /// What is to be written is no picture: sizes that contradict one another, or names the format cannot hold.
+    #[error("{}: cannot be written: {why}", path.display())]
     Inconsistent {
-        /// The file to be written.
+        /// The output.
         path: PathBuf,
-        /// What does not fit.
+        /// The contradiction.
         why: String,
     },
-}
-
-impl ImageError {
-    pub(crate) fn malformed(name: impl ToString, why: impl ToString) -> Self {
-        Self::Malformed { name: name.to_string(), why: why.to_string() }
-    }
-
-    pub(crate) fn write(path: &Path, source: impl Into<std::io::Error>) -> Self {
-        Self::Write { path: path.into(), source: source.into() }
-    }
 }

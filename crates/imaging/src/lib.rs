@@ -1,13 +1,15 @@
-//! Linear pictures in and out: EXR, HDR and PNG, texture lookup, tone curves.
+//! Linear pictures in and out of files, textures, and tone curves.
 //!
-//! A picture is linear Rec.709 radiance from the top left, row by row. Files are written beside their target under a
-//! temporary name and renamed, so an existing file is never left half-written.
+//! Colours are linear Rec.709 [`glam::Vec3`]; pictures run row by row from the top left. This crate knows nothing
+//! of rays, scenes or samples.
+
 #![forbid(unsafe_code)]
 
 pub mod color;
 pub mod error;
 pub mod picture;
 pub mod read;
+pub mod sheet;
 pub mod text;
 pub mod texture;
 pub mod tone;
@@ -17,8 +19,8 @@ pub use error::ImageError;
 pub use picture::{Layer, Layers, MetaValue, Picture};
 pub use read::Rgba8;
 pub use texture::{Encoding, Interpolation, Sampler, Texture, Wrap};
-pub use tone::Tone;
+pub use tone::{Tone, UnknownTone};
 
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "exr", feature = "png"))]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,95 +1,117 @@
-//! Pictures in memory: linear Rec.709 RGB, row by row from the top left.
+//! What is a picture in memory?
+//!
+//! Linear Rec.709 RGB radiance in f32, row by row from the top left. A [`Picture`] is one colour per pixel;
+//! [`Layers`] are what an EXR holds: any number of named channels over the same window.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-/// One colour per pixel.
+/// One linear colour per pixel, row by row from the top left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Pixels across.
+    /// Pixels per row.
     pub width: usize,
-    /// Pixels down.
+    /// Rows.
     pub height: usize,
-    /// `width`·`height` of them.
+    /// `width * height` colours; pixel (x, y) is at `y * width + x`.
     pub pixels: Vec<Vec3>,
 }
 
 impl Picture {
-    /// All pixels the same.
-    pub fn filled(width: usize, height: usize, color: Vec3) -> Self {
-        Self { width, height, pixels: vec![color; width * height] }
+    /// A picture of one colour.
+    pub fn filled(width: usize, height: usize, colour: Vec3) -> Self {
+        Self { width, height, pixels: vec![colour; width * height] }
     }
 
-    /// The pixel at (x, y) from the top left.
+    /// The pixel in column `x` and row `y`, which must be inside.
     pub fn at(&self, x: usize, y: usize) -> Vec3 {
         self.pixels[y * self.width + x]
     }
 
-    /// Mean over all pixels, in f64.
+    /// Mean over all pixels, summed in f64; 0 without pixels.
     pub fn mean(&self) -> Vec3 {
-        let sum: glam::DVec3 = self.pixels.iter().map(|p| p.as_dvec3()).sum();
+        let sum: DVec3 = self.pixels.iter().map(|p| p.as_dvec3()).sum();
         (sum / self.pixels.len().max(1) as f64).as_vec3()
     }
 }
 
-/// Named channels of one kind, e.g. "normal" with X, Y, Z. The layer without a name is the beauty, with R, G, B.
+/// Channels that belong together, e.g. name "normal" with channels X, Y, Z. The name "" is the beauty layer with
+/// the channels R, G, B. In the file a channel is called `name.channel`, as Nuke and Blender expect it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// Empty for the beauty.
+    /// What stands before the last dot of its channels' names.
     pub name: String,
-    /// Channel name and its values, one per pixel.
+    /// Channel name and `width * height` values, row by row from the top left.
     pub channels: Vec<(String, Vec<f32>)>,
 }
 
 /// What an EXR holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layers {
-    /// Pixels across the data.
+    /// Pixels per row of the data window.
     pub width: usize,
-    /// Pixels down.
+    /// Rows of the data window.
     pub height: usize,
-    /// Where a crop's data lie within the full picture.
+    /// Top-left corner of the data window within the full picture; (0, 0) unless this is a crop.
     pub offset: (i32, i32),
-    /// The full picture; (0, 0) = the data are all of it.
+    /// Size of the full picture (the display window). (0, 0) stands for `(width, height)`.
     pub full_size: (usize, usize),
-    /// All of `width`·`height` pixels.
+    /// The layers; writing orders them by name, as the format asks.
     pub layers: Vec<Layer>,
-    /// Named facts to store with the picture.
+    /// Attributes by name; writing orders them by name, so that equal content gives equal bytes.
     pub metadata: Vec<(String, MetaValue)>,
 }
 
 impl Layers {
-    /// The layer without a name as a picture; None without R, G, B.
+    /// The layer of that name.
+    pub fn layer(&self, name: &str) -> Option<&Layer> {
+        self.layers.iter().find(|layer| layer.name == name)
+    }
+
+    /// The layer without a name, or else the first one, as a picture of the data window; see
+    /// [`picture`](Self::picture).
     pub fn beauty(&self) -> Option<Picture> {
-        let layer = self.layers.iter().find(|l| l.name.is_empty()).or(self.layers.first())?;
-        let channel = |name: &str| layer.channels.iter().find(|(n, _)| n == name).map(|(_, values)| values);
-        let (r, g, b) = match (channel("R"), channel("G"), channel("B"), channel("Y")) {
-            (Some(r), Some(g), Some(b), _) => (r, g, b),
-            (_, _, _, Some(y)) => (y, y, y),
-            _ => return None,
+        self.picture("").or_else(|| self.picture(&self.layers.first()?.name))
+    }
+
+    /// The data window of the layer `name` as a picture: its R, G, B, or else X, Y, Z, or else Y or its only
+    /// channel three times. `None` if there is no such layer or its channels are none of these.
+    pub fn picture(&self, name: &str) -> Option<Picture> {
+        let layer = self.layer(name)?;
+        let find = |c: &str| layer.channels.iter().find(|(n, _)| n == c).map(|(_, v)| v.as_slice());
+        let three = |a, b, c| Some([find(a)?, find(b)?, find(c)?]);
+        let only = match &layer.channels[..] {
+            [(_, only)] => Some(only.as_slice()),
+            _ => find("Y"),
         };
+        let [r, g, b] =
+            three("R", "G", "B").or_else(|| three("X", "Y", "Z")).or_else(|| only.map(|y| [y; 3]))?;
         let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect();
         Some(Picture { width: self.width, height: self.height, pixels })
     }
 }
 
+/// A picture as the beauty layer of a file without anything else.
 impl From<&Picture> for Layers {
     fn from(picture: &Picture) -> Self {
-        let channel = |name: &str, i: usize| (name.into(), picture.pixels.iter().map(|p| p[i]).collect());
+        let channel =
+            |name: &str, i: usize| (name.to_string(), picture.pixels.iter().map(|p| p[i]).collect());
         let beauty =
             Layer { name: String::new(), channels: vec![channel("R", 0), channel("G", 1), channel("B", 2)] };
         Self { width: picture.width, height: picture.height, layers: vec![beauty], ..Self::default() }
     }
 }
 
-/// A fact stored with a picture.
+/// The value of an EXR attribute.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MetaValue {
-    /// Text.
+    /// UTF-8 text.
     Text(String),
-    /// Whole number.
+    /// A 32-bit integer.
     Int(i32),
-    /// Number.
+    /// A 32-bit float.
     Float(f32),
-    /// 4×4 matrix, row by row.
+    /// A 4×4 matrix in the order of the file: row by row for row vectors (p' = p M, so that a translation stands
+    /// in the elements 12, 13, 14). That is also glam's column-by-column order for column vectors
+    /// (`Mat4::to_cols_array`). The standard attributes `worldToCamera` and `worldToNDC` are of this kind.
     Matrix([f32; 16]),
 }

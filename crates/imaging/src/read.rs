@@ -1,176 +1,192 @@
-//! Files to pictures. The kind is told by content, not by name.
+//! How does a file become a picture?
+//!
+//! The content decides the format, the extension only where the content says nothing. sRGB files (PNG, JPEG, WebP)
+//! are decoded to linear light with the exact curve. Embedded colour profiles, gamma chunks, orientation tags and
+//! the EXPOSURE line of an .hdr are ignored: code values are taken as sRGB, numbers as they are. Alpha is left out
+//! of pictures. Values that are not finite (only EXR can hold them) are handed on: the caller decides.
+//!
+//! No content makes these functions panic, or allocate more than [`MAX_PIXELS`] and [`MAX_SAMPLES`] allow.
+
+#[cfg(feature = "exr")]
+mod exr;
+#[cfg(feature = "png")]
+mod raster;
 
 use crate::{ImageError, Layers, Picture};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor, ErrorKind, Read, Seek};
 use std::path::Path;
 
-/// Most pixels of a picture that is read: beyond it a small file could ask for all memory.
+/// Pixels that a picture may have, 2²⁸ = 16384²: larger ones are refused before memory is taken.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
-/// RGBA bytes, row by row from the top.
-#[derive(Clone, Debug)]
+/// Numbers (pixels times channels) that an EXR may take in memory: 2³⁰, 4 GiB.
+pub const MAX_SAMPLES: u64 = 1 << 30;
+
+/// Texels of 8 bits per channel, row by row from the top left.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rgba8 {
-    /// Texels across.
+    /// Texels per row.
     pub width: usize,
-    /// Texels down.
+    /// Rows.
     pub height: usize,
-    /// `width`·`height` of them.
+    /// `width * height` texels as red, green, blue, alpha.
     pub texels: Vec<[u8; 4]>,
 }
 
-/// .exr (first RGB layer), .hdr, and .png, .jpg or .webp with sRGB decoded to linear.
+/// .exr (the display window of the first RGB layer, or else of the first luminance channel Y; black where the file
+/// holds no data), .hdr, .png/.jpg/.webp (sRGB decoded to linear).
 pub fn picture(path: &Path) -> Result<Picture, ImageError> {
-    let bytes = bytes(path)?;
     let name = path.display().to_string();
-    if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        let layers = exr_layers(&bytes, &name)?;
-        return layers.beauty().ok_or_else(|| ImageError::malformed(&name, "it has no R, G, B or Y channel"));
+    let (kind, file) = open(path, &name)?;
+    match kind {
+        Kind::Exr => exr_picture(file, &name),
+        kind => raster_picture(file, kind, &name),
     }
-    decode(&bytes, &name)
 }
 
-/// All layers of an EXR.
+/// All layers of an EXR: the union of the data windows of its parts, 0 where a part has no data. A channel
+/// `a.b.C` becomes channel C of layer `a.b`; in a file of several parts a channel without a dot belongs to the
+/// layer named like its part.
 pub fn layers(path: &Path) -> Result<Layers, ImageError> {
-    exr_layers(&bytes(path)?, &path.display().to_string())
-}
-
-fn bytes(path: &Path) -> Result<Vec<u8>, ImageError> {
-    std::fs::read(path).map_err(|source| ImageError::Open { path: path.into(), source })
-}
-
-fn check_size(name: &str, width: u64, height: u64) -> Result<(), ImageError> {
-    if width.saturating_mul(height) > MAX_PIXELS {
-        return Err(ImageError::TooLarge { name: name.into(), width, height, limit: MAX_PIXELS });
+    let name = path.display().to_string();
+    match open(path, &name)? {
+        (Kind::Exr, file) => exr_layers(file, &name),
+        _ => Err(ImageError::Unsupported { name, what: "reading layers from anything but an EXR".into() }),
     }
-    if width == 0 || height == 0 {
-        return Err(ImageError::malformed(name, "it has no pixels"));
+}
+
+/// Encoded bytes (png, jpeg, webp by content) to RGBA8; `name` is for the error message. Grey becomes equal
+/// R, G, B; missing alpha is opaque; 16 bits are rounded to 8. Values stay encoded as they are in the file.
+pub fn rgba8(bytes: &[u8], name: &str) -> Result<Rgba8, ImageError> {
+    match Kind::by_content(bytes) {
+        Some(kind @ (Kind::Png | Kind::Jpeg | Kind::WebP)) => raster_rgba8(Cursor::new(bytes), kind, name),
+        Some(kind) => Err(ImageError::Unsupported {
+            name: name.to_string(),
+            what: format!("{} as a texture (use PNG, JPEG or WebP)", kind.name()),
+        }),
+        None => Err(ImageError::NotAPicture { name: name.to_string() }),
+    }
+}
+
+/// The formats that are told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Exr,
+    Hdr,
+    Png,
+    Jpeg,
+    WebP,
+}
+
+impl Kind {
+    fn by_content(start: &[u8]) -> Option<Self> {
+        match start {
+            [0x76, 0x2f, 0x31, 0x01, ..] => Some(Self::Exr),
+            [b'#', b'?', ..] => Some(Self::Hdr),
+            [0x89, b'P', b'N', b'G', ..] => Some(Self::Png),
+            [0xff, 0xd8, 0xff, ..] => Some(Self::Jpeg),
+            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(Self::WebP),
+            _ => None,
+        }
+    }
+
+    fn by_extension(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "exr" => Some(Self::Exr),
+            "hdr" | "pic" => Some(Self::Hdr),
+            "png" => Some(Self::Png),
+            "jpg" | "jpeg" => Some(Self::Jpeg),
+            "webp" => Some(Self::WebP),
+            _ => None,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Exr => "EXR",
+            Self::Hdr => "Radiance HDR",
+            Self::Png => "PNG",
+            Self::Jpeg => "JPEG",
+            Self::WebP => "WebP",
+        }
+    }
+}
+
+/// Opens a plain file and finds out its kind.
+fn open(path: &Path, name: &str) -> Result<(Kind, BufReader<File>), ImageError> {
+    let failed = |source: std::io::Error| match source.kind() {
+        ErrorKind::NotFound => ImageError::Missing { name: name.to_string() },
+        _ => ImageError::Read { name: name.to_string(), source },
+    };
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(ImageError::NotAFile { name: name.to_string() });
+    }
+    let mut file = BufReader::new(File::open(path).map_err(failed)?);
+    let mut start = Vec::new();
+    file.by_ref().take(16).read_to_end(&mut start).map_err(failed)?;
+    file.rewind().map_err(failed)?;
+    let kind = Kind::by_content(&start).or_else(|| Kind::by_extension(path));
+    kind.map(|kind| (kind, file)).ok_or_else(|| ImageError::NotAPicture { name: name.to_string() })
+}
+
+/// Decoders are other people's code: should one panic on malformed content, that is a damaged file too.
+#[allow(dead_code, reason = "unused without any decoder")]
+fn guarded<T>(name: &str, decode: impl FnOnce() -> Result<T, ImageError>) -> Result<T, ImageError> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(decode)).unwrap_or_else(|_| {
+        Err(ImageError::Malformed { name: name.to_string(), why: "the decoder gave up".into() })
+    })
+}
+
+#[allow(dead_code, reason = "unused without any decoder")]
+fn check_size(name: &str, width: u64, height: u64, channels: u64) -> Result<(), ImageError> {
+    let pixels = width.saturating_mul(height);
+    if pixels == 0 {
+        let why = format!("its size is {width}×{height}");
+        return Err(ImageError::Malformed { name: name.to_string(), why });
+    }
+    if pixels > MAX_PIXELS || pixels.saturating_mul(channels) > MAX_SAMPLES {
+        return Err(ImageError::TooLarge { name: name.to_string(), width, height, channels });
     }
     Ok(())
 }
 
-#[cfg(feature = "png")]
-fn reader<'a>(
-    bytes: &'a [u8],
-    name: &str,
-) -> Result<image::ImageReader<std::io::Cursor<&'a [u8]>>, ImageError> {
-    let wrong = |e: &dyn std::fmt::Display| ImageError::malformed(name, e);
-    let open = || image::ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format();
-    let (width, height) = open().map_err(|e| wrong(&e))?.into_dimensions().map_err(|e| wrong(&e))?;
-    check_size(name, width.into(), height.into())?;
-    let mut reader = open().map_err(|e| wrong(&e))?;
-    let mut limits = image::Limits::default();
-    limits.max_alloc = Some(16 * MAX_PIXELS);
-    reader.limits(limits);
-    Ok(reader)
+#[cfg(feature = "exr")]
+fn exr_picture(file: impl BufRead + Seek, name: &str) -> Result<Picture, ImageError> {
+    guarded(name, || exr::picture(file, name))
 }
 
-/// Encoded bytes (png, jpeg, webp by content) to RGBA8; 16-bit values are narrowed, colour profiles ignored. `name` is
-/// for the error message.
-#[cfg(feature = "png")]
-pub fn rgba8(bytes: &[u8], name: &str) -> Result<Rgba8, ImageError> {
-    let image = reader(bytes, name)?.decode().map_err(|e| ImageError::malformed(name, e))?.into_rgba8();
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    Ok(Rgba8 { width, height, texels: image.pixels().map(|p| p.0).collect() })
+#[cfg(feature = "exr")]
+fn exr_layers(file: impl BufRead + Seek, name: &str) -> Result<Layers, ImageError> {
+    guarded(name, || exr::layers(file, name))
 }
 
 #[cfg(feature = "png")]
-fn decode(bytes: &[u8], name: &str) -> Result<Picture, ImageError> {
-    use crate::color::{SRGB_BYTE, srgb_to_linear};
-    use glam::Vec3;
-    let image = reader(bytes, name)?.decode().map_err(|e| ImageError::malformed(name, e))?;
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    let deep = image.color().bytes_per_pixel() / image.color().channel_count() > 1;
-    let pixels = match &image {
-        image::DynamicImage::ImageRgb32F(i) => i.pixels().map(|p| Vec3::from(p.0)).collect(),
-        image::DynamicImage::ImageRgba32F(_) => image.to_rgb32f().pixels().map(|p| Vec3::from(p.0)).collect(),
-        _ if deep => image
-            .to_rgb16()
-            .pixels()
-            .map(|p| Vec3::from(p.0.map(|c| srgb_to_linear(f32::from(c) / 65535.0))))
-            .collect(),
-        _ => image.to_rgb8().pixels().map(|p| Vec3::from(p.0.map(|c| SRGB_BYTE[c as usize]))).collect(),
-    };
-    Ok(Picture { width, height, pixels })
+fn raster_picture(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Picture, ImageError> {
+    guarded(name, || raster::picture(file, kind, name))
 }
 
-/// Left out of this build.
-#[cfg(not(feature = "png"))]
-pub fn rgba8(_: &[u8], name: &str) -> Result<Rgba8, ImageError> {
-    Err(ImageError::NotBuiltIn { name: name.into(), format: "PNG, JPEG and WebP", feature: "png" })
-}
-
-#[cfg(not(feature = "png"))]
-fn decode(_: &[u8], name: &str) -> Result<Picture, ImageError> {
-    Err(ImageError::NotBuiltIn { name: name.into(), format: "PNG, JPEG, WebP and HDR", feature: "png" })
+#[cfg(feature = "png")]
+fn raster_rgba8(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Rgba8, ImageError> {
+    guarded(name, || raster::rgba8(file, kind, name))
 }
 
 #[cfg(not(feature = "exr"))]
-fn exr_layers(_: &[u8], name: &str) -> Result<Layers, ImageError> {
-    Err(ImageError::NotBuiltIn { name: name.into(), format: "OpenEXR", feature: "exr" })
+fn exr_picture(_: impl BufRead + Seek, name: &str) -> Result<Picture, ImageError> {
+    Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
 }
 
-#[cfg(feature = "exr")]
-fn exr_layers(bytes: &[u8], name: &str) -> Result<Layers, ImageError> {
-    // The decoder is known to panic on some damaged files; a picture must never end the program.
-    std::panic::catch_unwind(|| exr_decode(bytes, name))
-        .unwrap_or_else(|_| Err(ImageError::malformed(name, "damaged EXR")))
+#[cfg(not(feature = "exr"))]
+fn exr_layers(_: impl BufRead + Seek, name: &str) -> Result<Layers, ImageError> {
+    Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
 }
 
-#[cfg(feature = "exr")]
-fn exr_decode(bytes: &[u8], name: &str) -> std::result::Result<crate::Layers, ImageError> {
-    use exr::prelude::*;
-    let wrong = |e: &dyn std::fmt::Display| ImageError::malformed(name, e);
-    let meta =
-        exr::meta::MetaData::read_from_buffered(std::io::Cursor::new(bytes), false).map_err(|e| wrong(&e))?;
-    for header in &meta.headers {
-        check_size(name, header.layer_size.x() as u64, header.layer_size.y() as u64)?;
-    }
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .from_buffered(std::io::Cursor::new(bytes))
-        .map_err(|e| wrong(&e))?;
-    let first = image.layer_data.first().ok_or_else(|| ImageError::malformed(name, "it has no layer"))?;
-    let (size, position) = (first.size, first.attributes.layer_position);
-    let window = image.attributes.display_window;
-    let mut out = crate::Layers {
-        width: size.x(),
-        height: size.y(),
-        offset: (position.x() - window.position.x(), position.y() - window.position.y()),
-        full_size: (window.size.x(), window.size.y()),
-        ..crate::Layers::default()
-    };
-    for layer in image.layer_data.iter().filter(|layer| layer.size == size) {
-        let part = layer.attributes.layer_name.as_ref().map(ToString::to_string).unwrap_or_default();
-        for channel in &layer.channel_data.list {
-            add_channel(
-                &mut out,
-                &part,
-                &channel.name.to_string(),
-                channel.sample_data.values_as_f32().collect(),
-            );
-        }
-        for (key, value) in &layer.attributes.other {
-            if let AttributeValue::Text(text) = value {
-                out.metadata.push((key.to_string(), crate::MetaValue::Text(text.to_string())));
-            }
-        }
-    }
-    out.metadata.sort_by(|a, b| a.0.cmp(&b.0));
-    Ok(out)
+#[cfg(not(feature = "png"))]
+fn raster_picture(_: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Picture, ImageError> {
+    Err(ImageError::NotBuiltIn { name: name.to_string(), format: kind.name(), feature: "png" })
 }
 
-/// `albedo.R` goes to layer `albedo` as `R`; a part's own name comes before.
-#[cfg(feature = "exr")]
-fn add_channel(out: &mut crate::Layers, part: &str, name: &str, values: Vec<f32>) {
-    let (layer, channel) = name.rsplit_once('.').unwrap_or(("", name));
-    let layer = if out.layers.is_empty() || part.is_empty() || !layer.is_empty() { layer } else { part };
-    match out.layers.iter_mut().find(|l| l.name == layer) {
-        Some(found) => found.channels.push((channel.into(), values)),
-        None => {
-            out.layers.push(crate::Layer { name: layer.into(), channels: vec![(channel.into(), values)] })
-        }
-    }
+#[cfg(not(feature = "png"))]
+fn raster_rgba8(_: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Rgba8, ImageError> {
+    Err(ImageError::NotBuiltIn { name: name.to_string(), format: kind.name(), feature: "png" })
 }

@@ -1,182 +1,132 @@
-//! Pictures to files: encoded in memory, written beside the target under a temporary name, then renamed.
+//! How does a picture become a file?
+//!
+//! Every file is written under a temporary name beside its target and renamed when it is whole: whoever looks at
+//! the target sees the old file or the new one, never a part, and a failure leaves nothing behind. The bytes
+//! depend on the picture alone: not on machine, thread count, time or path.
+
+#[cfg(feature = "exr")]
+mod exr;
+mod file;
+mod hdr;
+#[cfg(feature = "png")]
+mod png;
+
+pub use file::replace;
 
 use crate::{ImageError, Layers, Picture, Tone};
-use std::io::Write;
 use std::path::Path;
 
-/// Precision of EXR colour channels; ids, depth and positions are always 32-bit float.
+/// How many bits an EXR spends on colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Depth {
-    /// 32-bit float.
+    /// 32-bit floats throughout: what was computed, bit for bit.
     #[default]
     Float,
-    /// 16-bit float.
+    /// 16-bit floats for colour (channels R, G, B, A of every layer but "variance") and for the layer "normal";
+    /// all other channels (positions, depths, ids, counts) stay 32-bit, for half holds whole numbers only up to
+    /// 2048. Rounded to nearest even; finite values beyond ±65504 become ±65504, not infinite.
     Half,
 }
 
-/// All layers in one part, channels named `layer.C` (what compositing programs expect); ZIP.
+/// The format of an output, decided by its extension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// OpenEXR: layers, linear, metadata.
+    Exr,
+    /// PNG: 8 bits after a tone curve.
+    Png,
+    /// Radiance RGBE: linear, 8-bit mantissas with a common exponent.
+    Hdr,
+}
+
+impl Format {
+    /// By extension, in any case of letters; an error if there is none, it is unknown, or this build leaves it out.
+    pub fn of(path: &Path) -> Result<Self, ImageError> {
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+        match extension.as_str() {
+            "exr" if cfg!(feature = "exr") => Ok(Self::Exr),
+            "exr" => Err(feature_off(path, "EXR", "exr")),
+            "png" if cfg!(feature = "png") => Ok(Self::Png),
+            "png" => Err(feature_off(path, "PNG", "png")),
+            "hdr" => Ok(Self::Hdr),
+            _ => Err(ImageError::UnknownExtension(path.to_path_buf())),
+        }
+    }
+}
+
+fn feature_off(path: &Path, format: &'static str, feature: &'static str) -> ImageError {
+    ImageError::NotBuiltIn { name: path.display().to_string(), format, feature }
+}
+
+/// Writes all layers as one part of an EXR: ZIP in blocks of 16 rows, no alpha unless a layer has one, channels
+/// called `layer.channel`, Rec.709 chromaticities, the metadata as attributes. A crop keeps its data window within
+/// the display window. Compression uses as many threads as the rayon pool it is called from.
 #[cfg(feature = "exr")]
 pub fn exr(path: &Path, layers: &Layers, depth: Depth) -> Result<(), ImageError> {
-    let bytes =
-        exr_encode(layers, depth).map_err(|why| ImageError::Inconsistent { path: path.into(), why })?;
-    replace(path, &bytes)
+    replace(path, &exr::encode(path, layers, depth)?)
 }
 
-/// Left out of this build.
+/// Writes all layers as one part of an EXR; this build leaves the format out, so it always fails.
 #[cfg(not(feature = "exr"))]
-pub fn exr(path: &Path, _: &Layers, _: Depth) -> Result<(), ImageError> {
-    Err(ImageError::NotBuiltIn { name: path.display().to_string(), format: "OpenEXR", feature: "exr" })
+pub fn exr(path: &Path, _layers: &Layers, _depth: Depth) -> Result<(), ImageError> {
+    Err(feature_off(path, "EXR", "exr"))
 }
 
-#[cfg(feature = "exr")]
-fn exr_encode(layers: &Layers, depth: Depth) -> Result<Vec<u8>, String> {
-    use exr::prelude::*;
-    let pixels = layers.width * layers.height;
-    let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
-    for layer in &layers.layers {
-        let narrow = depth == Depth::Half
-            && !matches!(&*layer.name, "depth" | "position" | "object" | "material" | "samples");
-        for (name, values) in &layer.channels {
-            if values.len() != pixels {
-                return Err(format!(
-                    "layer '{}' has {} values for {pixels} pixels",
-                    layer.name,
-                    values.len()
-                ));
-            }
-            let name = if layer.name.is_empty() { name.clone() } else { format!("{}.{name}", layer.name) };
-            let samples = if narrow {
-                FlatSamples::F16(values.iter().map(|&v| half::f16::from_f32(v)).collect())
-            } else {
-                FlatSamples::F32(values.clone())
-            };
-            channels.push(AnyChannel::new(Text::from(&*name), samples));
-        }
-    }
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
-    let mut attributes = LayerAttributes {
-        layer_position: Vec2(layers.offset.0, layers.offset.1),
-        ..LayerAttributes::default()
-    };
-    metadata(&layers.metadata, &mut attributes);
-    let layer =
-        Layer::new(Vec2(layers.width, layers.height), attributes, encoding, AnyChannels::sort(channels));
-    let full = if layers.full_size == (0, 0) { (layers.width, layers.height) } else { layers.full_size };
-    let image = Image::new(ImageAttributes::new(IntegerBounds::from_dimensions(Vec2(full.0, full.1))), layer);
-    let mut bytes = Vec::new();
-    image.write().non_parallel().to_buffered(std::io::Cursor::new(&mut bytes)).map_err(|e| e.to_string())?;
-    Ok(bytes)
-}
-
-/// Matrices go where compositing programs look; everything else into one text attribute, `dapple`, line by line: the
-/// encoder keeps custom attributes in a hash map, and a second one would make the order of bytes a matter of chance.
-#[cfg(feature = "exr")]
-fn metadata(facts: &[(String, crate::MetaValue)], attributes: &mut exr::meta::header::LayerAttributes) {
-    use crate::MetaValue;
-    let mut lines = String::new();
-    for (key, value) in facts {
-        match (key.as_str(), value) {
-            ("worldToCamera", MetaValue::Matrix(m)) => attributes.world_to_camera = Some(*m),
-            ("worldToNDC", MetaValue::Matrix(m)) => attributes.world_to_normalized_device = Some(*m),
-            (_, MetaValue::Text(text)) => lines += &format!("{key} = {text}\n"),
-            (_, MetaValue::Int(i)) => lines += &format!("{key} = {i}\n"),
-            (_, MetaValue::Float(x)) => lines += &format!("{key} = {x}\n"),
-            (_, MetaValue::Matrix(m)) => lines += &format!("{key} = {m:?}\n"),
-        }
-    }
-    if !lines.is_empty() {
-        attributes.other.insert(
-            exr::meta::attribute::Text::from("dapple"),
-            exr::meta::attribute::AttributeValue::Text(exr::meta::attribute::Text::from(&*lines)),
-        );
-    }
-}
-
-/// 8-bit sRGB with a tone curve, after multiplying by 2^`exposure`.
+/// Writes an 8-bit PNG of [`code_values`]: exposure in stops, tone curve, rounding to nearest.
 #[cfg(feature = "png")]
 pub fn png(path: &Path, picture: &Picture, tone: Tone, exposure: f32) -> Result<(), ImageError> {
-    let scale = libm::exp2f(exposure);
-    let byte = |c: f32| (c * 255.0 + 0.5) as u8;
-    let data: Vec<u8> =
-        picture.pixels.iter().flat_map(|&p| tone.apply(p * scale).to_array().map(byte)).collect();
-    rgb8(path, picture.width, picture.height, data)
+    check_size(path, picture)?;
+    rgb8(path, picture.width, picture.height, code_values(picture, tone, exposure))
 }
 
-/// 8-bit values as they are.
+/// Writes an 8-bit PNG; this build leaves the format out, so it always fails.
+#[cfg(not(feature = "png"))]
+pub fn png(path: &Path, _picture: &Picture, _tone: Tone, _exposure: f32) -> Result<(), ImageError> {
+    Err(feature_off(path, "PNG", "png"))
+}
+
+/// Writes finished sRGB code values, red, green, blue, row by row from the top left, as an 8-bit PNG.
 #[cfg(feature = "png")]
 pub fn rgb8(path: &Path, width: usize, height: usize, data: Vec<u8>) -> Result<(), ImageError> {
-    let why = |why: String| ImageError::Inconsistent { path: path.into(), why };
-    let image = image::RgbImage::from_raw(width as u32, height as u32, data)
-        .ok_or_else(|| why("too few pixels".into()))?;
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    image.write_to(&mut bytes, image::ImageFormat::Png).map_err(|e| why(e.to_string()))?;
-    replace(path, bytes.get_ref())
+    check_count(path, width, height, data.chunks(3).len())?;
+    replace(path, &png::encode(path, width, height, &data)?)
 }
 
-/// Radiance HDR (RGBE).
-#[cfg(feature = "png")]
+/// Writes finished code values as a PNG; this build leaves the format out, so it always fails.
+#[cfg(not(feature = "png"))]
+pub fn rgb8(path: &Path, _width: usize, _height: usize, _data: Vec<u8>) -> Result<(), ImageError> {
+    Err(feature_off(path, "PNG", "png"))
+}
+
+/// Writes Radiance RGBE: relative error at most 2⁻⁸ of each pixel's largest component; negative and NaN
+/// components become 0, values beyond the format's range its largest, 1.7e38.
 pub fn hdr(path: &Path, picture: &Picture) -> Result<(), ImageError> {
-    let pixels: Vec<image::Rgb<f32>> = picture.pixels.iter().map(|p| image::Rgb(p.to_array())).collect();
-    let mut bytes = Vec::new();
-    image::codecs::hdr::HdrEncoder::new(&mut bytes)
-        .encode(&pixels, picture.width, picture.height)
-        .map_err(|e| ImageError::Inconsistent { path: path.into(), why: e.to_string() })?;
-    replace(path, &bytes)
+    check_size(path, picture)?;
+    replace(path, &hdr::encode(picture))
 }
 
-/// Left out of this build.
-#[cfg(not(feature = "png"))]
-pub fn png(path: &Path, _: &Picture, _: Tone, _: f32) -> Result<(), ImageError> {
-    Err(ImageError::NotBuiltIn { name: path.display().to_string(), format: "PNG", feature: "png" })
+/// The 8-bit sRGB code values of a picture, red, green, blue, row by row: times 2^`exposure`, through the tone
+/// curve, rounded to nearest.
+pub fn code_values(picture: &Picture, tone: Tone, exposure: f32) -> Vec<u8> {
+    let scale = libm::exp2f(exposure);
+    let byte = |v: f32| (v * 255.0 + 0.5) as u8;
+    picture.pixels.iter().flat_map(|&p| tone.apply(p * scale).to_array().map(byte)).collect()
 }
 
-/// Left out of this build.
-#[cfg(not(feature = "png"))]
-pub fn hdr(path: &Path, _: &Picture) -> Result<(), ImageError> {
-    Err(ImageError::NotBuiltIn { name: path.display().to_string(), format: "Radiance HDR", feature: "png" })
-}
-
-/// Fails early when `path` cannot be written: unknown kind, missing folder, no permission, a folder of that name.
+/// Fails early when `path` cannot be written: unknown extension or a format this build leaves out, missing folder,
+/// a target that is no plain file, a folder without permission (tried with an empty temporary file).
 pub fn check(path: &Path) -> Result<(), ImageError> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let name = || path.display().to_string();
-    match &*extension {
-        "exr" if cfg!(feature = "exr") => {}
-        "png" | "hdr" if cfg!(feature = "png") => {}
-        "exr" => return Err(ImageError::NotBuiltIn { name: name(), format: "OpenEXR", feature: "exr" }),
-        "png" | "hdr" => {
-            return Err(ImageError::NotBuiltIn { name: name(), format: "PNG and HDR", feature: "png" });
-        }
-        _ => return Err(ImageError::UnknownExtension(path.into())),
-    }
-    if path.is_dir() {
-        return Err(ImageError::write(path, std::io::Error::other("it is a folder")));
-    }
-    temporary(path).map(drop)
+    Format::of(path)?;
+    file::probe(path)
 }
 
-/// Writes the whole of `bytes` or leaves what was there.
-pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    let wrong = |e: std::io::Error| ImageError::write(path, e);
-    let mut file = temporary(path)?;
-    file.write_all(bytes).map_err(wrong)?;
-    file.as_file().sync_all().map_err(wrong)?;
-    file.persist(path).map_err(|e| wrong(e.error)).map(drop)
+fn check_size(path: &Path, picture: &Picture) -> Result<(), ImageError> {
+    check_count(path, picture.width, picture.height, picture.pixels.len())
 }
 
-fn temporary(path: &Path) -> Result<tempfile::NamedTempFile, ImageError> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".dapple-").suffix(".tmp");
-    #[cfg(unix)]
-    {
-        // What any new file gets, less the umask; temporary files are private by default.
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(folder).map_err(|e| ImageError::write(path, e))
+fn check_count(path: &Path, width: usize, height: usize, count: usize) -> Result<(), ImageError> {
+    let limit = crate::read::MAX_PIXELS as usize;
+    let sound = count > 0 && count <= limit && width.checked_mul(height) == Some(count);
+    let why = || format!("a picture of {width}×{height} cannot have {count} pixels");
+    if sound { Ok(()) } else { Err(ImageError::Inconsistent { path: path.to_path_buf(), why: why() }) }
 }

@@ -1,0 +1,262 @@
+//! OpenEXR through the block interface of the `exr` crate: only the wanted channels are kept, as f32, on whichever
+//! window the caller asks for.
+//!
+//! Blocks are decompressed one after another: in the crate's thread pool a panic on malformed data would take the
+//! process down.
+
+use super::check_size;
+use crate::{ImageError, Layer, Layers, MetaValue, Picture};
+use exr::block::lines::LineRef;
+use exr::block::reader::{ChunksReader, Reader};
+use exr::meta::header::Header;
+use exr::prelude::{AttributeValue, IntegerBounds, SampleType, Text, Vec2};
+use glam::Vec3;
+use half::f16;
+use std::io::{BufRead, Seek};
+
+/// A rectangle of the picture plane: x0, y0 inclusive, then width, height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Window {
+    x: i64,
+    y: i64,
+    width: usize,
+    height: usize,
+}
+
+impl Window {
+    fn of(bounds: IntegerBounds) -> Self {
+        let Vec2(x, y) = bounds.position;
+        Self { x: x.into(), y: y.into(), width: bounds.size.0, height: bounds.size.1 }
+    }
+
+    fn union(self, other: Self) -> Self {
+        let (x, y) = (self.x.min(other.x), self.y.min(other.y));
+        let right = (self.x + self.width as i64).max(other.x + other.width as i64);
+        let bottom = (self.y + self.height as i64).max(other.y + other.height as i64);
+        Self { x, y, width: (right - x) as usize, height: (bottom - y) as usize }
+    }
+}
+
+/// A channel to be read: where it is in the file, and what has been read of it.
+struct Wanted {
+    part: usize,
+    channel: usize,
+    values: Vec<f32>,
+}
+
+pub(super) fn picture(file: impl BufRead + Seek, name: &str) -> Result<Picture, ImageError> {
+    let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
+    let rgb = colour_channels(reader.headers()).ok_or_else(|| no_colour(reader.headers(), name))?;
+    let window = Window::of(reader.headers()[rgb[0].0].shared_attributes.display_window);
+    let mut found = rgb.to_vec();
+    found.dedup();
+    let values = read(reader, &found, window, name)?;
+    let (r, g, b) = (&values[0], &values[values.len() / 2], &values[values.len() - 1]);
+    let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect();
+    Ok(Picture { width: window.width, height: window.height, pixels })
+}
+
+pub(super) fn layers(file: impl BufRead + Seek, name: &str) -> Result<Layers, ImageError> {
+    let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
+    let headers = reader.headers();
+    let window = headers.iter().map(|h| Window::of(h.data_window())).reduce(Window::union);
+    let Some(window) = window else { return Err(broken(name, "there are no parts in it")) };
+    let display = Window::of(headers[0].shared_attributes.display_window);
+    let metadata = metadata(&headers[0]);
+    let mut wanted = Vec::new();
+    let mut names = Vec::new();
+    for (part, header) in headers.iter().enumerate() {
+        for (channel, description) in header.channels.list.iter().enumerate() {
+            wanted.push((part, channel));
+            names.push(split_name(header, headers.len() > 1, &text(&description.name)));
+        }
+    }
+    let values = read(reader, &wanted, window, name)?;
+    Ok(Layers {
+        width: window.width,
+        height: window.height,
+        offset: ((window.x - display.x) as i32, (window.y - display.y) as i32),
+        full_size: (display.width, display.height),
+        layers: group(names, values),
+        metadata,
+    })
+}
+
+/// Layer and channel of a full channel name.
+fn split_name(header: &Header, many_parts: bool, full: &str) -> (String, String) {
+    match full.rsplit_once('.') {
+        Some((layer, channel)) => (layer.to_string(), channel.to_string()),
+        None if many_parts => {
+            (header.own_attributes.layer_name.as_ref().map(text).unwrap_or_default(), full.to_string())
+        }
+        None => (String::new(), full.to_string()),
+    }
+}
+
+/// Gathers channels into layers in the order in which they come; R, G, B (A) are put into that order.
+fn group(names: Vec<(String, String)>, values: Vec<Vec<f32>>) -> Vec<Layer> {
+    let mut layers: Vec<Layer> = Vec::new();
+    for ((layer, channel), values) in names.into_iter().zip(values) {
+        match layers.iter_mut().find(|l| l.name == layer) {
+            Some(found) => found.channels.push((channel, values)),
+            None => layers.push(Layer { name: layer, channels: vec![(channel, values)] }),
+        }
+    }
+    let rank = |name: &str| ["R", "G", "B", "A"].iter().position(|c| *c == name).unwrap_or(4);
+    for layer in &mut layers {
+        layer.channels.sort_by_key(|(name, _)| rank(name));
+    }
+    layers
+}
+
+/// (part, channel) of red, green, blue: of the first part that has them without a prefix, or else with the first
+/// prefix that has all three, or else of the first luminance.
+fn colour_channels(headers: &[Header]) -> Option<[(usize, usize); 3]> {
+    let all: Vec<(usize, usize, String)> = headers
+        .iter()
+        .enumerate()
+        .flat_map(|(p, h)| h.channels.list.iter().enumerate().map(move |(c, d)| (p, c, text(&d.name))))
+        .collect();
+    let find = |part: usize, prefix: &str, letter: &str| {
+        all.iter()
+            .find(|(p, _, n)| {
+                *p == part && n.strip_prefix(prefix).is_some_and(|n| n.eq_ignore_ascii_case(letter))
+            })
+            .map(|(p, c, _)| (*p, *c))
+    };
+    let three = |part, prefix: &str| {
+        Some([find(part, prefix, "R")?, find(part, prefix, "G")?, find(part, prefix, "B")?])
+    };
+    let prefixes = || all.iter().filter_map(|(p, _, n)| Some((*p, &n[..=n.rfind('.')?])));
+    let grey = all.iter().find(|(_, _, n)| n.rsplit('.').next().is_some_and(|n| n.eq_ignore_ascii_case("Y")));
+    (0..headers.len())
+        .find_map(|p| three(p, ""))
+        .or_else(|| prefixes().find_map(|(p, prefix)| three(p, prefix)))
+        .or_else(|| grey.map(|(p, c, _)| [(*p, *c); 3]))
+}
+
+fn no_colour(headers: &[Header], name: &str) -> ImageError {
+    let names: Vec<String> =
+        headers.iter().flat_map(|h| h.channels.list.iter().map(|c| text(&c.name))).take(12).collect();
+    let what = format!("an EXR without the channels R, G, B or Y (it has {})", names.join(", "));
+    ImageError::Unsupported { name: name.to_string(), what }
+}
+
+/// Reads the channels `(part, channel)` onto `window`; 0 where the file has no data.
+fn read<R: BufRead + Seek>(
+    reader: Reader<R>,
+    channels: &[(usize, usize)],
+    window: Window,
+    name: &str,
+) -> Result<Vec<Vec<f32>>, ImageError> {
+    for header in reader.headers() {
+        // The blocks of the file too must stay within bounds, even where the window shows little of them.
+        check_size(name, header.layer_size.0 as u64, header.layer_size.1 as u64, 1)?;
+    }
+    check_size(name, window.width as u64, window.height as u64, channels.len() as u64)?;
+    let wanted = |&(part, channel): &(usize, usize)| Wanted {
+        part,
+        channel,
+        values: vec![0.0; window.width * window.height],
+    };
+    let mut wanted: Vec<Wanted> = channels.iter().map(wanted).collect();
+    reader
+        .filter_chunks(false, |_, tile, block| {
+            tile.level_index == Vec2(0, 0) && channels.iter().any(|c| c.0 == block.layer)
+        })
+        .and_then(|chunks| {
+            chunks.decompress_sequential(false, |meta, block| {
+                let header = &meta.headers[block.index.layer];
+                for line in block.lines(&header.channels) {
+                    place(&mut wanted, header, window, line)?;
+                }
+                Ok(())
+            })
+        })
+        .map_err(|e| failure(e, name))?;
+    Ok(wanted.into_iter().map(|w| w.values).collect())
+}
+
+/// Copies one row of one channel to where it belongs, cut to the window.
+fn place(
+    wanted: &mut [Wanted],
+    header: &Header,
+    window: Window,
+    line: LineRef<'_>,
+) -> Result<(), exr::error::Error> {
+    let at = line.location;
+    let targets = wanted.iter_mut().filter(|w| w.part == at.layer && w.channel == at.channel);
+    for target in targets {
+        let data = Window::of(header.data_window());
+        let (x, y) = (data.x + at.position.0 as i64 - window.x, data.y + at.position.1 as i64 - window.y);
+        if y < 0 || y >= window.height as i64 {
+            continue;
+        }
+        let row = &mut target.values[y as usize * window.width..][..window.width];
+        let mut put = |i: usize, v: f32| {
+            if let Ok(x) = usize::try_from(x + i as i64)
+                && let Some(slot) = row.get_mut(x)
+            {
+                *slot = v;
+            }
+        };
+        let Some(channel) = header.channels.list.get(at.channel) else { continue };
+        match channel.sample_type {
+            SampleType::F32 => each(line, |i, v: f32| put(i, v))?,
+            SampleType::F16 => each(line, |i, v: f16| put(i, v.to_f32_const()))?,
+            SampleType::U32 => each(line, |i, v: u32| put(i, v as f32))?,
+        }
+    }
+    Ok(())
+}
+
+fn each<T: exr::io::Data>(line: LineRef<'_>, mut put: impl FnMut(usize, T)) -> Result<(), exr::error::Error> {
+    for (i, sample) in line.read_samples::<T>().enumerate() {
+        put(i, sample?);
+    }
+    Ok(())
+}
+
+/// Attributes of the kinds that [`MetaValue`] knows, by name; what only describes the pixels' layout is left out.
+fn metadata(header: &Header) -> Vec<(String, MetaValue)> {
+    let own = &header.own_attributes;
+    let texts = [("software", &own.software_name), ("comments", &own.comments), ("owner", &own.owner)];
+    let matrices = [("worldToCamera", &own.world_to_camera), ("worldToNDC", &own.world_to_normalized_device)];
+    let mut all: Vec<(String, MetaValue)> = Vec::new();
+    all.extend(texts.iter().filter_map(|(n, t)| Some((n.to_string(), MetaValue::Text(text(t.as_ref()?))))));
+    all.extend(matrices.iter().filter_map(|(n, m)| Some((n.to_string(), MetaValue::Matrix((**m)?)))));
+    all.extend(own.other.iter().filter_map(|(n, v)| Some((text(n), known(v)?))));
+    all.sort_by(|a, b| a.0.cmp(&b.0));
+    all
+}
+
+fn known(value: &AttributeValue) -> Option<MetaValue> {
+    match value {
+        AttributeValue::Text(t) => Some(MetaValue::Text(text(t))),
+        AttributeValue::I32(i) => Some(MetaValue::Int(*i)),
+        AttributeValue::F32(f) => Some(MetaValue::Float(*f)),
+        AttributeValue::F64(f) => Some(MetaValue::Float(*f as f32)),
+        AttributeValue::Matrix4x4(m) => Some(MetaValue::Matrix(*m)),
+        _ => None,
+    }
+}
+
+/// UTF-8 where it is that, Latin-1 otherwise.
+fn text(t: &Text) -> String {
+    std::str::from_utf8(t.as_slice())
+        .map_or_else(|_| t.as_slice().iter().map(|&b| b as char).collect(), str::to_string)
+}
+
+fn failure(error: exr::error::Error, name: &str) -> ImageError {
+    match error {
+        exr::error::Error::NotSupported(what) => {
+            ImageError::Unsupported { name: name.to_string(), what: what.to_string() }
+        }
+        exr::error::Error::Io(source) => ImageError::Read { name: name.to_string(), source },
+        other => broken(name, &other.to_string()),
+    }
+}
+
+fn broken(name: &str, why: &str) -> ImageError {
+    ImageError::Malformed { name: name.to_string(), why: why.to_string() }
+}

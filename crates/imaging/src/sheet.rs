@@ -1,0 +1,112 @@
+//! How do many pictures become one labelled sheet?
+//!
+//! Cells of 8-bit RGB in a grid, row by row, each with its label underneath; columns are as wide as the widest cell,
+//! rows as high as the highest one. Light grey on near black, so that neither highlights nor shadows of the pictures
+//! are judged against white paper.
+
+use crate::{Picture, Tone, text, write};
+
+/// 8-bit sRGB code values, red, green, blue, row by row from the top left.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Frame {
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// `width * height * 3` code values; [`write::rgb8`] takes them as they are.
+    pub data: Vec<u8>,
+}
+
+/// A picture with a few words on it.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// The picture.
+    pub frame: Frame,
+    /// Lines for underneath; what is wider than the cell is cut off.
+    pub label: String,
+}
+
+const BACKGROUND: u8 = 24;
+const INK: [u8; 3] = [208; 3];
+const GAP: usize = 8;
+
+impl Frame {
+    /// A picture through exposure (stops) and tone curve.
+    pub fn of(picture: &Picture, tone: Tone, exposure: f32) -> Self {
+        Self {
+            width: picture.width,
+            height: picture.height,
+            data: write::code_values(picture, tone, exposure),
+        }
+    }
+
+    fn plain(width: usize, height: usize) -> Self {
+        Self { width, height, data: vec![BACKGROUND; width * height * 3] }
+    }
+
+    /// Copies `cell` so that its top left comes to (x, y); it must fit.
+    fn paste(&mut self, cell: &Frame, x: usize, y: usize) {
+        for (i, row) in cell.data.chunks_exact(cell.width.max(1) * 3).take(cell.height).enumerate() {
+            let at = ((y + i) * self.width + x) * 3;
+            self.data[at..at + row.len()].copy_from_slice(row);
+        }
+    }
+}
+
+/// Lays the cells out in rows of `columns`. Text is drawn at twice its size where cells are at least 256 wide.
+pub fn grid(cells: &[Cell], columns: usize) -> Frame {
+    let columns = columns.clamp(1, cells.len().max(1));
+    let width = cells.iter().map(|c| c.frame.width).max().unwrap_or(0);
+    let scale = if width < 256 { 1 } else { 2 };
+    let lines = cells.iter().map(|c| c.label.lines().count()).max().unwrap_or(0);
+    let label = lines * text::LINE * scale + if lines > 0 { GAP / 2 } else { 0 };
+    let height = cells.iter().map(|c| c.frame.height).max().unwrap_or(0);
+    let rows = cells.len().div_ceil(columns);
+    let mut sheet = Frame::plain(GAP + columns * (width + GAP), GAP + rows * (height + label + GAP));
+    for (i, cell) in cells.iter().enumerate() {
+        let x = GAP + i % columns * (width + GAP);
+        let y = GAP + i / columns * (height + label + GAP);
+        sheet.paste(&cell.frame, x, y);
+        let sheet_width = sheet.width;
+        let label = fitting(&cell.label, width / (text::ADVANCE * scale));
+        text::draw(&mut sheet.data, sheet_width, (x, y + height + GAP / 2), scale, INK, &label);
+    }
+    sheet
+}
+
+/// The lines of a label, each cut to `most` characters.
+fn fitting(label: &str, most: usize) -> String {
+    label.lines().map(|line| line.chars().take(most).collect::<String>()).collect::<Vec<_>>().join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(width: usize, height: usize, value: u8, label: &str) -> Cell {
+        Cell { frame: Frame { width, height, data: vec![value; width * height * 3] }, label: label.into() }
+    }
+
+    #[test]
+    fn every_pixel_of_every_cell_is_there_once() {
+        let cells = [cell(20, 10, 101, "a"), cell(8, 12, 102, "two\nlines"), cell(20, 12, 103, "")];
+        let sheet = grid(&cells, 2);
+        assert_eq!((sheet.width, sheet.height), (8 + 2 * 28, 8 + 2 * (12 + 22 + 8)));
+        assert_eq!(sheet.data.len(), sheet.width * sheet.height * 3);
+        for c in &cells {
+            let count = sheet.data.iter().filter(|v| **v == c.frame.data[0]).count();
+            assert_eq!(count, c.frame.data.len());
+        }
+        assert_eq!(sheet.data[(8 * sheet.width + 8) * 3], 101);
+        assert_eq!(sheet.data[(8 * sheet.width + 36) * 3], 102);
+        assert!(sheet.data.contains(&INK[0]));
+    }
+
+    #[test]
+    fn odd_sheets_are_no_reason_to_stop() {
+        assert_eq!((grid(&[], 3).width, grid(&[], 3).height), (16, 8));
+        let sheet = grid(&[cell(1, 1, 200, "a label much wider than its cell")], 0);
+        assert!(!sheet.data.contains(&INK[0]));
+        grid(&[cell(0, 0, 0, "x")], 9);
+    }
+}
