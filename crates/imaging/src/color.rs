@@ -20,7 +20,12 @@ pub fn srgb_to_linear(c: f32) -> f32 {
 
 /// Encodes linear light as an sRGB code value: the inverse of [`srgb_to_linear`]. Nothing is clipped.
 pub fn linear_to_srgb(c: f32) -> f32 {
-    if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * libm::powf(c, 1.0 / 2.4) - 0.055 }
+    if c <= 0.003_130_8 {
+        return 12.92 * c;
+    }
+    // 1.055 p − 0.055, arranged so that white is exactly 1.
+    let p = libm::powf(c, 1.0 / 2.4);
+    p + 0.055 * (p - 1.0)
 }
 
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| decode_f64(i as f64 / 255.0)));
@@ -63,6 +68,7 @@ mod tests {
         assert!((srgb_to_linear(0.5) - 0.214_041_1).abs() < 1e-6);
         assert!((linear_to_srgb(0.18) - 0.461_356_1).abs() < 1e-6);
         assert_eq!((srgb_to_linear(0.0), srgb_to_linear(1.0)), (0.0, 1.0));
+        assert_eq!((linear_to_srgb(0.0), linear_to_srgb(1.0)), (0.0, 1.0));
         assert!((luminance(Vec3::ONE) - 1.0).abs() < 1e-6);
     }
 

@@ -43,7 +43,7 @@ impl Tone {
         Self::ALL.iter().find(|(tone, _)| *tone == self).map_or("", |(_, name)| name)
     }
 
-    /// Display-referred sRGB-encoded value in [0,1] of a linear Rec.709 colour. Total: negative and NaN components
+    /// Display-referred sRGB-encoded value in [0, 1] of a linear Rec.709 colour. Total: negative and NaN components
     /// count as 0, components above 65504 (the largest half) as 65504.
     pub fn apply(self, linear: Vec3) -> Vec3 {
         let c = linear.map(|v| if v > 0.0 { v.min(65504.0) } else { 0.0 });
