@@ -4,14 +4,13 @@
 //! many by a tree. Nothing here knows what stands in the way, so a share of the choices is even over all lights: a dim
 //! light in view is found even if a bright one hides.
 use crate::Light;
-use crate::cluster::{Bounds, Cluster, mean};
+use crate::cluster::{Bounds, mean};
+use crate::lanes::{LANES, Weights};
 use crate::tree::Tree;
 use dapple_sampling::discrete::Choice;
 use glam::Vec3;
 
-/// Up to this many lights are weighed one by one.
-const FEW: usize = 8;
-/// Share of choices that is even over all lights: among few, and among many.
+/// Share of choices that is even over all lights: among few (each weighed alone), and among many.
 const EVEN_FEW: f64 = 1.0 / 8.0;
 const EVEN_MANY: f64 = 1.0 / 16.0;
 
@@ -23,9 +22,11 @@ pub struct LightChoice {
     /// Place in `lights` by number in the scene; `NEVER` for those that are not chosen.
     places: Vec<u32>,
     far: Vec<Far>,
-    near: Near,
+    near: Option<Tree>,
     /// Share of the power that comes from `far`.
     far_power: f64,
+    /// Share of choices that is even over all lights.
+    even: f64,
 }
 const NEVER: u32 = u32::MAX;
 
@@ -34,12 +35,6 @@ const NEVER: u32 = u32::MAX;
 struct Far {
     irradiance: f64,
     towards: Option<Vec3>,
-}
-
-#[derive(Clone, Debug)]
-enum Near {
-    Few(Vec<Cluster>),
-    Many(Tree),
 }
 
 impl LightChoice {
@@ -62,28 +57,26 @@ impl LightChoice {
                 power[1] += mean(light.power(scene_radius));
             }
         }
-        let near = match Tree::new(&bounds) {
-            Some(tree) if numbers.len() > FEW => Near::Many(tree),
-            _ => Near::Few(bounds.iter().map(Cluster::from).collect()),
-        };
+        let even = if bounds.len() <= LANES { EVEN_FEW } else { EVEN_MANY };
+        let near = Tree::new(&bounds);
         let mut places = vec![NEVER; lights.len()];
         numbers.iter().enumerate().for_each(|(place, &light)| places[light as usize] = place as u32);
         let far_power = if power[0] > 0.0 { power[0] / (power[0] + power[1]) } else { 0.0 };
-        (!numbers.is_empty()).then_some(Self { lights: numbers, places, far, near, far_power })
+        (!numbers.is_empty()).then_some(Self { lights: numbers, places, far, near, far_power, even })
     }
 
     /// Chooses for a receiver at `p` with normal `n` on the side that light is received from (zero = no normal: any
     /// side), by `uc` in \[0,1). `u` of the choice is `uc` stretched back to \[0,1).
     pub fn sample(&self, p: Vec3, n: Vec3, uc: f32) -> Option<Choice> {
-        let uc = self.refined(uc, p);
-        let count = self.lights.len();
-        let even = self.even();
+        let uc = refined(uc, p);
+        let (count, even) = (self.lights.len(), self.even);
+        let here = self.here(p, n);
         let (place, aimed, u) = if uc < even {
             let x = uc / even * count as f64;
             let place = (x as usize).min(count - 1);
-            (place, self.aimed_pmf(p, n, place), x - place as f64)
+            (place, self.aimed_pmf(&here, p, n, place), x - place as f64)
         } else {
-            self.aim(p, n, ((uc - even) / (1.0 - even)).min(1.0 - f64::EPSILON))
+            self.aim(&here, p, n, ((uc - even) / (1.0 - even)).min(1.0 - f64::EPSILON))
         };
         let pmf = even / count as f64 + (1.0 - even) * aimed;
         let u = (u as f32).clamp(0.0, 1.0 - f32::EPSILON / 2.0);
@@ -95,87 +88,98 @@ impl LightChoice {
         match self.places.get(light) {
             None | Some(&NEVER) => 0.0,
             Some(&place) => {
-                let even = self.even();
-                let aimed = self.aimed_pmf(p, n, place as usize);
-                (even / self.lights.len() as f64 + (1.0 - even) * aimed) as f32
+                let aimed = self.aimed_pmf(&self.here(p, n), p, n, place as usize);
+                (self.even / self.lights.len() as f64 + (1.0 - self.even) * aimed) as f32
             }
         }
     }
 
-    fn even(&self) -> f64 {
-        if matches!(self.near, Near::Few(_)) { EVEN_FEW } else { EVEN_MANY }
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        let near = self.near.as_ref().map_or(0, Tree::memory_bytes);
+        size_of_val(&*self.lights) + size_of_val(&*self.places) + size_of_val(&*self.far) + near
     }
 
-    /// With many lights the 24 bits of `uc` would be used up on the way down: below them come bits of a hash of `uc` and
-    /// `p`. Order is kept.
-    fn refined(&self, uc: f32, p: Vec3) -> f64 {
-        const STEPS: f64 = (1 << 24) as f64;
-        let u = (uc as f64).clamp(0.0, 1.0 - 1.0 / STEPS);
-        if matches!(self.near, Near::Few(_)) {
-            return u;
+    /// What choosing and its probability share: the importance of the lights without place, their probability, and the
+    /// weights at the root of the tree. With few lights the share goes by importance, which is then that of each light;
+    /// with many half by importance and half by power, because the importance of a whole tree is a poor guess for a
+    /// receiver inside it.
+    fn here(&self, p: Vec3, n: Vec3) -> Here {
+        let Some(tree) = &self.near else {
+            return Here { far: self.far_importance(n), share: 1.0, root: None };
+        };
+        let root = tree.root(p, n);
+        if self.far.is_empty() {
+            return Here { far: 0.0, share: 0.0, root: Some(root) };
         }
-        let words = [uc, p.x, p.y, p.z].map(|x| x.to_bits() as u64);
-        let bits = words.iter().fold(0, |h, w| mix(h ^ w));
-        ((u * STEPS).floor() + (bits >> 24) as f64 / (1u64 << 40) as f64) / STEPS
+        let (far, near) = (self.far_importance(n), tree.importance(&root));
+        let here = if far + near > 0.0 { far / (far + near) } else { self.far_power };
+        let few = self.even == EVEN_FEW;
+        Here { far, share: if few { here } else { 0.5 * (here + self.far_power) }, root: Some(root) }
+    }
+
+    fn far_importance(&self, n: Vec3) -> f64 {
+        self.far.iter().map(|f| f.importance(n)).sum()
     }
 
     /// Place, probability and u stretched back, by importance.
-    fn aim(&self, p: Vec3, n: Vec3, u: f64) -> (usize, f64, f64) {
-        match &self.near {
-            Near::Few(clusters) => {
-                let (weights, sum) = self.weigh(clusters, p, n);
-                pick(&weights[..self.lights.len()], sum, u)
+    fn aim(&self, here: &Here, p: Vec3, n: Vec3, u: f64) -> (usize, f64, f64) {
+        match (&self.near, &here.root) {
+            (Some(tree), Some(root)) if u >= here.share => {
+                let u = ((u - here.share) / (1.0 - here.share)).min(1.0 - f64::EPSILON);
+                let (item, probability, u) = tree.sample(root, p, n, u);
+                (self.far.len() + item, (1.0 - here.share) * probability, u)
             }
-            Near::Many(tree) => {
-                let (share, sum) = self.far_share(tree, p, n);
-                if u < share {
-                    let weights: Vec<f64> = self.far.iter().map(|f| f.importance(n)).collect();
-                    let (place, probability, u) = pick(&weights, sum, u / share);
-                    return (place, probability * share, u);
-                }
-                let (item, probability, u) = tree.sample(p, n, (u - share) / (1.0 - share));
-                (self.far.len() + item, probability * (1.0 - share), u)
+            _ => {
+                let (place, probability, u) = self.aim_far(here.far, n, u / here.share);
+                (place, here.share * probability, u)
             }
         }
+    }
+
+    /// One of the lights without place: number, probability and u stretched back.
+    fn aim_far(&self, sum: f64, n: Vec3, u: f64) -> (usize, f64, f64) {
+        let (mut low, mut last) = (0.0, (0, 0.0, 0.0));
+        for (i, far) in self.far.iter().enumerate() {
+            let p = probability(far.importance(n), sum, self.far.len());
+            if p > 0.0 {
+                last = (i, p, ((u - low) / p).clamp(0.0, 1.0 - f64::EPSILON));
+                if u < low + p {
+                    break;
+                }
+            }
+            low += p;
+        }
+        last
     }
 
     /// Probability with which `aim` gives a place.
-    fn aimed_pmf(&self, p: Vec3, n: Vec3, place: usize) -> f64 {
-        match &self.near {
-            Near::Few(clusters) => {
-                let (weights, sum) = self.weigh(clusters, p, n);
-                probability(weights[place], sum, self.lights.len())
-            }
-            Near::Many(tree) => {
-                let (share, sum) = self.far_share(tree, p, n);
-                match self.far.get(place) {
-                    Some(far) => probability(far.importance(n), sum, self.far.len()) * share,
-                    None => tree.pmf(p, n, place - self.far.len()) * (1.0 - share),
-                }
-            }
+    fn aimed_pmf(&self, here: &Here, p: Vec3, n: Vec3, place: usize) -> f64 {
+        if let Some(far) = self.far.get(place) {
+            return here.share * probability(far.importance(n), here.far, self.far.len());
+        }
+        match (&self.near, &here.root) {
+            (Some(tree), Some(root)) => (1.0 - here.share) * tree.pmf(root, p, n, place - self.far.len()),
+            _ => 0.0,
         }
     }
+}
 
-    /// Importance of each of a few lights, and the sum.
-    fn weigh(&self, clusters: &[Cluster], p: Vec3, n: Vec3) -> ([f64; FEW], f64) {
-        let mut weights = [0.0; FEW];
-        let far = self.far.iter().map(|f| f.importance(n));
-        let near = clusters.iter().map(|c| c.importance(p, n));
-        weights.iter_mut().zip(far.chain(near)).for_each(|(w, importance)| *w = importance);
-        (weights, weights.iter().sum())
-    }
+/// See [`LightChoice::here`].
+struct Here {
+    far: f64,
+    share: f64,
+    root: Option<Weights>,
+}
 
-    /// Probability of the lights without place, and the sum of their importance: half by importance here, half by power,
-    /// because the importance of a whole tree is a poor guess for a receiver inside it.
-    fn far_share(&self, tree: &Tree, p: Vec3, n: Vec3) -> (f64, f64) {
-        if self.far.is_empty() {
-            return (0.0, 0.0);
-        }
-        let sum: f64 = self.far.iter().map(|f| f.importance(n)).sum();
-        let near = tree.importance(p, n);
-        let here = if sum + near > 0.0 { sum / (sum + near) } else { self.far_power };
-        (0.5 * (here + self.far_power), sum)
-    }
+/// With many lights the 24 bits of `uc` would be used up on the way down: below them come bits of a hash of `uc` and `p`.
+/// Order is kept.
+fn refined(uc: f32, p: Vec3) -> f64 {
+    const STEPS: f64 = (1 << 24) as f64;
+    let u = (uc as f64).clamp(0.0, 1.0 - 1.0 / STEPS);
+    let words = [uc, p.x, p.y, p.z].map(|x| x.to_bits() as u64);
+    let bits = words.iter().fold(0, |h, w| mix(h ^ w));
+    ((u * STEPS).floor() + (bits >> 24) as f64 / (1u64 << 40) as f64) / STEPS
 }
 
 impl Far {
@@ -201,22 +205,6 @@ impl Far {
 /// weight/sum; even where nothing has weight.
 fn probability(weight: f64, sum: f64, count: usize) -> f64 {
     if sum > 0.0 { weight / sum } else { 1.0 / count as f64 }
-}
-
-/// One of a few by weight: place, probability and u stretched back.
-fn pick(weights: &[f64], sum: f64, u: f64) -> (usize, f64, f64) {
-    let (mut low, mut last) = (0.0, (0, 0.0, 0.0));
-    for (i, &w) in weights.iter().enumerate() {
-        let p = probability(w, sum, weights.len());
-        if p > 0.0 {
-            last = (i, p, ((u - low) / p).clamp(0.0, 1.0 - f64::EPSILON));
-            if u < low + p {
-                break;
-            }
-        }
-        low += p;
-    }
-    last
 }
 
 /// Finaliser of splitmix64 [Steele 2014].

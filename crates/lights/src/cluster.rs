@@ -1,4 +1,4 @@
-//! How much light can a set of lights send to a receiver, at most and about?
+//! What is known of a set of lights without looking at each: bounds for choosing among many.
 //!
 //! A cluster is a box, a cone of axes, a spread of emission about each axis, and an intensity
 //! [Conty Estevez and Kulla 2018]. "Intensity" is the mean over the channels of the greatest radiant intensity: I of a
@@ -19,7 +19,7 @@ pub(crate) struct Cone {
 }
 
 impl Cone {
-    const ALL: Self = Self { axis: DVec3::Z, theta_o: PI, theta_e: FRAC_PI_2, two_sided: false };
+    pub const ALL: Self = Self { axis: DVec3::Z, theta_o: PI, theta_e: FRAC_PI_2, two_sided: false };
 
     /// The smallest cone around both; all directions when one is two-sided and the other is not.
     fn union(&self, other: &Self) -> Self {
@@ -45,7 +45,7 @@ impl Cone {
     }
 }
 
-/// Bounds of a set of lights, as building needs them.
+/// Bounds of a set of lights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounds {
     pub low: Vec3,
@@ -90,6 +90,11 @@ impl Bounds {
     pub fn centre(&self) -> Vec3 {
         ((self.low.as_dvec3() + self.high.as_dvec3()) * 0.5).as_vec3()
     }
+
+    /// Half of the box' diagonal.
+    pub fn radius(&self) -> f64 {
+        (self.high.as_dvec3() - self.low.as_dvec3()).length() * 0.5
+    }
 }
 
 /// Box and normal; no normal for what emits in all directions.
@@ -117,102 +122,9 @@ pub(crate) fn mean(rgb: Vec3) -> f64 {
     ((rgb.x + rgb.y + rgb.z) / 3.0).min(1e200)
 }
 
-/// Bounds of a set of lights, as choosing needs them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Cluster {
-    pub intensity: f64,
-    centre: Vec3,
-    /// Square of half the box' diagonal.
-    radius2: f32,
-    axis: Vec3,
-    cos_o: f32,
-    cos_e: f32,
-    two_sided: bool,
-}
-
-impl From<&Bounds> for Cluster {
-    fn from(b: &Bounds) -> Self {
-        let half = (b.high.as_dvec3() - b.low.as_dvec3()) * 0.5;
-        // The cone is opened by what f32 rounds off.
-        let opened = |theta: f64| (cos(theta.min(PI)) as f32 - 4.0 * f32::EPSILON).max(-1.0);
-        Self {
-            intensity: b.intensity,
-            centre: b.centre(),
-            radius2: half.length_squared() as f32,
-            axis: b.cone.axis.as_vec3(),
-            cos_o: opened(b.cone.theta_o),
-            cos_e: opened(b.cone.theta_e),
-            two_sided: b.cone.two_sided,
-        }
-    }
-}
-
-impl Cluster {
-    /// I·cosθ'·cosθ'ᵢ/d² with θ' = max(0, θ − θ_o − θ_u) (0 beyond θ_e) at the lights, θ'ᵢ = max(0, θᵢ − θ_u) at the
-    /// receiver (left out when `n` is zero), θ_u the half-angle of the ball around the box, and d² at least the square of
-    /// the ball's radius. Inside the ball both cosines are 1. Only products, ratios and roots of coordinates: scaling
-    /// the scene by a power of two changes no bit of the ratios.
-    #[inline]
-    pub fn importance(&self, p: Vec3, n: Vec3) -> f64 {
-        let v = self.centre.as_dvec3() - p.as_dvec3();
-        let (d2, r2) = (v.length_squared(), self.radius2 as f64);
-        if d2 <= r2 || d2 == 0.0 {
-            return (self.intensity / r2).min(1e250);
-        }
-        let d = d2.sqrt();
-        let sin2_u = r2 / d2;
-        let u = Angle { cos: (1.0 - sin2_u).sqrt(), sin: sin2_u.sqrt() };
-        let cos_emitted = self.cos_emitted(v / d, u);
-        if cos_emitted <= 0.0 {
-            return 0.0;
-        }
-        let cos_received = if n == Vec3::ZERO {
-            1.0
-        } else {
-            Angle::from_cos(n.as_dvec3().dot(v) / d).minus(u).cos.max(0.0)
-        };
-        (self.intensity * cos_emitted * cos_received / d2).min(1e250)
-    }
-
-    /// cosθ', or 0 beyond θ_e; `w` points from the receiver to the cluster.
-    #[inline]
-    fn cos_emitted(&self, w: DVec3, u: Angle) -> f64 {
-        if self.cos_o <= -1.0 {
-            return 1.0;
-        }
-        let cos = -self.axis.as_dvec3().dot(w);
-        let theta = Angle::from_cos(if self.two_sided { cos.abs() } else { cos });
-        let rest = theta.minus(Angle::from_cos(self.cos_o as f64)).minus(u).cos;
-        if rest < self.cos_e as f64 { 0.0 } else { rest }
-    }
-}
-
-/// An angle in [0, π] by its cosine and sine.
-#[derive(Clone, Copy)]
-struct Angle {
-    cos: f64,
-    sin: f64,
-}
-impl Angle {
-    #[inline]
-    fn from_cos(cos: f64) -> Self {
-        let cos = cos.clamp(-1.0, 1.0);
-        Self { cos, sin: (1.0 - cos * cos).sqrt() }
-    }
-    /// max(0, self − b).
-    #[inline]
-    fn minus(self, b: Self) -> Self {
-        if self.cos >= b.cos {
-            return Self { cos: 1.0, sin: 0.0 };
-        }
-        Self { cos: self.cos * b.cos + self.sin * b.sin, sin: self.sin * b.cos - self.cos * b.sin }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Area, Point};
 
     #[test]
     fn cones_hold_what_they_join() {
@@ -232,30 +144,5 @@ mod tests {
         let (a, b) = (cone(0.0, 1.0, 0.0), cone(0.0, -1.0, 0.0));
         let sheet = Cone { two_sided: true, ..a }.union(&Cone { two_sided: true, ..b });
         assert_eq!(sheet.theta_o, 0.0, "two sides of one sheet");
-    }
-
-    #[test]
-    fn a_lone_point_is_inverse_square_and_cosine() {
-        let light =
-            Light::Point(Point { p: Vec3::Z * 2.0, intensity: Vec3::splat(3.0), range: f32::INFINITY });
-        let cluster = Cluster::from(&Bounds::of(&light).unwrap());
-        assert_eq!(cluster.importance(Vec3::ZERO, Vec3::ZERO), 0.75);
-        assert!((cluster.importance(Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8)) - 0.6).abs() < 1e-6);
-        assert_eq!(cluster.importance(Vec3::ZERO, Vec3::NEG_Z), 0.0);
-        assert!(cluster.importance(Vec3::Z * 2.0, Vec3::Z).is_finite());
-    }
-
-    #[test]
-    fn importance_bounds_the_irradiance_of_flat_lights() {
-        // I·cosθ'·cosθ'ᵢ/d² with clamped angles is never below the far-field value at the centre.
-        let quad = AreaShape::Quad { corner: Vec3::new(-0.5, -0.5, 3.0), e1: Vec3::Y, e2: Vec3::X };
-        let light = Light::Area(Area { shape: quad, radiance: Vec3::ONE, two_sided: false });
-        let cluster = Cluster::from(&Bounds::of(&light).unwrap());
-        for (p, n) in [(Vec3::ZERO, Vec3::Z), (Vec3::X * 3.0, Vec3::new(-0.6, 0.0, 0.8))] {
-            let v = Vec3::Z * 3.0 - p;
-            let far = (v.z / v.length()) * n.dot(v) / v.length() / v.length_squared();
-            assert!(cluster.importance(p, n) >= far as f64 * (1.0 - 1e-6));
-        }
-        assert_eq!(cluster.importance(Vec3::Z * 9.0, Vec3::ZERO), 0.0, "behind it");
     }
 }
