@@ -5,12 +5,14 @@
 //! only the index of refraction knows which side that was. Opaque matter therefore looks alike from both sides.
 //!
 //! With several lobes, one is chosen by its share of the light, and the weight is the sum of all lobes' f·cos over the
-//! mixture density: the balance heuristic over lobes (see `layers`).
+//! mixture density: the balance heuristic over lobes (see `choice`).
 
 use crate::layers::Layers;
 use crate::mirror::{SHARP_BLUR, SquareBlur, WIDEST_BLUR};
 use crate::{Lobe, Lobes, Material, Mirror};
+use dapple_sampling::warp;
 use glam::{Vec2, Vec3};
+use std::f32::consts::FRAC_1_PI;
 
 /// Cosines below this count as in the surface, where no light goes: f32 products of two of them end here.
 pub(crate) const GRAZING: f32 = 1e-18;
@@ -31,6 +33,8 @@ pub struct Bsdf {
 enum Body {
     /// Seen edge-on.
     Nothing,
+    /// A bare diffuse base of this reflectance: most of most scenes, so it carries nothing else about.
+    Lambert(Vec3),
     Mirror {
         kr: Vec3,
         blur: Option<SquareBlur>,
@@ -63,6 +67,8 @@ impl Bsdf {
             Body::Nothing
         } else if let Some(mirror) = &material.mirror {
             Body::mirror(mirror, wo)
+        } else if material.specular == 0.0 && material.metallic == 0.0 && material.transmission == 0.0 {
+            Body::Lambert(material.base_color.max(Vec3::ZERO))
         } else {
             Body::Layers(Layers::new(material, wo, side))
         };
@@ -91,6 +97,7 @@ impl Bsdf {
                 let pdf = blur.pdf(wi);
                 (*kr * (pdf / wi.z), pdf)
             }
+            Body::Lambert(rho) if wi.z > 0.0 => (*rho * FRAC_1_PI, warp::hemisphere_cosine_pdf(wi.z)),
             Body::Layers(layers) => layers.eval(self.wo, wi, asked),
             _ => (Vec3::ZERO, 0.0),
         }
@@ -105,6 +112,7 @@ impl Bsdf {
         }
         let mut sample = match &self.body {
             Body::Nothing => None,
+            Body::Lambert(rho) => sample_lambert(*rho, u),
             Body::Mirror { kr, blur } => sample_mirror(self.wo, *kr, blur.as_ref(), u),
             Body::Layers(layers) => layers.sample(self.wo, uc, u, asked),
         }?;
@@ -126,6 +134,7 @@ impl Bsdf {
     pub fn albedo(&self) -> Vec3 {
         match &self.body {
             Body::Nothing => Vec3::ZERO,
+            Body::Lambert(rho) => *rho,
             Body::Mirror { kr, .. } => *kr,
             Body::Layers(layers) => layers.albedo(self.wo.z),
         }
@@ -158,12 +167,20 @@ impl Body {
     fn live(&self) -> Lobes {
         match self {
             Self::Nothing => Lobes::NONE,
+            Self::Lambert(rho) if *rho == Vec3::ZERO => Lobes::NONE,
+            Self::Lambert(_) => Lobes::of(Lobe::Diffuse),
             Self::Mirror { kr, .. } if *kr == Vec3::ZERO => Lobes::NONE,
             Self::Mirror { blur: Some(_), .. } => Lobes::of(Lobe::Mirror),
             Self::Mirror { blur: None, .. } => Lobes::of(Lobe::DeltaReflection),
             Self::Layers(layers) => layers.live(),
         }
     }
+}
+
+fn sample_lambert(rho: Vec3, u: Vec2) -> Option<BsdfSample> {
+    let wi = warp::hemisphere_cosine(u);
+    let pdf = warp::hemisphere_cosine_pdf(wi.z);
+    (wi.z >= GRAZING).then_some(BsdfSample { wi, weight: rho, pdf, lobe: Lobe::Diffuse, eta: 1.0 })
 }
 
 fn sample_mirror(wo: Vec3, kr: Vec3, blur: Option<&SquareBlur>, u: Vec2) -> Option<BsdfSample> {

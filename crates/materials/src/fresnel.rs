@@ -70,7 +70,7 @@ impl Schlick {
 /// for untinted matter. A thin wall reflects at both faces: 2F/(1+F), the sum of all passes inside the slab. (The letter
 /// of `KHR_materials_transmission` counts the first face only.)
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clear {
+pub struct Interface {
     tint: Schlick,
     /// Reflectance along the normal before tinting.
     r0: f32,
@@ -80,7 +80,7 @@ pub struct Clear {
     pub thin: bool,
 }
 
-impl Clear {
+impl Interface {
     /// `eta` = far over near index as seen from `wo`, 0 for glTF's special case.
     pub fn new(tint: Schlick, eta: f32, thin: bool) -> Self {
         if (eta - 1.0).abs() < 1e-4 {
@@ -91,8 +91,26 @@ impl Clear {
     }
 
     /// Light keeps its direction: a thin wall, matched indices, or no index at all.
-    pub fn goes_straight(&self) -> bool {
+    fn keeps_direction(&self) -> bool {
         self.thin || self.eta == 1.0 || self.eta == 0.0
+    }
+
+    /// Roughness shows in what goes through.
+    pub fn blurs(&self) -> bool {
+        self.thin || !self.keeps_direction()
+    }
+
+    /// (η_i/η_o)² of what goes through: 1 where light keeps its direction.
+    pub fn eta_squared(&self) -> f32 {
+        if self.keeps_direction() { 1.0 } else { self.eta * self.eta }
+    }
+
+    /// Where light goes through a smooth interface; `None` under total internal reflection.
+    pub fn through(&self, wo: Vec3) -> Option<Vec3> {
+        if self.keeps_direction() {
+            return Some(-wo);
+        }
+        far_cosine(wo.z, self.eta).map(|ct| refract(wo, Vec3::Z, wo.z, ct, self.eta))
     }
 
     /// Whether any light is reflected at any angle.

@@ -1,65 +1,34 @@
 //! glTF's mix of layers seen from one direction above the surface, each with its share:
 //! metallic·metal + (1 − metallic)·(coat over mix(diffuse base, clear matter, transmission)).
-//!
-//! Which layer a sample follows: its directional albedo, mean of the channels, at least 5 % for each rough layer (smooth
-//! ones weigh exactly what their share says). Rough clear matter is one choice, not two: a visible facet is drawn, and
-//! that facet reflects with probability R/(R + T) of its own, so that total reflection inside rough glass wastes nothing.
 
 use crate::albedo::Row;
 use crate::bsdf::{BsdfSample, GRAZING};
+use crate::choice::{Choice, Shares};
 use crate::diffuse::Diffuse;
-use crate::fresnel::{Clear, Schlick, normal_reflectance};
+use crate::fresnel::{Interface, Schlick, normal_reflectance};
 use crate::microfacet::{Ggx, reflect};
-use crate::reflection::{Fresnel, Rough};
-use crate::transmission::{Facet, Transmission};
+use crate::reflection::Rough;
+use crate::transmission::{ClearLayer, Direction, Facet};
 use crate::{Lobe, Lobes, Material};
 use dapple_sampling::warp;
 use glam::{Vec2, Vec3};
-
-/// Every live rough lobe is chosen at least this often before normalising.
-const LEAST_SHARE: f32 = 0.05;
-
-/// A facet takes either way at least this often, so that q and 1 − q keep their digits.
-const LEAST_TURN: f32 = 1e-3;
-
-/// The largest f32 below 1.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// The layers that exist.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Layers {
     diffuse: Option<Diffuse>,
-    reflection: Option<Fresnel>,
-    transmission: Option<Transmission>,
+    /// Metal and opaque dielectric, weighted by their shares.
+    opaque: Schlick,
+    clear: Option<ClearLayer>,
     /// `None` = smooth.
     rough: Option<Rough>,
+    /// Lobes that carry weight; they also say which layers are taken as smooth.
+    live: Lobes,
     /// Grey albedo of diffuse base, opaque reflection, clear reflection, transmission; unset with fewer than two lobes.
     grey: [f32; 4],
     /// For all live lobes.
     shares: Shares,
 }
-
-/// Probability of each choice; they add up to 1.
-#[derive(Clone, Copy, Debug, Default)]
-struct Shares {
-    diffuse: f32,
-    reflection: f32,
-    transmission: f32,
-    /// Facets of rough clear matter, which then reflect or transmit.
-    facets: f32,
-}
-
-/// What a sample follows.
-#[derive(Clone, Copy)]
-enum Choice {
-    Diffuse,
-    Reflection,
-    Transmission,
-    Facets,
-}
-
-/// A direction on its side of the surface, the lobe, and the facet that sent it there.
-type Direction = (Vec3, Lobe, Option<Facet>);
 
 /// Into 0..1; not-a-number becomes 0.
 fn unit(x: f32) -> f32 {
@@ -76,66 +45,66 @@ impl Layers {
         let opaque_share = (1.0 - metal) * (1.0 - unit(material.transmission));
         let coat = dielectric_schlick(material);
 
-        let diffuse = diffuse_layer(base * opaque_share, &coat, alpha, wo.z);
-        let clear = (clear_share > 0.0).then(|| clear_layer(material, coat, side));
         let opaque =
             Schlick { f0: base * metal + coat.f0 * opaque_share, f90: metal + coat.f90 * opaque_share };
-        let reflects = opaque.f90 > 0.0 || clear.is_some_and(|clear| clear.reflects());
-        let reflection =
-            reflects.then_some(Fresnel { opaque, clear: clear.map(|clear| (clear, clear_share)) });
-        let rough =
-            Ggx::isotropic(alpha).filter(|_| reflects || clear.is_some()).map(|ggx| Rough::new(ggx, wo));
-        let transmission = clear.filter(|_| base != Vec3::ZERO).map(|clear| Transmission {
-            tint: base * clear_share,
-            clear,
-            rough: rough.filter(|_| clear.thin || !clear.goes_straight()),
-        });
-        let mut layers =
-            Self { diffuse, reflection, transmission, rough, grey: [1.0; 4], shares: Shares::default() };
+        let mut layers = Self {
+            diffuse: diffuse_layer(base * opaque_share, &coat, alpha, wo.z),
+            opaque,
+            clear: (clear_share > 0.0).then(|| clear_layer(material, coat, base, clear_share, side)),
+            rough: None,
+            live: Lobes::NONE,
+            grey: [1.0; 4],
+            shares: Shares::default(),
+        };
+        if opaque.f90 > 0.0 || layers.clear.is_some() {
+            layers.rough = Ggx::isotropic(alpha).map(|ggx| Rough::new(ggx, wo));
+        }
+        layers.live = layers.lobes();
         layers.choose(wo.z);
         layers
     }
 
     /// Makes the rough lobes asked for smooth.
     pub fn sharpen(&mut self, mu: f32, lobes: Lobes) {
-        if lobes.contains(Lobe::GlossyReflection) {
-            self.rough = None;
-        }
-        if let (Some(transmission), true) = (&mut self.transmission, lobes.contains(Lobe::GlossyTransmission))
-        {
-            transmission.rough = None;
+        for (rough, smooth) in [
+            (Lobe::GlossyReflection, Lobe::DeltaReflection),
+            (Lobe::GlossyTransmission, Lobe::DeltaTransmission),
+        ] {
+            if self.live.and(lobes).contains(rough) {
+                self.live = self.live.without(Lobes::of(rough)).with(smooth);
+            }
         }
         self.choose(mu);
     }
 
     /// Lobes that carry weight.
     pub fn live(&self) -> Lobes {
-        let mut live = Lobes::NONE;
-        if self.diffuse.is_some() {
-            live = live.with(Lobe::Diffuse);
-        }
-        if self.reflection.is_some() {
-            live = live.with(self.reflection_lobe());
-        }
-        if let Some(transmission) = &self.transmission {
-            live = live.with(transmission.lobe());
-        }
-        live
+        self.live
     }
 
-    fn reflection_lobe(&self) -> Lobe {
-        if self.rough.is_some() { Lobe::GlossyReflection } else { Lobe::DeltaReflection }
+    fn lobes(&self) -> Lobes {
+        let mut lobes = Lobes::NONE;
+        if self.diffuse.is_some() {
+            lobes = lobes.with(Lobe::Diffuse);
+        }
+        if self.opaque.f90 > 0.0 || self.clear.is_some_and(|clear| clear.interface.reflects()) {
+            let rough = self.rough.is_some();
+            lobes = lobes.with(if rough { Lobe::GlossyReflection } else { Lobe::DeltaReflection });
+        }
+        if let Some(clear) = self.clear.filter(|clear| clear.tint != Vec3::ZERO) {
+            let rough = self.rough.is_some() && clear.interface.blurs();
+            lobes = lobes.with(if rough { Lobe::GlossyTransmission } else { Lobe::DeltaTransmission });
+        }
+        lobes
     }
 
     /// Directional albedo of diffuse base, opaque reflection, clear reflection, transmission.
     fn albedos(&self, mu: f32) -> [Vec3; 4] {
         let split = Row::new(self.rough.map_or(0.0, |rough| rough.ggx.ax)).at(mu);
-        [
-            self.diffuse.map_or(Vec3::ZERO, |d| d.albedo()),
-            self.reflection.map_or(Vec3::ZERO, |r| r.opaque_albedo(split)),
-            self.reflection.map_or(Vec3::ZERO, |r| r.clear_albedo(split, mu)),
-            self.transmission.map_or(Vec3::ZERO, |t| t.albedo(split, mu)),
-        ]
+        let diffuse = self.diffuse.map_or(Vec3::ZERO, |diffuse| diffuse.albedo());
+        let opaque = self.opaque.f0 * split.c + (Vec3::splat(self.opaque.f90) - self.opaque.f0) * split.b;
+        let [back, on] = self.clear.map_or([Vec3::ZERO; 2], |clear| clear.albedos(split.c, mu));
+        [diffuse, opaque, back, on]
     }
 
     /// Sum of the layers' albedos.
@@ -144,48 +113,19 @@ impl Layers {
     }
 
     fn choose(&mut self, mu: f32) {
-        let live = self.live();
         // A lone lobe needs no estimate of its size.
-        if live.0.count_ones() > 1 {
+        if self.live.0.count_ones() > 1 {
             self.grey = self.albedos(mu).map(|albedo| albedo.element_sum());
         }
-        self.shares = self.shares_of(live);
+        self.shares = self.shares_of(self.live);
     }
 
-    /// Probabilities of the choices among the lobes asked for; all zero when those carry nothing.
     fn shares_of(&self, asked: Lobes) -> Shares {
-        let [diffuse, opaque, clear, through] = self.grey;
-        let (gloss, blur) = (self.rough.is_some(), self.transmission.is_some_and(|t| t.rough.is_some()));
-        let reflects = self.reflection.is_some() && asked.contains(self.reflection_lobe());
-        let transmits = self.transmission.is_some_and(|t| asked.contains(t.lobe()));
-        let facets = reflects && transmits && gloss && blur;
-        let mirrors = reflects && (!facets || self.reflection.is_some_and(|r| r.opaque.f90 > 0.0));
-
-        // Chosen, rough, grey albedo.
-        let slots = [
-            (self.diffuse.is_some() && asked.contains(Lobe::Diffuse), true, diffuse),
-            (mirrors, gloss, if facets { opaque } else { opaque + clear }),
-            (transmits && !facets, blur, through),
-            (facets, true, clear + through),
-        ];
-        let sum: f32 = slots.iter().map(|&(chosen, _, grey)| if chosen { grey } else { 0.0 }).sum();
-        // The estimate may be zero where a rough lobe is not: refraction at the edge of total reflection.
-        let least = if sum > 0.0 { LEAST_SHARE * sum } else { 1.0 };
-        let raised = slots.map(|(chosen, rough, grey)| match (chosen, rough) {
-            (false, _) => 0.0,
-            (true, false) => grey,
-            (true, true) => grey.max(least),
-        });
-        let sum: f32 = raised.iter().sum();
-        if !(sum > 0.0 && sum.is_finite()) {
-            return Shares::default();
-        }
-        let [diffuse, reflection, transmission, facets] = raised.map(|part| part / sum);
-        Shares { diffuse, reflection, transmission, facets }
+        Shares::new(self.grey, asked, self.opaque.f90 > 0.0)
     }
 
     fn shares(&self, asked: Lobes) -> Shares {
-        if asked == self.live() { self.shares } else { self.shares_of(asked) }
+        if asked == self.live { self.shares } else { self.shares_of(asked) }
     }
 
     /// Value and density of the lobes asked for. Delta lobes add nothing.
@@ -211,20 +151,16 @@ impl Layers {
             f += diffuse.f(wi.z);
             pdf += shares.diffuse * warp::hemisphere_cosine_pdf(wi.z);
         }
-        if let (Some(fresnel), Some(rough), true) =
-            (&self.reflection, &self.rough, asked.contains(Lobe::GlossyReflection))
-        {
+        if let (Some(rough), true) = (&self.rough, asked.contains(Lobe::GlossyReflection)) {
             let (value, density, c) = rough.eval(wo, wi);
             let c = known.map_or(c, |facet| facet.o);
-            f += fresnel.opaque.at(c) * value;
+            f += self.opaque.at(c) * value;
             pdf += shares.reflection * density;
-            if let Some((clear, share)) = &fresnel.clear {
-                let reflectance = clear.reflectance(c);
-                f += reflectance * (*share * value);
-                pdf += shares.facets
-                    * self.reflecting(reflectance)
-                    * density
-                    * rough.visible_ratio(wo, clear.thin);
+            if let Some(clear) = &self.clear {
+                let reflectance = clear.interface.reflectance(c);
+                f += reflectance * (clear.share * value);
+                let ratio = rough.visible_ratio(wo, clear.interface.thin);
+                pdf += shares.facets * clear.reflecting(reflectance) * density * ratio;
             }
         }
         (f, pdf)
@@ -238,36 +174,25 @@ impl Layers {
         asked: Lobes,
         shares: &Shares,
     ) -> (Vec3, f32) {
-        let Some(transmission) = self.transmission.as_ref().filter(|t| asked.contains(t.lobe())) else {
-            return (Vec3::ZERO, 0.0);
-        };
-        let Some((value, density, reflectance)) = transmission.eval(wo, wi, known) else {
-            return (Vec3::ZERO, 0.0);
-        };
-        let share = shares.transmission + shares.facets * (1.0 - self.reflecting(reflectance));
-        (transmission.tint * ((1.0 - reflectance.max_element()) * value), share * density)
-    }
-
-    /// Probability that a facet of rough clear matter reflects: its share of what the facet sends anywhere; 1 under total
-    /// internal reflection.
-    fn reflecting(&self, reflectance: Vec3) -> f32 {
-        let (Some(transmission), Some(Fresnel { clear: Some((_, share)), .. })) =
-            (&self.transmission, &self.reflection)
+        let (Some(clear), Some(rough), true) =
+            (&self.clear, &self.rough, asked.contains(Lobe::GlossyTransmission))
         else {
-            return 1.0;
+            return (Vec3::ZERO, 0.0);
         };
-        let back = reflectance.element_sum() * *share;
-        let on = transmission.tint.element_sum() * (1.0 - reflectance.max_element());
-        if on > 0.0 { (back / (back + on)).clamp(LEAST_TURN, 1.0 - LEAST_TURN) } else { 1.0 }
+        let Some((value, density, reflectance)) = clear.eval(rough, wo, wi, known) else {
+            return (Vec3::ZERO, 0.0);
+        };
+        let share = shares.transmission + shares.facets * (1.0 - clear.reflecting(reflectance));
+        (clear.tint * ((1.0 - reflectance.max_element()) * value), share * density)
     }
 
     /// A direction for the lobes asked for.
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2, asked: Lobes) -> Option<BsdfSample> {
         let shares = self.shares(asked);
         let (choice, share, uc) = shares.pick(uc)?;
-        let (wi, lobe, facet) = self.direction(choice, wo, uc, u)?;
-        let eta = match &self.transmission {
-            Some(transmission) if lobe.is_transmission() => transmission.eta_squared(),
+        let (wi, lobe, facet) = self.direction(choice, wo, uc, u, asked)?;
+        let eta = match &self.clear {
+            Some(clear) if lobe.is_transmission() => clear.interface.eta_squared(),
             _ => 1.0,
         };
         if lobe.is_delta() {
@@ -287,70 +212,46 @@ impl Layers {
     }
 
     /// Where the choice leads; `None` where light cannot go.
-    fn direction(&self, choice: Choice, wo: Vec3, uc: f32, u: Vec2) -> Option<Direction> {
+    fn direction(&self, choice: Choice, wo: Vec3, uc: f32, u: Vec2, asked: Lobes) -> Option<Direction> {
         match choice {
             Choice::Diffuse => Some((warp::hemisphere_cosine(u), Lobe::Diffuse, None)),
-            Choice::Reflection => match &self.rough {
-                None => Some((Vec3::new(-wo.x, -wo.y, wo.z), Lobe::DeltaReflection, None)),
-                Some(rough) => {
-                    let (wi, c) = rough.sample(wo, u)?;
-                    Some((wi, Lobe::GlossyReflection, Some(Facet { o: c, i: c })))
+            Choice::Reflection => {
+                if asked.contains(Lobe::DeltaReflection) {
+                    return Some((Vec3::new(-wo.x, -wo.y, wo.z), Lobe::DeltaReflection, None));
                 }
-            },
-            Choice::Transmission => {
-                let transmission = self.transmission.as_ref()?;
-                let (wi, facet) = transmission.sample(wo, u)?;
-                Some((wi, transmission.lobe(), facet))
+                let m = self.rough.as_ref()?.bounded_facet(wo, u)?;
+                reflected(wo, m)
             }
-            Choice::Facets => self.facet_direction(wo, uc, u),
+            Choice::Transmission => {
+                let clear = self.clear.as_ref()?;
+                if asked.contains(Lobe::DeltaTransmission) {
+                    return Some((clear.interface.through(wo)?, Lobe::DeltaTransmission, None));
+                }
+                clear.leave(wo, clear.facet(self.rough.as_ref()?, wo, u)?)
+            }
+            Choice::Facets => {
+                let clear = self.clear.as_ref()?;
+                let m = clear.facet(self.rough.as_ref()?, wo, u)?;
+                let turns = uc < clear.reflecting(clear.interface.reflectance(wo.dot(m)));
+                if turns { reflected(wo, m) } else { clear.leave(wo, m) }
+            }
         }
-    }
-
-    /// A facet of rough clear matter, which reflects or lets through.
-    fn facet_direction(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<Direction> {
-        let (transmission, rough) = (self.transmission.as_ref()?, self.rough.as_ref()?);
-        let clear = &transmission.clear;
-        let m = if clear.thin { rough.bounded_facet(wo, u)? } else { rough.ggx.sample_visible(wo, u)? };
-        let c = wo.dot(m);
-        if uc >= self.reflecting(clear.reflectance(c)) {
-            let (wi, facet) = transmission.leave(wo, m, c)?;
-            return Some((wi, Lobe::GlossyTransmission, Some(facet)));
-        }
-        let wi = reflect(wo, m);
-        (wi.z > 0.0).then_some((wi, Lobe::GlossyReflection, Some(Facet { o: c, i: c })))
     }
 
     /// Weight of a smooth layer before dividing by its share.
     fn delta_weight(&self, lobe: Lobe, wo: Vec3) -> Vec3 {
-        match (&self.reflection, &self.transmission) {
-            (_, Some(transmission)) if lobe.is_transmission() => transmission.delta_weight(wo),
-            (Some(fresnel), _) => fresnel.at(wo.z),
-            _ => Vec3::ZERO,
+        match (&self.clear, lobe.is_transmission()) {
+            (Some(clear), true) => clear.delta_weight(wo),
+            (Some(clear), false) => self.opaque.at(wo.z) + clear.interface.reflectance(wo.z) * clear.share,
+            (None, _) => self.opaque.at(wo.z),
         }
     }
 }
 
-impl Shares {
-    /// The choice at `uc`, its share, and `uc` stretched over it; the last one takes what rounding leaves.
-    fn pick(&self, uc: f32) -> Option<(Choice, f32, f32)> {
-        let slots = [
-            (Choice::Diffuse, self.diffuse),
-            (Choice::Reflection, self.reflection),
-            (Choice::Transmission, self.transmission),
-            (Choice::Facets, self.facets),
-        ];
-        let (mut left, mut last) = (uc, None);
-        for (choice, share) in slots {
-            if share > 0.0 {
-                last = Some((choice, share, (left / share).min(BELOW_ONE)));
-                if left < share {
-                    break;
-                }
-                left -= share;
-            }
-        }
-        last
-    }
+/// `wo` mirrored about a facet; `None` below the surface.
+fn reflected(wo: Vec3, m: Vec3) -> Option<Direction> {
+    let (wi, c) = (reflect(wo, m), wo.dot(m));
+    (wi.z > 0.0).then_some((wi, Lobe::GlossyReflection, Some(Facet { o: c, i: c })))
 }
 
 /// `KHR_materials_ior` and `_specular`: F0 = min(r0·colour, 1)·specular, F90 = specular.
@@ -372,10 +273,10 @@ fn diffuse_layer(rho: Vec3, coat: &Schlick, alpha: f32, mu: f32) -> Option<Diffu
     }
 }
 
-/// The interface of clear matter as seen from the side of `wo`.
-fn clear_layer(material: &Material, tint: Schlick, side: f32) -> Clear {
+/// Clear matter as seen from the side of `wo`.
+fn clear_layer(material: &Material, tint: Schlick, base: Vec3, share: f32, side: f32) -> ClearLayer {
     // η² has to stay a number.
     let ior = if material.ior > 0.0 { material.ior.clamp(1e-6, 1e6) } else { 0.0 };
     let eta = if side < 0.0 && !material.thin && ior > 0.0 { 1.0 / ior } else { ior };
-    Clear::new(tint, eta, material.thin)
+    ClearLayer { share, tint: base * share, interface: Interface::new(tint, eta, material.thin) }
 }

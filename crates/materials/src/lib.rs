@@ -11,6 +11,7 @@
 pub mod albedo;
 mod albedo_table;
 pub mod bsdf;
+mod choice;
 pub mod diffuse;
 pub mod fresnel;
 mod layers;

@@ -4,43 +4,8 @@
 //! f = F(wo·m) D(m) G2(wo,wi) / (4 wo.z wi.z), m = normalise(wo + wi) [Walter 2007, eq. 20]; single scattering only (what
 //! bounces twice between facets is lost: the energy column of SCIENCE C01).
 
-use crate::albedo::Split;
-use crate::fresnel::{Clear, Schlick};
-use crate::microfacet::{Ggx, reflect};
+use crate::microfacet::Ggx;
 use glam::{Vec2, Vec3};
-
-/// F of the whole blend.
-#[derive(Clone, Copy, Debug)]
-pub struct Fresnel {
-    /// Metal and opaque dielectric, already weighted by their shares.
-    pub opaque: Schlick,
-    /// Clear matter and its share.
-    pub clear: Option<(Clear, f32)>,
-}
-
-impl Fresnel {
-    /// F at c = wo·m.
-    pub fn at(&self, c: f32) -> Vec3 {
-        let opaque = self.opaque.at(c);
-        match &self.clear {
-            None => opaque,
-            Some((clear, share)) => opaque + clear.reflectance(c) * *share,
-        }
-    }
-
-    /// Directional albedo of metal and opaque dielectric.
-    pub fn opaque_albedo(&self, split: Split) -> Vec3 {
-        self.opaque.f0 * split.c + (Vec3::splat(self.opaque.f90) - self.opaque.f0) * split.b
-    }
-
-    /// Directional albedo of clear matter. *Approximation*: F at the macroscopic angle.
-    pub fn clear_albedo(&self, split: Split, mu: f32) -> Vec3 {
-        match &self.clear {
-            None => Vec3::ZERO,
-            Some((clear, share)) => clear.reflectance(mu) * (*share * split.c),
-        }
-    }
-}
 
 /// A rough surface seen from one `wo`, with the numbers that depend on `wo` alone.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +29,7 @@ impl Rough {
         self.t
     }
 
-    /// D·G2/(4 cos cos), the pdf of [`Self::sample`], and c = wo·m, for wi above the surface.
+    /// D·G2/(4 cos cos), the pdf of [`Self::bounded_facet`]'s reflection, and c = wo·m, for wi above the surface.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> (f32, f32, f32) {
         let h = wo + wi;
         let length = h.length();
@@ -77,7 +42,7 @@ impl Rough {
         (value, half_d / (self.k * wo.z + self.t), (0.5 * length).min(1.0))
     }
 
-    /// Density of reflected visible normals over that of [`Self::sample`]; 1 where the bounded ones serve for all.
+    /// Density of reflected visible normals over that of bounded ones; 1 where the bounded ones serve for all.
     pub fn visible_ratio(&self, wo: Vec3, bounded: bool) -> f32 {
         if bounded { 1.0 } else { (self.k * wo.z + self.t) / (wo.z + self.t) }
     }
@@ -85,12 +50,5 @@ impl Rough {
     /// A visible normal that mostly reflects above the surface [Eto & Tokuyoshi 2023].
     pub fn bounded_facet(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
         self.ggx.sample_bounded(wo, u, self.k)
-    }
-
-    /// A reflected direction above the surface by [`Self::bounded_facet`], and wo·m.
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, f32)> {
-        let m = self.bounded_facet(wo, u)?;
-        let wi = reflect(wo, m);
-        (wi.z > 0.0).then(|| (wi, wo.dot(m)))
     }
 }

@@ -8,8 +8,7 @@
 //! Shadowing takes 1/(1 + Λ(wo) + Λ(wi)) for transmission as for reflection, as pbrt does: R + T ≤ 1 holds facet by facet.
 
 use crate::Lobe;
-use crate::albedo::Split;
-use crate::fresnel::{Clear, far_cosine, refract};
+use crate::fresnel::{Interface, far_cosine, refract};
 use crate::microfacet::reflect;
 use crate::reflection::Rough;
 use glam::{Vec2, Vec3};
@@ -39,75 +38,71 @@ pub fn eval_refraction(rough: &Rough, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f
     Some((value, d / (wo.z + rough.t()), facet))
 }
 
-/// What goes through, seen from one `wo`: base colour times share, and the interface.
+/// A direction on its side of the surface, the lobe, and the facet that sent it there.
+pub(crate) type Direction = (Vec3, Lobe, Option<Facet>);
+
+/// A facet takes either way at least this often, so that q and 1 − q keep their digits.
+const LEAST_TURN: f32 = 1e-3;
+
+/// Matter that light goes through, with its share in the mix.
 #[derive(Clone, Copy, Debug)]
-pub struct Transmission {
-    /// Base colour times the share of clear matter.
+pub struct ClearLayer {
+    /// Of the reflection.
+    pub share: f32,
+    /// Base colour times the share, for what goes through.
     pub tint: Vec3,
-    /// The interface.
-    pub clear: Clear,
-    /// `None`: smooth, or a rough interface that does not bend light.
-    pub rough: Option<Rough>,
+    /// Between the near and the far side.
+    pub interface: Interface,
 }
 
-impl Transmission {
-    /// The lobe it is.
-    pub fn lobe(&self) -> Lobe {
-        if self.rough.is_some() { Lobe::GlossyTransmission } else { Lobe::DeltaTransmission }
-    }
-
-    /// For wi below the surface: f over tint and transmittance, pdf, and the reflectance of the facet that connects the
-    /// two; `None` for a delta lobe. `known`: the facet, where it is known better than from wi.
-    pub fn eval(&self, wo: Vec3, wi: Vec3, known: Option<Facet>) -> Option<(f32, f32, Vec3)> {
-        let rough = self.rough.as_ref()?;
-        if self.clear.thin {
+impl ClearLayer {
+    /// For wi below the surface: f over tint and transmittance, pdf of [`Self::facet`] and [`Self::leave`], and the
+    /// reflectance of the facet that connects the two. `known`: the facet, where it is known better than from wi.
+    pub fn eval(&self, rough: &Rough, wo: Vec3, wi: Vec3, known: Option<Facet>) -> Option<(f32, f32, Vec3)> {
+        if self.interface.thin {
             let (value, pdf, c) = rough.eval(wo, Vec3::new(wi.x, wi.y, -wi.z));
-            return Some((value, pdf, self.clear.reflectance(known.map_or(c, |facet| facet.o))));
+            return Some((value, pdf, self.interface.reflectance(known.map_or(c, |facet| facet.o))));
         }
-        let (value, pdf, found) = eval_refraction(rough, wo, wi, self.clear.eta)?;
+        let (value, pdf, found) = eval_refraction(rough, wo, wi, self.interface.eta)?;
         let facet = known.unwrap_or(found);
-        Some((value, pdf, self.clear.reflectance_between(facet.o, facet.i)))
+        Some((value, pdf, self.interface.reflectance_between(facet.o, facet.i)))
     }
 
-    /// A direction below the surface, and the facet of a rough one.
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, Option<Facet>)> {
-        let m = match &self.rough {
-            None if self.clear.goes_straight() => return Some((-wo, None)),
-            None => {
-                let ct = far_cosine(wo.z, self.clear.eta)?;
-                return Some((refract(wo, Vec3::Z, wo.z, ct, self.clear.eta), None));
-            }
-            Some(rough) if self.clear.thin => rough.bounded_facet(wo, u)?,
-            Some(rough) => rough.ggx.sample_visible(wo, u)?,
-        };
-        self.leave(wo, m, wo.dot(m)).map(|(wi, facet)| (wi, Some(facet)))
+    /// A visible normal to leave by; bounded where leaving mirrors.
+    pub fn facet(&self, rough: &Rough, wo: Vec3, u: Vec2) -> Option<Vec3> {
+        if self.interface.thin { rough.bounded_facet(wo, u) } else { rough.ggx.sample_visible(wo, u) }
     }
 
-    /// Through the facet `m`, c = wo·m: mirrored to the other side by a thin wall, else bent; `None` under total internal
-    /// reflection and where the way out is above the surface.
-    pub fn leave(&self, wo: Vec3, m: Vec3, c: f32) -> Option<(Vec3, Facet)> {
-        let (wi, facet) = if self.clear.thin {
+    /// Through the facet `m`: mirrored to the other side by a thin wall, else bent; `None` under total internal reflection
+    /// and where the way out is above the surface.
+    pub fn leave(&self, wo: Vec3, m: Vec3) -> Option<Direction> {
+        let c = wo.dot(m);
+        let (wi, facet) = if self.interface.thin {
             let wi = reflect(wo, m);
             (Vec3::new(wi.x, wi.y, -wi.z), Facet { o: c, i: c })
         } else {
-            let ct = far_cosine(c, self.clear.eta).filter(|_| c > 0.0)?;
-            (refract(wo, m, c, ct, self.clear.eta), Facet { o: c, i: ct })
+            let ct = far_cosine(c, self.interface.eta).filter(|_| c > 0.0)?;
+            (refract(wo, m, c, ct, self.interface.eta), Facet { o: c, i: ct })
         };
-        (wi.z < 0.0).then_some((wi, facet))
+        (wi.z < 0.0).then_some((wi, Lobe::GlossyTransmission, Some(facet)))
+    }
+
+    /// Probability that a facet reflects: its share of what the facet sends anywhere; 1 under total internal reflection.
+    pub fn reflecting(&self, reflectance: Vec3) -> f32 {
+        let back = reflectance.element_sum() * self.share;
+        let on = self.tint.element_sum() * (1.0 - reflectance.max_element());
+        if on > 0.0 { (back / (back + on)).clamp(LEAST_TURN, 1.0 - LEAST_TURN) } else { 1.0 }
     }
 
     /// Weight of the delta lobe: tint·T·(η_o/η_i)².
     pub fn delta_weight(&self, wo: Vec3) -> Vec3 {
-        self.tint * (self.clear.transmittance(wo.z) / self.eta_squared())
+        self.tint * (self.interface.transmittance(wo.z) / self.interface.eta_squared())
     }
 
-    /// (η_i/η_o)²: 1 where light keeps its direction.
-    pub fn eta_squared(&self) -> f32 {
-        if self.clear.goes_straight() { 1.0 } else { self.clear.eta * self.clear.eta }
-    }
-
-    /// Directional albedo, without the factor 1/η². *Approximation*: F at the macroscopic angle.
-    pub fn albedo(&self, split: Split, mu: f32) -> Vec3 {
-        self.tint * (self.clear.transmittance(mu) * split.c)
+    /// Directional albedos of reflection and transmission, the latter without the factor 1/η², given the lobe's `c`
+    /// ([`crate::albedo::Split`]). *Approximation*: F at the macroscopic angle.
+    pub fn albedos(&self, c: f32, mu: f32) -> [Vec3; 2] {
+        let reflectance = self.interface.reflectance(mu);
+        [reflectance * (self.share * c), self.tint * ((1.0 - reflectance.max_element()) * c)]
     }
 }
