@@ -5,6 +5,9 @@
 //! the EXPOSURE line of an .hdr are ignored: code values are taken as sRGB, numbers as they are. Alpha is left out
 //! of pictures. Values that are not finite (only EXR can hold them) are handed on: the caller decides.
 //!
+//! *Approximation*: JPEG and EXR's DWAA and DWAB are decoded by kernels that may differ in the last bit between
+//! machines; all other formats and compressions give every machine the same numbers.
+//!
 //! No content makes these functions panic, or allocate more than [`MAX_PIXELS`] and [`MAX_SAMPLES`] allow.
 
 #[cfg(feature = "exr")]

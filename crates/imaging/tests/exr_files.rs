@@ -220,3 +220,59 @@ fn contradictions_are_errors_and_leave_nothing() {
         assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0, "case {i} left a file");
     }
 }
+
+/// Files of other programs: every lossless compression, tiles, all three sample types, several parts of unequal size.
+#[test]
+fn foreign_files_are_read() {
+    use exr::prelude::*;
+    let (_folder, path) = folder();
+    let size = Vec2(70, 45);
+    let value = |i: usize| (i % 1000) as f32;
+    let channel = |name: &str, kind: SampleType| {
+        let values = (0..size.area()).map(value);
+        AnyChannel::new(
+            name,
+            match kind {
+                SampleType::F16 => FlatSamples::F16(values.map(f16::from_f32).collect()),
+                SampleType::F32 => FlatSamples::F32(values.collect()),
+                SampleType::U32 => FlatSamples::U32(values.map(|v| v as u32).collect()),
+            },
+        )
+    };
+    let mixed = || {
+        let all = [("R", SampleType::F16), ("G", SampleType::F32), ("B", SampleType::U32)];
+        AnyChannels::sort(all.into_iter().map(|(n, k)| channel(n, k)).collect())
+    };
+    let expected: Vec<Vec3> = (0..size.area()).map(|i| Vec3::splat(value(i))).collect();
+    for compression in
+        [Compression::Uncompressed, Compression::RLE, Compression::ZIP1, Compression::ZIP16, Compression::PIZ]
+    {
+        for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(32, 16))] {
+            let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+            let layer = exr::prelude::Layer::new(size, LayerAttributes::default(), encoding, mixed());
+            Image::from_layer(layer).write().to_file(&path).unwrap();
+            let picture = dapple_imaging::read::picture(&path).unwrap();
+            assert_eq!((picture.width, picture.height), (70, 45));
+            assert!(picture.pixels == expected, "{compression:?} {blocks:?}");
+        }
+    }
+    let part = |name: &str, corner: Vec2<i32>, size: Vec2<usize>, v: f32| {
+        let attributes = LayerAttributes::named(name).with_position(corner);
+        let samples = FlatSamples::F32(vec![v; size.area()]);
+        let channels = AnyChannels::sort(smallvec([AnyChannel::new("Y", samples)]));
+        exr::prelude::Layer::new(size, attributes, Encoding::FAST_LOSSLESS, channels)
+    };
+    let parts = [part("near", Vec2(0, 0), Vec2(2, 2), 1.0), part("far", Vec2(1, 1), Vec2(3, 2), 2.0)];
+    let window = ImageAttributes::with_size(Vec2(4, 3));
+    Image::from_layers(window, parts.to_vec()).write().to_file(&path).unwrap();
+    let layers = dapple_imaging::read::layers(&path).unwrap();
+    assert_eq!((layers.width, layers.height, layers.offset, layers.full_size), (4, 3, (0, 0), (4, 3)));
+    let of = |name: &str| layers.layer(name).unwrap().channels[0].1.clone();
+    assert_eq!(of("near"), [1., 1., 0., 0., 1., 1., 0., 0., 0., 0., 0., 0.]);
+    assert_eq!(of("far"), [0., 0., 0., 0., 0., 2., 2., 2., 0., 2., 2., 2.]);
+    assert_eq!(layers.beauty().unwrap().pixels[0], Vec3::ONE);
+}
+
+fn smallvec<T, const N: usize>(items: [T; N]) -> exr::prelude::SmallVec<[T; 4]> {
+    items.into_iter().collect()
+}

@@ -1,9 +1,8 @@
 //! A build without a format says so, on reading, writing and checking alike, and names the feature.
 #![cfg(not(all(feature = "exr", feature = "png")))]
 
-use dapple_imaging::{ImageError, Layers, Picture, Tone, read, write};
+use dapple_imaging::{ImageError, Picture, read, write};
 use glam::Vec3;
-use std::path::Path;
 
 fn assert_left_out<T: std::fmt::Debug>(result: Result<T, ImageError>, feature: &str) {
     let error = result.unwrap_err();
@@ -18,7 +17,7 @@ fn exr_says_which_feature_it_wants() {
     let path = folder.path().join("a.exr");
     let picture = Picture::filled(2, 2, Vec3::ONE);
     assert_left_out(write::check(&path), "exr");
-    assert_left_out(write::exr(&path, &Layers::from(&picture), write::Depth::Float), "exr");
+    assert_left_out(write::exr(&path, &dapple_imaging::Layers::from(&picture), write::Depth::Float), "exr");
     std::fs::write(&path, [0x76, 0x2f, 0x31, 0x01]).unwrap();
     assert_left_out(read::picture(&path), "exr");
     assert_left_out(read::layers(&path), "exr");
@@ -27,10 +26,10 @@ fn exr_says_which_feature_it_wants() {
 #[cfg(not(feature = "png"))]
 #[test]
 fn png_says_which_feature_it_wants() {
-    let path = Path::new("a.png");
+    let path = std::path::Path::new("a.png");
     let picture = Picture::filled(2, 2, Vec3::ONE);
     assert_left_out(write::check(path), "png");
-    assert_left_out(write::png(path, &picture, Tone::Srgb, 0.0), "png");
+    assert_left_out(write::png(path, &picture, dapple_imaging::Tone::Srgb, 0.0), "png");
     assert_left_out(write::rgb8(path, 1, 1, vec![0; 3]), "png");
     assert_left_out(read::rgba8(&[0x89, b'P', b'N', b'G'], "a"), "png");
     // Writing HDR needs nothing, reading it does.
