@@ -179,6 +179,16 @@ impl World {
         self.kernel
     }
 
+    /// Pinned to one traversal kernel; hits stay the same to the last bit.
+    pub fn with_kernel(mut self, kernel: Kernel) -> Self {
+        self.tree = self.tree.with_kernel(kernel);
+        self.kernel = self.tree.kernel();
+        if let Some(second) = &mut self.second {
+            second.pin(kernel);
+        }
+        self
+    }
+
     /// Bytes of trees and meshes; a shared mesh counts once.
     pub fn memory_bytes(&self) -> usize {
         let mut meshes: Vec<_> = self.objects.iter().filter_map(Object::mesh).collect();

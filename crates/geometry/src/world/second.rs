@@ -134,6 +134,12 @@ impl SecondLevel {
         self.boxes.bounds().map(|b| (b.lo.as_vec3(), b.hi.as_vec3()))
     }
 
+    /// Pins every tree to one kernel.
+    pub fn pin(&mut self, kernel: Kernel) {
+        let pinned = std::mem::take(&mut self.trees).into_iter().map(|tree| tree.with_kernel(kernel));
+        self.trees = pinned.collect();
+    }
+
     pub fn memory_bytes(&self) -> usize {
         let trees: usize = self.trees.iter().map(Tree::memory_bytes).sum();
         trees + self.boxes.memory_bytes() + size_of_val(&*self.items)

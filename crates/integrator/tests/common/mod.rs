@@ -1,0 +1,95 @@
+//! Small scenes and measurements shared by the tests of this crate.
+#![allow(dead_code)]
+
+use dapple_geometry::Mesh;
+use dapple_integrator::{Outcome, Settings, render};
+use dapple_materials::Material;
+use dapple_sampling::Moments;
+use dapple_scene::{CameraPose, Scene, SceneBuilder, TexturedMaterial};
+use glam::{DAffine3, DVec3, Vec3};
+use std::ops::ControlFlow;
+
+/// Purely Lambertian, emitting.
+pub fn matte(albedo: f32, emission: f32) -> TexturedMaterial {
+    TexturedMaterial {
+        name: format!("matte {albedo}"),
+        base: Material {
+            base_color: Vec3::splat(albedo),
+            metallic: 0.0,
+            specular: 0.0,
+            ..Material::default()
+        },
+        emission: Vec3::splat(emission),
+        ..TexturedMaterial::default()
+    }
+}
+
+/// A metal of the given roughness.
+pub fn metal(color: Vec3, roughness: f32) -> TexturedMaterial {
+    TexturedMaterial {
+        name: format!("metal {roughness}"),
+        base: Material { base_color: color, roughness, ..Material::default() },
+        ..TexturedMaterial::default()
+    }
+}
+
+/// Parallelogram a, a + u, a + u + v, a + v; counter-clockwise seen from its front.
+pub fn quad(a: Vec3, u: Vec3, v: Vec3) -> Mesh {
+    Mesh {
+        positions: vec![a, a + u, a + u + v, a + v],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+/// Cube of half side 1, facing inward.
+pub fn inward_cube() -> Mesh {
+    let positions: Vec<Vec3> =
+        (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0).collect();
+    let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+    let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    Mesh { positions, triangles, ..Mesh::default() }
+}
+
+/// A builder with a camera at `from` looking at `at`, vertical field of view in radians.
+pub fn seen(from: DVec3, at: DVec3, yfov: f64) -> SceneBuilder {
+    let mut builder = SceneBuilder::new("test");
+    let up = if (at - from).normalize().y.abs() > 0.9 { DVec3::Z } else { DVec3::Y };
+    builder.camera("camera", CameraPose::look_at(from, at, up, yfov));
+    builder
+}
+
+/// A white Lambertian floor at the origin facing +y, seen from above in a field so narrow that it is one point.
+/// Radiance seen times π is irradiance at the origin.
+pub fn irradiance_meter() -> SceneBuilder {
+    let mut builder = seen(DVec3::new(0.3, 0.8, 0.2), DVec3::ZERO, 1e-4);
+    let white = builder.material(matte(1.0, 0.0));
+    builder.mesh(
+        "floor",
+        quad(Vec3::new(-0.05, 0.0, 0.05), Vec3::X * 0.1, Vec3::Z * -0.1),
+        DAffine3::IDENTITY,
+        white,
+    );
+    builder
+}
+
+pub fn run(scene: &Scene, settings: &Settings) -> Outcome {
+    render(scene, &scene.cameras[0].camera, settings, &|_| ControlFlow::Continue(()))
+}
+
+/// Mean over pixels and channels, and its standard error from the spread of the pixels (each an independent estimate).
+pub fn mean_and_error(outcome: &Outcome) -> (f64, f64) {
+    let mean = outcome.film.mean();
+    let moments: Moments = mean.pixels.iter().map(|p| f64::from(p.element_sum()) / 3.0).collect();
+    (moments.mean, moments.standard_error())
+}
+
+/// Within 4 standard errors of `exact`, at a standard error of at most 0.2 %.
+#[track_caller]
+pub fn assert_close(what: &str, outcome: &Outcome, exact: f64) {
+    let (mean, error) = mean_and_error(outcome);
+    assert_eq!(outcome.stats.bad_sample_count, 0, "{what}");
+    assert!(error <= 2e-3 * exact, "{what}: standard error {error} is too large to tell");
+    let floor = 2e-6 * exact;
+    assert!((mean - exact).abs() <= 4.0 * error + floor, "{what}: {mean} ± {error}, exact {exact}");
+}
