@@ -7,12 +7,13 @@
 //! break the antisymmetry.
 //!
 //! t is the mean of the corners' distances, weighted by the edge functions. Where that cancels (some corners lie
-//! behind the origin, as for a large wall near by), it is worked out again in f64, so that its sign can be relied on:
-//! a ray that starts outside the error box of a surface does not meet it.
+//! behind the origin, as for a large wall near by), and near either end of the ray, it is worked out again in f64, so
+//! that it can be relied on: a ray that starts or ends outside the error box of a surface does not meet it there.
 
 use super::TriangleHit;
 use super::lanes::Lanes;
 use super::node::Block;
+use glam::DVec3;
 
 /// A ray and the shear that makes it run along axis `k[2]`.
 #[derive(Clone, Copy)]
@@ -113,11 +114,13 @@ fn corner<L: Lanes>(ray: &Sheared, x: &[f32; 8], y: &[f32; 8], z: &[f32; 8]) -> 
 }
 
 impl Found {
-    /// The hit in `lane`, with t > 0; None if a closer look shows that there is none.
+    /// The hit in `lane`, with t > 0; None if a closer look shows that there is none. Hits near either end of the ray
+    /// get that look: without it a surface would shadow itself, and a light its own samples.
     #[inline(always)]
-    pub fn hit(&self, ray: &Sheared, block: &Block, lane: usize) -> Option<TriangleHit> {
+    pub fn hit(&self, ray: &Sheared, block: &Block, lane: usize, t_max: f32) -> Option<TriangleHit> {
         let triangle = block.id[lane];
-        if self.unsure >> lane & 1 == 1 {
+        let doubt = reach(ray, block, lane) * ray.s[2].abs() * (1.0 / 16384.0);
+        if self.unsure >> lane & 1 == 1 || self.t[lane] < doubt || t_max - self.t[lane] < doubt {
             return exact(ray, block, lane).map(|(t, u, v)| TriangleHit { t, u, v, triangle });
         }
         let det = self.det[lane];
@@ -125,7 +128,27 @@ impl Found {
     }
 }
 
-/// (t, u, v) of one triangle: the same edge functions, their signs exact; t and barycentrics in f64.
+/// Largest coordinate of the corners seen from the origin: t is wrong by a few ulp of it.
+#[inline(always)]
+fn reach(ray: &Sheared, block: &Block, lane: usize) -> f32 {
+    let along = |k: usize| {
+        let at = |c: usize| (block.corner[k][c][lane] - ray.o[k]).abs();
+        at(0).max(at(1)).max(at(2))
+    };
+    along(0).max(along(1)).max(along(2))
+}
+
+/// Distance along the ray to the triangle's plane, in f64 where the f32 corners are exact: an origin in an axis-parallel
+/// plane is at exactly 0. NaN for a ray in the plane.
+fn plane_distance(ray: &Sheared, block: &Block, lane: usize) -> f64 {
+    let corner = |c: usize| DVec3::from_array(std::array::from_fn(|k| f64::from(block.corner[k][c][lane])));
+    let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    let a = corner(0);
+    let n = (corner(1) - a).cross(corner(2) - a);
+    n.dot(a - wide(ray.o)) / n.dot(wide(ray.d))
+}
+
+/// (t, u, v) of one triangle: the same edge functions, their signs exact; t from the plane and barycentrics in f64.
 #[inline(never)]
 fn exact(ray: &Sheared, block: &Block, lane: usize) -> Option<(f32, f32, f32)> {
     let [kx, ky, kz] = ray.k;
@@ -161,8 +184,8 @@ fn exact(ray: &Sheared, block: &Block, lane: usize) -> Option<(f32, f32, f32)> {
         weights = signed.map(|w| w * side);
         sum = weights[0] + weights[1] + weights[2];
     }
-    let t = (weights[0] * deep[0][2] + weights[1] * deep[1][2] + weights[2] * deep[2][2]) / (sum * dz);
-    let (t, u, v) = (t as f32, (weights[1] / sum) as f32, (weights[2] / sum) as f32);
+    let (t, u, v) =
+        (plane_distance(ray, block, lane) as f32, (weights[1] / sum) as f32, (weights[2] / sum) as f32);
     (t > 0.0).then_some((t, u, v))
 }
 
