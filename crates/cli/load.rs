@@ -1,8 +1,9 @@
 //! From what was typed to a checked scene: the file or built-in scene, its environment, the camera and the size.
 
 use crate::error::Failure;
+use crate::machine;
 use crate::options::RenderOptions;
-use crate::values::{MAX_PIXELS, Size};
+use crate::values::Size;
 use dapple_integrator::camera::PixelRect;
 use dapple_integrator::imaging::read;
 use dapple_integrator::lights::Environment;
@@ -12,6 +13,16 @@ use std::time::Instant;
 
 /// Height of a picture whose size was not given.
 const DEFAULT_HEIGHT: u32 = 512;
+
+/// Bytes per pixel at the peak: films of the tiles and of the picture, layers, the file being written.
+const PIXEL_BYTES: u64 = 200;
+/// More per extra layer.
+const LAYER_BYTES: u64 = 60;
+
+/// What a render may take: what the machine has, else as much as a large machine would have.
+fn memory_limit() -> u64 {
+    machine::available_memory_bytes().unwrap_or(64 << 30)
+}
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -142,9 +153,15 @@ pub fn rect(options: &RenderOptions, size: Size) -> Result<Option<PixelRect>, Fa
         let (w, h) = (size.width, size.height);
         return Err(Failure::Arguments(format!("--crop: it reaches outside the picture, which is {w}x{h}")));
     }
-    if u64::from(rect.x1 - rect.x0) * u64::from(rect.y1 - rect.y0) > MAX_PIXELS {
-        let said = format!("--size: more than {MAX_PIXELS} pixels at once; render parts of it with --crop");
-        return Err(Failure::Arguments(said));
+    let layers = options.aov.as_ref().map_or(0, Vec::len) as u64;
+    let pixels = u64::from(rect.x1 - rect.x0) * u64::from(rect.y1 - rect.y0);
+    let (needed, limit) = (pixels * (PIXEL_BYTES + LAYER_BYTES * layers), memory_limit());
+    if needed > limit {
+        let (needed, limit) = (needed as f64 / 1e9, limit as f64 / 1e9);
+        return Err(Failure::Arguments(format!(
+            "--size: {pixels} pixels take about {needed:.1} GB of memory, and there is {limit:.1} GB; render it in \
+             parts with --crop"
+        )));
     }
     Ok(options.crop.map(|c| c.0))
 }

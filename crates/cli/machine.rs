@@ -10,10 +10,19 @@ pub fn threads(asked: Option<u32>) -> usize {
         .unwrap_or_else(granted)
 }
 
+/// Memory that can still be had, in bytes; `None` where the system does not say (it is read from Linux).
+pub fn available_memory_bytes() -> Option<u64> {
+    kilobytes("/proc/meminfo", "MemAvailable:")
+}
+
 /// The most memory this process ever held, in bytes; 0 where the system does not say (it is read from Linux).
 pub fn peak_memory_bytes() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
-    let kilobytes = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
-    kilobytes.unwrap_or(0) * 1024
+    kilobytes("/proc/self/status", "VmHWM:").unwrap_or(0)
+}
+
+/// The value of a line such as `VmHWM:  1234 kB`, in bytes.
+fn kilobytes(file: &str, key: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let value = text.lines().find_map(|line| line.strip_prefix(key))?;
+    Some(value.trim().trim_end_matches("kB").trim().parse::<u64>().ok()? * 1024)
 }

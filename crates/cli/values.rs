@@ -10,10 +10,8 @@ use std::time::Duration;
 /// A length of time, at least a nanosecond.
 pub type Seconds = Duration;
 
-/// The largest side of a picture, and the most pixels that are held at once.
+/// The largest side of a picture.
 const MAX_SIDE: u32 = 1 << 20;
-/// Pixels of the rendered part; a film of this size takes some ten gigabytes.
-pub const MAX_PIXELS: u64 = 1 << 27;
 
 /// `WxH`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
