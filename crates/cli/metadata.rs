@@ -10,7 +10,7 @@ use dapple_integrator::scene::Space;
 use dapple_integrator::{Settings, Stats};
 use glam::{DMat4, DVec3, DVec4};
 
-/// All attributes of a render: the two matrices, and the lines of a settings file that would give it again.
+/// All attributes of a render.
 pub fn attributes(
     settings: &Settings,
     stats: &Stats,
@@ -19,33 +19,35 @@ pub fn attributes(
 ) -> Vec<(String, MetaValue)> {
     let to_camera = world_to_camera(camera, space);
     let to_ndc = camera_to_ndc(camera, space, settings.size) * to_camera;
-    let mut facts =
-        vec![("worldToCamera".to_string(), matrix(to_camera)), ("worldToNDC".to_string(), matrix(to_ndc))];
-    let lines = settings_lines(settings, stats).into_iter();
-    facts.extend(lines.map(|(key, value)| (key.to_string(), MetaValue::Text(value))));
-    facts
+    let text = |s: String| MetaValue::Text(s);
+    vec![
+        ("worldToCamera".into(), matrix(to_camera)),
+        ("worldToNDC".into(), matrix(to_ndc)),
+        ("software".into(), text(format!("dapple {}", env!("CARGO_PKG_VERSION")))),
+        ("spp".into(), MetaValue::Int(i32::try_from(stats.spp).unwrap_or(i32::MAX))),
+        ("seed".into(), text(settings.seed.to_string())),
+        ("settings".into(), text(settings_text(settings, stats))),
+    ]
 }
 
-/// What decides the picture, in TOML.
-fn settings_lines(settings: &Settings, stats: &Stats) -> Vec<(&'static str, String)> {
-    let quoted = |text: &dyn std::fmt::Display| format!("\"{text}\"");
+/// The lines of a settings file that would give the picture again.
+fn settings_text(settings: &Settings, stats: &Stats) -> String {
     let (w, h) = settings.size;
     let mut lines = vec![
-        ("version", quoted(&env!("CARGO_PKG_VERSION"))),
-        ("method", quoted(&values::method_name(settings.method))),
-        ("spp", stats.spp.to_string()),
-        ("pattern", quoted(&settings.pattern)),
-        ("seed", settings.seed.to_string()),
-        ("max-bounces", settings.max_bounces.to_string()),
-        ("no-roulette", (!settings.roulette).to_string()),
-        ("filter", quoted(&settings.filter)),
-        ("cull-backfaces", settings.cull_backfaces.to_string()),
-        ("size", quoted(&format_args!("{w}x{h}"))),
+        format!("method = \"{}\"", values::method_name(settings.method)),
+        format!("spp = {}", stats.spp),
+        format!("pattern = \"{}\"", settings.pattern),
+        format!("seed = {}", settings.seed),
+        format!("max-bounces = {}", settings.max_bounces),
+        format!("no-roulette = {}", !settings.roulette),
+        format!("filter = \"{}\"", settings.filter),
+        format!("cull-backfaces = {}", settings.cull_backfaces),
+        format!("size = \"{w}x{h}\""),
     ];
     if let Some(c) = settings.crop {
-        lines.push(("crop", format!("[{}, {}, {}, {}]", c.x0, c.y0, c.x1, c.y1)));
+        lines.push(format!("crop = [{}, {}, {}, {}]", c.x0, c.y0, c.x1, c.y1));
     }
-    lines
+    lines.join("\n")
 }
 
 /// World to camera space, both in scene units; column vectors.
