@@ -26,13 +26,13 @@ impl Surface {
     }
 
     /// The point with barycentrics (u, v) of a triangle: p = Σ bᵢpᵢ, summed in f64 and rounded once. The bound
-    /// γ₇ Σ|bᵢpᵢ| \[pbrt-v4, §6.8.4\] is wider than that rounding: it also covers what the f32 intersection test can
-    /// see of the triangle from nearby. `ng` is the f64 cross product of two edges; `ns` interpolates `normals`.
+    /// γ₇ Σ|bᵢpᵢ| \[pbrt-v4, §6.8.4\] is wider than that rounding: it also covers what the intersection test can see of
+    /// the triangle from nearby (and is never zero for a triangle that has an extent). `ng` is the f64 cross product of two edges; `ns` interpolates `normals`.
     pub fn on_triangle(corners: [Vec3; 3], normals: Option<[Vec3; 3]>, u: f32, v: f32) -> Self {
         let (p, size) = weighted(corners, u, v);
         let ng = unit_or(winding(corners), DVec3::Z);
         let ns = normals.map_or(ng, |n| facing(unit_or(weighted(n, u, v).0, ng), ng));
-        let p_error = round_up(size * f64::from(gamma(7)));
+        let p_error = round_up(test_error(size, 7));
         Self { p: p.as_vec3(), p_error, ng: ng.as_vec3(), ns: ns.as_vec3() }
     }
 
@@ -46,12 +46,12 @@ impl Surface {
         v: f32,
     ) -> Self {
         let (local, size) = weighted(corners, u, v);
-        let ng = pose.normal(winding(corners));
-        let ns = normals.map_or(ng, |n| match weighted(n, u, v).0 {
-            n if n == DVec3::ZERO || !n.is_finite() => ng,
-            n => facing(pose.normal(n), ng),
-        });
-        Self::posed(pose, local, size * f64::from(gamma(8)), ng, ns)
+        let map = pose.normals();
+        let ng = unit_or(map.apply(winding(corners)), DVec3::Z);
+        // Corner by corner, as if the mesh had been transformed.
+        let turned = |n: Vec3| map.apply(n.as_dvec3()).as_vec3();
+        let ns = normals.map_or(ng, |n| facing(unit_or(weighted(n.map(turned), u, v).0, ng), ng));
+        Self::posed(pose, local, test_error(size, 8), ng, ns)
     }
 
     /// A point of an exact shape; `local` is known to f64, so what is left is rounding to f32: γ₂|p|.
@@ -62,15 +62,16 @@ impl Surface {
 
     /// As [`Surface::on_shape`], in object space.
     pub(crate) fn on_posed_shape(pose: &Pose, local: DVec3, n: DVec3) -> Self {
-        let n = pose.normal(n);
+        let n = unit_or(pose.normals().apply(n), DVec3::Z);
         Self::posed(pose, local, local.abs() * f64::from(gamma(2)), n, n)
     }
 
     fn posed(pose: &Pose, local: DVec3, local_error: DVec3, ng: DVec3, ns: DVec3) -> Self {
         let p = pose.to_world.transform_point3(local);
-        // Terms that cancel in the transform itself, there and back; far below the rest unless they are huge.
-        let terms = pose.error(local.abs()) + pose.to_world.translation.abs();
-        let error = pose.error(local_error) + p.abs() * f64::from(gamma(2)) + terms * (64.0 * f64::EPSILON);
+        let error = pose.error(local_error) + p.abs() * f64::from(gamma(2));
+        // On all axes alike: what flattens or mixes the axes leaves none of them exact.
+        let reach = pose.error(DVec3::splat(local.abs().max_element())) + pose.to_world.translation.abs();
+        let error = error + DVec3::splat(reach.max_element() * MIXED);
         Self { p: p.as_vec3(), p_error: round_up(error), ng: ng.as_vec3(), ns: ns.as_vec3() }
     }
 }
@@ -86,7 +87,7 @@ fn weighted(x: [Vec3; 3], u: f32, v: f32) -> (DVec3, DVec3) {
 /// Position of barycentrics (1 − u − v, u, v), with the bound γ₇ Σ|bᵢpᵢ| of its error; see [`Surface::on_triangle`].
 pub fn interpolate(corners: &[Vec3; 3], u: f32, v: f32) -> (Vec3, Vec3) {
     let (p, size) = weighted(*corners, u, v);
-    (p.as_vec3(), round_up(size * f64::from(gamma(7))))
+    (p.as_vec3(), round_up(test_error(size, 7)))
 }
 
 /// Unit normal of the counter-clockwise side, from f64 edges; zero for a triangle without area.
@@ -98,6 +99,16 @@ pub fn geometric_normal(corners: &[Vec3; 3]) -> Vec3 {
 fn winding(corners: [Vec3; 3]) -> DVec3 {
     let [a, b, c] = corners.map(|c| c.as_dvec3());
     (b - a).cross(c - a)
+}
+
+/// Part of the largest coordinate that bounds hold on every axis. A plane x = 0 has no error along x, but the f64 part of
+/// the intersection test mixes the axes, the more the longer the triangle (measured: up to 2⁻⁴² on slivers of aspect
+/// 1e6).
+const MIXED: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// γₙ·size, with a trace of the largest axis on all.
+fn test_error(size: DVec3, n: u32) -> DVec3 {
+    size * f64::from(gamma(n)) + DVec3::splat(size.max_element() * MIXED)
 }
 
 /// `n` turned into the hemisphere of `ng`.

@@ -7,7 +7,7 @@ mod pose;
 mod sweep;
 mod track;
 
-pub use pose::Pose;
+pub use pose::{NormalMap, Pose};
 pub use track::{Interpolation, Track, TrackError, Value};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};

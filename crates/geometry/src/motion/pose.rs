@@ -59,16 +59,10 @@ impl Pose {
         self.to_world.matrix3.determinant() < 0.0
     }
 
-    /// Unit normal of the transformed surface, still on the surface's front side: the cofactor matrix
-    /// \[a₂×a₃, a₃×a₁, a₁×a₂\] needs no inverse; its sign follows the determinant. A face that a flattening transform
-    /// sees edge-on gets the normal of the plane that everything is flattened to.
-    pub fn normal(&self, n: DVec3) -> DVec3 {
-        let c = cofactor(&self.to_world.matrix3);
-        let (turned, plane) = (c * n, longest(&c));
-        // What is left below is rounding.
-        let edge_on = turned.length() <= 1e-15 * plane.length() * n.length();
-        let n = unit_or(if edge_on { plane } else { turned }, DVec3::Z);
-        if self.is_mirrored() { -n } else { n }
+    /// How normals go to render space.
+    pub fn normals(&self) -> NormalMap {
+        let cofactor = cofactor(&self.to_world.matrix3);
+        NormalMap { cofactor, plane: longest(&cofactor), mirrored: self.is_mirrored() }
     }
 
     /// Bound per axis of the render-space error that an object-space error becomes.
@@ -79,6 +73,28 @@ impl Pose {
     /// Box around the transformed box.
     pub(crate) fn bounds(&self, b: Aabb) -> Aabb {
         transformed(&self.to_world, b)
+    }
+}
+
+/// Takes normals to render space: by the cofactor matrix \[a₂×a₃, a₃×a₁, a₁×a₂\], which needs no inverse, with the
+/// sign of the determinant, so that the front of a surface stays its front.
+#[derive(Clone, Copy, Debug)]
+pub struct NormalMap {
+    cofactor: DMat3,
+    /// Across what everything is flattened to, if anything is.
+    plane: DVec3,
+    mirrored: bool,
+}
+
+impl NormalMap {
+    /// Unit normal of the transformed surface. A face that a flattening transform sees edge-on gets the normal of the
+    /// plane that everything is flattened to. Zero stays zero.
+    pub fn apply(&self, n: DVec3) -> DVec3 {
+        let turned = self.cofactor * n;
+        // What is left below is rounding.
+        let edge_on = turned.length() <= 1e-15 * self.plane.length() * n.length() && n != DVec3::ZERO;
+        let n = unit_or(if edge_on { self.plane } else { turned }, DVec3::ZERO);
+        if self.mirrored { -n } else { n }
     }
 }
 
@@ -103,6 +119,9 @@ fn cofactor(m: &DMat3) -> DMat3 {
 /// conditioned and N⁻¹ + (1/ε − 1/σ)·v wᵀ is the inverse of m + ε·w vᵀ.
 fn inverse(m: &DMat3) -> Option<DMat3> {
     let lengths = DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length());
+    let thin = lengths.max_element() * THIN;
+    let thick = lengths.map(|l| if l > 0.0 && l < thin { thin / l } else { 1.0 });
+    let (m, lengths) = (&(*m * DMat3::from_diagonal(thick)), lengths * thick);
     let (c, det) = (cofactor(m), m.determinant());
     // Hadamard: 1 for perpendicular columns of any length, 0 for dependent ones.
     if det.abs() > 1e-12 * lengths.element_product() {
@@ -138,7 +157,7 @@ mod tests {
     fn inverses_of_uneven_mirrored_and_flat_transforms() {
         let r = DMat3::from_quat(DQuat::from_xyzw(0.1, -0.5, 0.3, 0.8).normalize());
         let flat = |x, y, z| DMat3::from_diagonal(DVec3::new(x, y, z));
-        for s in [flat(1.0, 2.0, 3.0), flat(-1.0, 1.0, 1.0), flat(1.0, 1e6, 1e-6), flat(1.0, 1.0, 1e-20)] {
+        for s in [flat(1.0, 2.0, 3.0), flat(-1.0, 1.0, 1.0), flat(1.0, 1e6, 1e-6), flat(1.0, 1.0, 1e-17)] {
             let m = r * s;
             let back = inverse(&m).unwrap();
             let off = (back * m - DMat3::IDENTITY).to_cols_array().iter().fold(0.0f64, |a, x| a.max(x.abs()));
@@ -147,6 +166,7 @@ mod tests {
                 / [s.x_axis.x, s.y_axis.y, s.z_axis.z].iter().fold(f64::MAX, |a, x| a.min(x.abs()));
             assert!(off < 1e-15 * condition.max(10.0), "{s:?} {off}");
         }
+        assert!(inverse(&flat(1.0, 1.0, 1e-40)).unwrap().z_axis.z < 2e18);
         // Flat: points of the plane come back where they were, up to the lost coordinate.
         for m in
             [r * flat(1.0, 2.0, 0.0), flat(1.0, 2.0, 0.0) * r, flat(1.0, 0.0, 1.0) * r * flat(3.0, 2.0, 1.0)]
@@ -166,7 +186,7 @@ mod tests {
     #[test]
     fn normals_stay_perpendicular_and_in_front() {
         let pose = Pose::of(&DAffine3::from_scale(DVec3::new(-2.0, 1.0, 0.5))).unwrap();
-        let n = pose.normal(DVec3::new(1.0, 1.0, 0.0).normalize());
+        let n = pose.normals().apply(DVec3::new(1.0, 1.0, 0.0).normalize());
         let along = pose.to_world.transform_vector3(DVec3::new(1.0, -1.0, 0.0));
         assert!(n.dot(along).abs() < 1e-15);
         // The outward normal of a convex body stays outward under a mirror.

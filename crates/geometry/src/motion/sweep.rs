@@ -3,10 +3,9 @@
 //!
 //! Time is cut at the keys and, where something rotates, into steps of at most 1/16 of half a turn. Over a step every
 //! link maps a box to a box: scales and translations by their ranges; a rotation along one arc to the hull of its two
-//! ends, grown by the bulge r(1 − cos(Δθ/2)) of the arc over its chord; a rotation whose path is not one arc to the
-//! ball of radius r.
+//! ends, grown by the bulge r(1 − cos(Δθ/2)) of the arc over its chord.
 use super::pose::transformed;
-use super::track::{Interpolation, Track};
+use super::track::{Interpolation, Track, Value};
 use super::{Channel, Link, Motion, Trs};
 use crate::boxes::Aabb;
 use glam::{DAffine3, DQuat, DVec3};
@@ -56,7 +55,7 @@ impl Link {
 
 impl Trs {
     fn cut(&self, open: f64, close: f64, times: &mut Vec<f64>) {
-        fn keys<T: super::Value>(channel: &Channel<T>, open: f64, close: f64, times: &mut Vec<f64>) {
+        fn keys<T: Value>(channel: &Channel<T>, open: f64, close: f64, times: &mut Vec<f64>) {
             if let Channel::Track(track) = channel {
                 let keys = track.keys_within(open, close);
                 times.extend_from_slice(&keys[..keys.len().min(MAX_STEPS + 1)]);
@@ -68,7 +67,7 @@ impl Trs {
         if let Channel::Track(track) = &self.rotation
             && times.len() <= MAX_STEPS
         {
-            track.cut_arcs(open, close, times);
+            times.extend(track.arcs(open, close));
         }
     }
 
@@ -108,33 +107,28 @@ impl Channel<DQuat> {
     fn turn(&self, b: Aabb, open: f64, close: f64) -> Aabb {
         let turned = |q: DQuat| transformed(&DAffine3::from_quat(q), b);
         let track = match self {
-            Self::Constant(q) => return turned(super::Value::settled(*q)),
+            Self::Constant(q) => return turned(q.settled()),
             Self::Track(track) => track,
         };
         let r = b.reach();
-        match track.deviation(open, close) {
-            Some(bulge) => turned(track.at(open)).union(turned(track.at(close))).padded(r * bulge),
-            None => Aabb::new(DVec3::splat(-r), DVec3::splat(r)),
-        }
+        let ball = Aabb::new(DVec3::splat(-r), DVec3::splat(r));
+        let over = |t: &[f64]| match track.deviation(t[0], t[1]) {
+            Some(bulge) => turned(track.at(t[0])).union(turned(track.at(t[1]))).padded(r * bulge),
+            None => ball,
+        };
+        track.arcs(open, close).windows(2).map(over).fold(Aabb::EMPTY, Aabb::union)
     }
 }
 
 impl Track<DQuat> {
-    /// How far a point at distance 1 can get from the chord between its places at `open` and `close`; None when the
-    /// path is not one arc or cannot be bounded.
+    /// How far a point at distance 1 can get from the chord between its places at `open` and `close`, between which
+    /// there is no key; None when the path cannot be bounded.
     fn deviation(&self, open: f64, close: f64) -> Option<f64> {
-        let mut segments = self.segments(open, close);
-        let Some((i, s0, s1)) = segments.next() else { return Some(0.0) };
-        if segments.next().is_some() {
-            return None;
-        }
+        let Some((i, s0, s1)) = self.segments(open, close).next() else { return Some(0.0) };
         match self.interpolation() {
             Interpolation::Step => Some(0.0),
-            Interpolation::Linear => {
-                let (a, b) = (self.at(open), self.at(close));
-                // Δθ/2 is the angle between the quaternions, whose cosine is their product.
-                Some((1.0 - a.dot(b).abs().min(1.0)).max(0.0))
-            }
+            // Δθ/2 is the angle between the quaternions, whose cosine is their product.
+            Interpolation::Linear => Some(1.0 - self.at(open).dot(self.at(close)).abs().min(1.0)),
             Interpolation::CubicSpline => {
                 let c = self.control_points(i, s0, s1);
                 let length = |q: DQuat| q.dot(q).sqrt();
@@ -147,25 +141,26 @@ impl Track<DQuat> {
         }
     }
 
-    /// Cuts the arcs between keys into steps of at most [`ARC`].
-    fn cut_arcs(&self, open: f64, close: f64, times: &mut Vec<f64>) {
-        let mut ends = vec![open];
-        let keys = self.keys_within(open, close);
-        ends.extend_from_slice(&keys[..keys.len().min(MAX_STEPS)]);
-        ends.push(close);
-        for pair in ends.windows(2) {
-            let (from, to) = (pair[0], pair[1]);
-            let pieces = match self.interpolation() {
-                Interpolation::Step => 1,
-                Interpolation::CubicSpline => SPLINE_STEPS,
-                Interpolation::Linear => {
-                    let half = libm::acos(self.at(from).dot(self.at(to)).abs().min(1.0));
-                    libm::ceil(2.0 * half / ARC) as usize
-                }
-            };
-            times.extend((1..pieces).map(|k| from + (to - from) * k as f64 / pieces as f64));
-            if times.len() > MAX_STEPS {
-                return;
+    /// The interval cut at the keys and into arcs of at most [`ARC`]; both ends included, so at least two times.
+    fn arcs(&self, open: f64, close: f64) -> Vec<f64> {
+        let mut times = vec![open];
+        for &end in self.keys_within(open, close).iter().chain([&close]) {
+            let start = times[times.len() - 1];
+            let pieces = self.pieces(start, end);
+            times.extend((1..pieces).map(|k| start + (end - start) * k as f64 / pieces as f64));
+            times.push(end);
+        }
+        times
+    }
+
+    fn pieces(&self, from: f64, to: f64) -> usize {
+        match self.interpolation() {
+            Interpolation::Step => 1,
+            Interpolation::CubicSpline if to > from => SPLINE_STEPS,
+            Interpolation::CubicSpline => 1,
+            Interpolation::Linear => {
+                let half = libm::acos(self.at(from).dot(self.at(to)).abs().min(1.0));
+                libm::ceil(2.0 * half / ARC) as usize
             }
         }
     }

@@ -127,7 +127,8 @@ fn posed_tangent(pose: &Pose, tangent: Vec4) -> Vec4 {
 pub(super) fn baked(mesh: &Mesh, pose: &Pose) -> Mesh {
     let mirrored = pose.is_mirrored();
     let point = |p: &Vec3| pose.to_world.transform_point3(p.as_dvec3()).as_vec3();
-    let normal = |n: &Vec3| if *n == Vec3::ZERO { *n } else { pose.normal(n.as_dvec3()).as_vec3() };
+    let map = pose.normals();
+    let normal = |n: &Vec3| map.apply(n.as_dvec3()).as_vec3();
     Mesh {
         positions: mesh.positions.iter().map(point).collect(),
         triangles: mesh
