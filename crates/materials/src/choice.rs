@@ -84,3 +84,37 @@ impl Shares {
         last
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_add_up_and_the_choice_covers_the_unit_interval() {
+        let asked = Lobes::of(Lobe::Diffuse).with(Lobe::GlossyReflection).with(Lobe::GlossyTransmission);
+        let shares = Shares::new([0.5, 0.001, 0.1, 0.2], asked, true);
+        let sum = shares.diffuse + shares.reflection + shares.transmission + shares.facets;
+        assert!((sum - 1.0).abs() < 1e-6 && shares.transmission == 0.0);
+        assert!(shares.reflection > 0.04, "raised to the least share: {shares:?}");
+        let n = 100_000;
+        let mut counts = [0.0f32; 4];
+        for k in 0..n {
+            let (choice, _, rest) = shares.pick(k as f32 / n as f32).expect("something is live");
+            assert!((0.0..1.0).contains(&rest));
+            counts[choice as usize] += 1.0 / n as f32;
+        }
+        let wanted = [shares.diffuse, shares.reflection, shares.transmission, shares.facets];
+        assert!(counts.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-3), "{counts:?} {wanted:?}");
+    }
+
+    #[test]
+    fn a_lone_lobe_is_certain_and_none_is_none() {
+        let lone = Shares::new([1.0; 4], Lobes::of(Lobe::DeltaReflection), true);
+        assert_eq!(lone.reflection, 1.0);
+        assert!(Shares::new([1.0; 4], Lobes::NONE, false).pick(0.3).is_none());
+        // Smooth matter under total reflection: asked for transmission alone, it has none.
+        assert!(
+            Shares::new([0.0, 0.0, 1.0, 0.0], Lobes::of(Lobe::DeltaTransmission), false).pick(0.3).is_none()
+        );
+    }
+}

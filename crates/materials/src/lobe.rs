@@ -77,3 +77,20 @@ impl Lobes {
         self.0 == 0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets() {
+        let both = Lobes::of(Lobe::Diffuse).with(Lobe::Mirror);
+        assert!(both.contains(Lobe::Mirror) && !both.contains(Lobe::DeltaReflection));
+        assert_eq!(both.and(Lobes::REFLECTION), Lobes::of(Lobe::Mirror));
+        assert!(both.without(Lobes::ALL).is_empty());
+        for lobe in [Lobe::DeltaReflection, Lobe::DeltaTransmission] {
+            assert!(lobe.is_delta() && Lobes::DELTA.contains(lobe));
+            assert_eq!(lobe.is_transmission(), Lobes::TRANSMISSION.contains(lobe));
+        }
+    }
+}

@@ -98,3 +98,40 @@ impl Ggx {
 pub fn reflect(wo: Vec3, m: Vec3) -> Vec3 {
     (m * (2.0 * wo.dot(m)) - wo).normalize()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WO: Vec3 = Vec3::new(0.48, 0.36, 0.8);
+
+    #[test]
+    fn g1_is_one_over_one_plus_lambda() {
+        let ggx = Ggx { ax: 0.3, ay: 0.7 };
+        let tan2 = (0.3f32 * WO.x / WO.z).powi(2) + (0.7 * WO.y / WO.z).powi(2);
+        let lambda = 0.5 * ((1.0 + tan2).sqrt() - 1.0);
+        assert!((ggx.g1(WO) * (1.0 + lambda) - 1.0).abs() < 1e-6);
+        assert!((ggx.t(WO) - WO.z * (1.0 + 2.0 * lambda)).abs() < 1e-6);
+        assert_eq!(ggx.g1(-WO), ggx.g1(WO));
+    }
+
+    #[test]
+    fn bounded_normals_are_visible_ones_at_k_one() {
+        let ggx = Ggx { ax: 0.3, ay: 0.7 };
+        let u = Vec2::new(0.3, 0.9);
+        assert_eq!(ggx.sample_bounded(WO, u, 1.0), ggx.sample_visible(WO, u));
+        let m = ggx.sample_visible(WO, u).expect("a normal");
+        let cos = WO.dot(m);
+        let reflected = ggx.visible_pdf(WO, m, cos) / (4.0 * cos);
+        assert!((ggx.bounded_pdf(WO, m, 1.0) / reflected - 1.0).abs() < 1e-6);
+        assert!(ggx.cap_bound(WO) < 1.0 && ggx.cap_bound(WO) > 0.0);
+    }
+
+    #[test]
+    fn the_smoothest_rough_surface() {
+        assert!(Ggx::isotropic(0.999e-3).is_none());
+        let ggx = Ggx::isotropic(1e-3).expect("rough");
+        assert!((ggx.d(Vec3::Z) * 1e-6 * std::f32::consts::PI - 1.0).abs() < 1e-5);
+        assert_eq!(ggx.d(-Vec3::Z), 0.0);
+    }
+}

@@ -43,6 +43,17 @@ fn cases(roughness: f32) -> Vec<Case> {
 fn chi_square(cases: &[Case], roughness: f32, mus: &[f32], tests: usize, samples: u32) {
     for Case { name, material, lobes } in cases {
         for (k, &mu) in mus.iter().enumerate() {
+            // An f32 direction says where its half vector is to 6e-8/μ; that has to be small against the lobe.
+            if roughness * roughness * mu.abs() < 3e-5 {
+                continue;
+            }
+            // Bent little by narrow facets: the quadrature of the test finds no lobe narrower than this.
+            if material.transmission > 0.0
+                && !material.thin
+                && roughness * roughness * (material.ior - 1.0) < 5e-4
+            {
+                continue;
+            }
             let bsdf = Bsdf::new(material, direction(mu, 0.7 + k as f32));
             let test = ChiSquare { samples, cells: 200, seed: k as u64 + 1, ..ChiSquare::family(tests) };
             let result =
@@ -62,7 +73,7 @@ fn samples_follow_the_density() {
     }
 }
 
-/// 20 μ × 9 roughnesses × all cases; about ten minutes.
+/// 20 μ × 9 roughnesses × all cases; about a minute and a half.
 #[test]
 #[ignore = "long"]
 fn samples_follow_the_density_everywhere() {
@@ -72,7 +83,7 @@ fn samples_follow_the_density_everywhere() {
     let roughness = [0.032, 0.05, 0.1, 0.2, 0.3162, 0.5, 0.7, 0.866, 1.0];
     let tests = cases(0.5).len() * mus.len() * roughness.len();
     for r in roughness {
-        chi_square(&cases(r), r, &mus, tests, 100_000);
+        chi_square(&cases(r), r, &mus, tests, 50_000);
     }
 }
 
