@@ -1,0 +1,144 @@
+//! The house stands only as long as its arrows go down: reads the manifests and fails when one goes up, when a crate
+//! has no short README, or when a command at the root would leave a crate out.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use toml::{Table, Value};
+
+/// How high a package stands; it may use what stands strictly lower. `testkit` stands beside the house: it knows
+/// nothing of it, and only tests may use it.
+fn level(package: &str) -> Option<u32> {
+    match package.strip_prefix("dapple-").unwrap_or(package) {
+        "sampling" | "geometry" | "imaging" => Some(0),
+        "materials" | "lights" | "camera" => Some(1),
+        "scene" => Some(2),
+        "integrator" => Some(3),
+        "analysis" => Some(4),
+        "dapple" => Some(5),
+        _ => None,
+    }
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).to_path_buf()
+}
+
+fn manifest(folder: &Path) -> Table {
+    let path = folder.join("Cargo.toml");
+    fs::read_to_string(&path).unwrap().parse().unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// Folders under `crates/` that are packages.
+fn packages() -> Vec<PathBuf> {
+    let mut folders: Vec<_> = fs::read_dir(root().join("crates"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.join("Cargo.toml").is_file())
+        .collect();
+    folders.sort();
+    assert!(folders.len() >= 9, "the crates are somewhere else");
+    folders
+}
+
+fn name(manifest: &Table) -> String {
+    manifest["package"]["name"].as_str().unwrap().to_string()
+}
+
+fn dapple_dependencies(manifest: &Table, section: &str) -> Vec<String> {
+    let table = manifest.get(section).and_then(Value::as_table);
+    let names = table.into_iter().flat_map(|t| t.keys().cloned());
+    names.filter(|name| name.starts_with("dapple")).collect()
+}
+
+/// All arrows of one manifest that do not go down.
+fn arrows_up(manifest: &Table) -> Vec<String> {
+    let from = name(manifest);
+    let height = |package: &str| level(package).map_or(-1, i64::from);
+    let mut wrong = Vec::new();
+    for section in ["dependencies", "build-dependencies", "dev-dependencies"] {
+        for to in dapple_dependencies(manifest, section) {
+            let kit = to == "dapple-testkit";
+            let down = if kit { section == "dev-dependencies" } else { height(&to) < height(&from) };
+            if !down || (level(&to).is_none() && !kit) {
+                wrong.push(format!("{from} → {to} ({section})"));
+            }
+        }
+    }
+    wrong
+}
+
+#[test]
+fn arrows_go_down() {
+    let manifests = packages().iter().map(|p| manifest(p)).chain([manifest(&root())]).collect::<Vec<_>>();
+    let wrong: Vec<_> = manifests.iter().flat_map(arrows_up).collect();
+    assert!(wrong.is_empty(), "arrows that do not go down: {wrong:#?}");
+    for m in &manifests {
+        let package = name(m);
+        assert!(level(&package).is_some() || package == "dapple-testkit", "{package}: give it a level here");
+    }
+}
+
+#[test]
+fn an_arrow_up_is_seen() {
+    let parse = |text: &str| text.parse::<Table>().unwrap();
+    for (text, up) in [
+        ("[package]\nname='dapple-sampling'\n[dependencies]\ndapple-scene.workspace=true", true),
+        ("[package]\nname='dapple-lights'\n[dependencies]\ndapple-materials.workspace=true", true),
+        ("[package]\nname='dapple-geometry'\n[dev-dependencies]\ndapple-imaging.workspace=true", true),
+        ("[package]\nname='dapple-scene'\n[dependencies]\ndapple-testkit.workspace=true", true),
+        ("[package]\nname='dapple-testkit'\n[dependencies]\ndapple-sampling.workspace=true", true),
+        ("[package]\nname='dapple-lights'\n[dependencies]\ndapple-unheard-of.workspace=true", true),
+        ("[package]\nname='dapple-scene'\n[dependencies]\ndapple-lights.workspace=true", false),
+        ("[package]\nname='dapple-scene'\n[dev-dependencies]\ndapple-testkit.workspace=true", false),
+    ] {
+        assert_eq!(!arrows_up(&parse(text)).is_empty(), up, "{text}");
+    }
+}
+
+#[test]
+fn every_crate_has_a_short_readme_with_an_example() {
+    for folder in packages() {
+        let readme = folder.join("README.md");
+        let text = fs::read_to_string(&readme).unwrap_or_else(|e| panic!("{}: {e}", readme.display()));
+        let lines = text.lines().count();
+        assert!(lines <= 40, "{}: {lines} lines, at most 40", readme.display());
+        assert!(text.contains("```rust"), "{}: no example in Rust", readme.display());
+        let library = fs::read_to_string(folder.join("src/lib.rs")).unwrap();
+        assert!(
+            library.contains("README.md"),
+            "{}: the example is not compiled; include the README in a doctest",
+            readme.display()
+        );
+    }
+}
+
+#[test]
+fn every_command_at_the_root_means_every_crate() {
+    let root_manifest = manifest(&root());
+    let list = |key: &str| -> Vec<String> {
+        let items = root_manifest["workspace"][key].as_array().unwrap();
+        items.iter().map(|v| v.as_str().unwrap().to_string()).collect()
+    };
+    let folders = packages();
+    let mut expected: Vec<String> = folders
+        .iter()
+        .map(|p| p.strip_prefix(root()).unwrap().to_string_lossy().replace('\\', "/"))
+        .chain([".".to_string()])
+        .collect();
+    expected.sort();
+    for key in ["members", "default-members"] {
+        let mut listed = list(key);
+        listed.sort();
+        assert_eq!(listed, expected, "workspace.{key}");
+    }
+}
+
+#[test]
+fn unsafe_code_stays_in_geometry() {
+    for folder in packages() {
+        let library = fs::read_to_string(folder.join("src/lib.rs")).unwrap();
+        let forbidden = library.contains("#![forbid(unsafe_code)]");
+        let geometry = folder.ends_with("geometry");
+        assert!(forbidden || geometry, "{}: forbid(unsafe_code) is missing", folder.display());
+    }
+}
