@@ -153,7 +153,7 @@ fn mend(mesh: &mut Mesh) -> usize {
 }
 
 /// Without the vertices that no triangle uses.
-fn compact(mesh: Mesh) -> Mesh {
+pub(crate) fn compact(mesh: Mesh) -> Mesh {
     const UNUSED: u32 = u32::MAX;
     let mut order = vec![UNUSED; mesh.positions.len()];
     for &i in mesh.triangles.iter().flatten() {

@@ -18,7 +18,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use std::sync::Arc;
 
 /// Most triangles a scene may have once every instance is placed; what lies above would not fit into memory anyway.
-const MAX_TRIANGLES: usize = 1 << 28;
+const MAX_TRIANGLES: usize = 1 << 27;
 /// World coordinates beyond this are taken for errors; f64 arithmetic on them stays finite.
 const FARTHEST: f64 = 1e300;
 
@@ -282,19 +282,20 @@ impl SceneBuilder {
 
     /// Masks and blends that let nothing through become opaque: traversal need not ask.
     fn simplify_alpha(&mut self) {
-        let mut solid: Vec<bool> = self
-            .materials
-            .iter()
-            .map(|m| {
-                let texture = m.base_color_texture.as_ref();
-                let covered = texture.is_none_or(|t| self.textures[t.texture as usize].mean().w >= 1.0);
-                let cutoff = if let AlphaMode::Mask { cutoff } = m.alpha_mode { cutoff } else { 1.0 };
-                covered && m.alpha >= 1.0 && cutoff <= 1.0
-            })
-            .collect();
+        let covers = |m: &TexturedMaterial| {
+            let cutoff = match m.alpha_mode {
+                AlphaMode::Opaque => return false,
+                AlphaMode::Mask { cutoff } => cutoff,
+                AlphaMode::Blend => 1.0,
+            };
+            let texture = m.base_color_texture.as_ref().map(|t| &self.textures[t.texture as usize]);
+            m.alpha >= 1.0 && cutoff <= 1.0 && texture.is_none_or(|t| t.mean().w >= 1.0)
+        };
+        let mut solid: Vec<bool> = self.materials.iter().map(covers).collect();
         for placed in &self.placed {
-            if let Geometry::Mesh { mesh, .. } = &placed.geometry {
-                solid[placed.material as usize] &= mesh.colors.iter().all(|c| c.w >= 1.0);
+            let solid = &mut solid[placed.material as usize];
+            if let (true, Geometry::Mesh { mesh, .. }) = (*solid, &placed.geometry) {
+                *solid = mesh.colors.iter().all(|c| c.w >= 1.0);
             }
         }
         for (material, _) in self.materials.iter_mut().zip(solid).filter(|(_, solid)| *solid) {

@@ -142,7 +142,7 @@ impl TexturedMaterial {
         let mirror = b.mirror.map_or(Vec3::ZERO, |m| m.kr.max(Vec3::splat(m.blur)));
         [
             ("base colour", b.base_color.extend(self.alpha)),
-            ("metallic, roughness or ior", Vec4::new(b.metallic, b.roughness, b.ior, 0.0)),
+            ("metallic, roughness or index of refraction", Vec4::new(b.metallic, b.roughness, b.ior, 0.0)),
             ("specular", b.specular_color.extend(b.specular)),
             ("transmission", Vec4::splat(b.transmission)),
             ("emission", self.emission.extend(0.0)),

@@ -168,6 +168,7 @@ fn track(
     if values.iter().any(|v| !v.is_finite()) {
         return Err(doc.invalid(place, "has a value that is not a finite number"));
     }
+    doc.keep(8 * times.len() as u64 + 32 * values.len() as u64, place)?;
     Ok(Track { times, values, interpolation, rotates })
 }
 

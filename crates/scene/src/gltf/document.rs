@@ -10,7 +10,9 @@ use std::{
 };
 
 /// Elements that accessors without data may ask for in one file.
-const ZEROS: u64 = 1 << 24;
+const ZEROS: u64 = 1 << 22;
+/// Bytes that a file may make the reader keep. A few lines of JSON can refer to the same data any number of times.
+const MEMORY: u64 = 1 << 34;
 /// Most warnings that are kept.
 const MAX_WARNINGS: usize = 100;
 
@@ -23,6 +25,7 @@ pub(super) struct Document<'o> {
     blob: Option<Vec<u8>>,
     buffers: Vec<OnceCell<Vec<u8>>>,
     zeros: Cell<u64>,
+    memory: Cell<u64>,
     warnings: RefCell<Vec<Warning>>,
 }
 
@@ -37,6 +40,7 @@ impl<'o> Document<'o> {
             value,
             blob,
             zeros: Cell::new(ZEROS),
+            memory: Cell::new(MEMORY),
             warnings: RefCell::new(warnings),
         }
     }
@@ -105,6 +109,7 @@ impl<'o> Document<'o> {
                 return Err(self.invalid(place, what));
             }
             bytes.truncate(length as usize);
+            self.keep(length, &place)?;
             let _ = cell.set(bytes);
         }
         Ok(cell.get().map_or(&[], Vec::as_slice))
@@ -115,6 +120,15 @@ impl<'o> Document<'o> {
         let left = self.zeros.get().checked_sub(count);
         self.zeros.set(left.ok_or_else(|| {
             self.invalid(place, format!("asks for {count} elements without data; at most {ZEROS} are given"))
+        })?);
+        Ok(())
+    }
+
+    /// Takes `bytes` from the memory a file may use.
+    pub fn keep(&self, bytes: u64, place: &str) -> Result<(), SceneError> {
+        let left = self.memory.get().checked_sub(bytes);
+        self.memory.set(left.ok_or_else(|| {
+            self.invalid(place, format!("with it the scene takes more than {} GiB", MEMORY >> 30))
         })?);
         Ok(())
     }

@@ -66,10 +66,20 @@ pub(super) fn read(
     if let Some(colors) = attribute(Semantic::Colors(0)) {
         mesh.colors = doc.colors(colors, place)?.into_iter().map(Vec4::from_array).collect();
     }
-    match bake::fault(&mesh) {
-        Some(what) => Err(doc.invalid(place, what)),
-        None => Ok((!mesh.triangles.is_empty()).then_some(mesh)),
+    if let Some(what) = bake::fault(&mesh) {
+        return Err(doc.invalid(place, what));
     }
+    // Primitives often share one large set of vertices.
+    let mesh = bake::compact(mesh);
+    doc.keep(bytes(&mesh), place)?;
+    Ok((!mesh.triangles.is_empty()).then_some(mesh))
+}
+
+/// Memory of a mesh.
+fn bytes(mesh: &Mesh) -> u64 {
+    let vectors = mesh.positions.len() * 12 + mesh.normals.len() * 12 + mesh.triangles.len() * 12;
+    let rest = mesh.tangents.len() * 16 + mesh.colors.len() * 16;
+    (vectors + rest + (mesh.uv[0].len() + mesh.uv[1].len()) * 8) as u64
 }
 
 /// Triangles a primitive draws, without reading its data.

@@ -16,6 +16,9 @@ use gltf::json::{
 use serde_json::Value;
 use std::{f64::consts::FRAC_PI_2, sync::Arc};
 
+/// Bytes an object takes besides its mesh, about.
+const OBJECT: u64 = 400;
+
 /// Everything the default scene shows.
 pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let hierarchy = Hierarchy::new(doc)?;
@@ -94,6 +97,10 @@ impl Assembly<'_, '_> {
             Some(all) => all.iter().map(|local| placement.child(local)).collect(),
             None => vec![*placement],
         };
+        doc.keep(
+            places.len() as u64 * OBJECT * doc.root.meshes[mesh.value()].primitives.len() as u64,
+            &name,
+        )?;
         for placement in places {
             for (mesh, material) in self.meshes[mesh.value()].iter().flatten() {
                 self.builder.mesh(&name, mesh.clone(), placement, *material);

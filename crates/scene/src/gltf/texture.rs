@@ -111,7 +111,10 @@ pub(super) fn decode(
         (None, Some(view)) => doc.view(view, &place)?,
         (None, None) => return Err(doc.invalid(place, "has neither a URI nor a buffer view")),
     };
-    rgba8(bytes, &place).map_err(|source| SceneError::Image { file: doc.file.clone(), source })
+    let pixels =
+        rgba8(bytes, &place).map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
+    doc.keep(4 * pixels.texels.len() as u64, &place)?;
+    Ok(pixels)
 }
 
 fn file_name(image: &json::Image) -> Option<&str> {
