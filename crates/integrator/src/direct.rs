@@ -10,13 +10,20 @@ use dapple_sampling::{Key, mis};
 use dapple_scene::Scene;
 use glam::{Vec2, Vec3};
 
-/// What a shadow ray needs besides its ends.
+/// One attempt to find light: its numbers, and what its shadow ray passes through.
 #[derive(Clone, Copy)]
-pub(crate) struct Shadow {
+pub(crate) struct Aim {
+    /// Chooses the light.
+    pub uc: f32,
+    /// The point on it.
+    pub u: Vec2,
+    /// Seconds within the shutter.
     pub time: f32,
+    /// Of the alpha that the shadow ray meets.
     pub key: Key,
     /// Absorption on the way, per render unit.
     pub sigma_a: Vec3,
+    pub strategy: Strategy,
 }
 
 /// One light, one point on it: an estimate of ∫ f·L·|cosθ| dω over all lights. Counts its shadow ray in `rays`.
@@ -24,17 +31,14 @@ pub(crate) fn one<V: Visibility>(
     scene: &Scene,
     visibility: V,
     vertex: &Vertex,
-    uc: f32,
-    u: Vec2,
-    shadow: &Shadow,
-    strategy: Strategy,
+    aim: &Aim,
     rays: &mut u64,
 ) -> Vec3 {
     let Some(choice) = &scene.light_choice else { return Vec3::ZERO };
     let p = vertex.surface.p;
-    let Some(chosen) = choice.sample(p, vertex.choice_normal(), uc) else { return Vec3::ZERO };
-    let Some(sample) = scene.lights[chosen.index].sample(p, u) else { return Vec3::ZERO };
-    let f_cos = vertex.f_cos(sample.wi, Lobes::ALL);
+    let Some(chosen) = choice.sample(p, vertex.choice_normal(), aim.uc) else { return Vec3::ZERO };
+    let Some(sample) = scene.lights[chosen.index].sample(p, aim.u) else { return Vec3::ZERO };
+    let (f_cos, bsdf_pdf) = vertex.f_cos_and_pdf(sample.wi, Lobes::ALL);
     if f_cos == Vec3::ZERO {
         return Vec3::ZERO;
     }
@@ -43,22 +47,22 @@ pub(crate) fn one<V: Visibility>(
         None => sample.radiance,
     };
     let pdf = sample.pdf * chosen.pmf;
-    let weight = light_weight(vertex, &sample, pdf, strategy);
+    let weight = light_weight(&sample, pdf, bsdf_pdf, aim.strategy);
     let value = f_cos * radiance * (weight / pdf);
     if value == Vec3::ZERO || value.is_nan() {
         return value;
     }
     *rays += 1;
-    if visibility.blocked(scene, &shadow_ray(vertex, &sample), shadow.time, shadow.key) {
+    if visibility.blocked(scene, &shadow_ray(vertex, &sample), aim.time, aim.key) {
         return Vec3::ZERO;
     }
-    value * transmittance(shadow.sigma_a, sample.distance)
+    value * transmittance(aim.sigma_a, sample.distance)
 }
 
-fn light_weight(vertex: &Vertex, sample: &LightSample, pdf: f32, strategy: Strategy) -> f32 {
+fn light_weight(sample: &LightSample, pdf: f32, bsdf_pdf: f32, strategy: Strategy) -> f32 {
     match strategy {
         _ if sample.delta => 1.0,
-        Strategy::Both => mis::power(pdf, vertex.pdf(sample.wi, Lobes::ALL)),
+        Strategy::Both => mis::power(pdf, bsdf_pdf),
         Strategy::LightOnly => 1.0,
         Strategy::BsdfOnly => 0.0,
     }

@@ -5,7 +5,7 @@
 //! bounce and survives with min(1, max β·η²), without a cap below 1: a cap has infinite variance for bright
 //! materials (measured law in the test suite).
 
-use crate::direct::{self, Shadow, transmittance};
+use crate::direct::{self, Aim, transmittance};
 use crate::emission::{self, Arrival};
 use crate::sample::Sample;
 use crate::settings::Settings;
@@ -66,14 +66,15 @@ pub(crate) fn li<V: Visibility, F: Follow>(
             return radiance;
         }
         if !vertex.bsdf.is_delta() {
-            let shadow = Shadow {
+            let aim = Aim {
+                uc: sample.point_1d(depth, Dimension::LightChoice),
+                u: sample.point_2d(depth, Dimension::LightPoint),
                 time: sample.time,
                 key: sample.key.at(depth, Dimension::ShadowAlpha).branch(sample.s),
                 sigma_a: state.sigma_a,
+                strategy: settings.strategy,
             };
-            let uc = sample.point_1d(depth, Dimension::LightChoice);
-            let u = sample.point_2d(depth, Dimension::LightPoint);
-            let direct = direct::one(scene, visibility, &vertex, uc, u, &shadow, settings.strategy, rays);
+            let direct = direct::one(scene, visibility, &vertex, &aim, rays);
             follow.direct(direct);
             radiance += state.beta * direct;
         }

@@ -26,15 +26,15 @@ impl Vertex {
         Self { hit: *hit, surface: *surface, shading, frame, wo, bsdf }
     }
 
-    /// BSDF value times |cosθ|, zero where shading and geometric side disagree (no light leaks through the surface).
-    pub fn f_cos(&self, wi: Vec3, lobes: Lobes) -> Vec3 {
+    /// BSDF value times |cosθ|, and the density of `sample_f` per solid angle. The value is zero where shading and
+    /// geometric side disagree: no light leaks through the surface.
+    pub fn f_cos_and_pdf(&self, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
         let local = self.frame.to_local(wi);
-        if !self.sides_agree(wi, local) { Vec3::ZERO } else { self.bsdf.f(local, lobes) * local.z.abs() }
-    }
-
-    /// Density of `sample_f` at `wi`, per solid angle.
-    pub fn pdf(&self, wi: Vec3, lobes: Lobes) -> f32 {
-        self.bsdf.pdf(self.frame.to_local(wi), lobes)
+        if !self.sides_agree(wi, local) {
+            return (Vec3::ZERO, 0.0);
+        }
+        let (f, pdf) = self.bsdf.eval(local, lobes);
+        (f * local.z.abs(), pdf)
     }
 
     /// Reflection must be reflection, and transmission transmission, for both the shading and the geometric normal.
