@@ -101,9 +101,7 @@ impl Area {
                 disk::sample(p, centre, normal, radius, two_sided, u)
             }
         };
-        let Aimed { wi, distance, pdf, point } = aimed.filter(|a| a.pdf > 0.0 && a.pdf.is_finite())?;
-        let point = Some(point);
-        Some(LightSample { wi, pdf, delta: false, radiance: self.radiance, distance, point })
+        self.sample_at(aimed?)
     }
 
     /// Solid-angle density at `p` of a direction that reaches the light at `distance`; 0 from behind and from its plane.

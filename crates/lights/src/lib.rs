@@ -4,6 +4,7 @@
 //! aim at. All densities are per solid angle at the receiver. Units: radiance W·m⁻²·sr⁻¹, intensity W·sr⁻¹, irradiance
 //! W·m⁻², per channel of linear Rec.709; lengths in render units. Nothing here knows what stands in the way.
 #![forbid(unsafe_code)]
+pub mod aiming;
 pub mod area;
 pub mod choice;
 mod cluster;
@@ -19,6 +20,7 @@ pub mod solid_angle;
 mod sphere;
 mod split;
 mod tree;
+pub use aiming::Aiming;
 pub use area::{Area, AreaShape};
 pub use choice::LightChoice;
 pub use distant::Distant;

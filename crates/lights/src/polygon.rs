@@ -49,10 +49,7 @@ impl Facet {
         let (first, second) = self.wedges();
         let omega = first.omega + second.map_or(0.0, |w| w.omega);
         if omega < SMALL {
-            let at = if self.is_quad { u } else { warp::triangle(u) }.as_dvec2();
-            let to = self.p0 + self.e1 * at.x + self.e2 * at.y;
-            let distance = to.length();
-            return Some(self.aimed(to / distance, distance, self.area_pdf(distance, facing), at));
+            return Some(self.at(self.spread(u), facing));
         }
         if self.is_quad && rectangle::is_rectangle(self.e1, self.e2) {
             let (to, at) = rectangle::sample(self.p0, self.e1, self.e2, omega, u.as_dvec2());
@@ -70,6 +67,32 @@ impl Facet {
         }?;
         let (distance, at) = self.hit(wi)?;
         Some(self.aimed(wi, distance, 1.0 / omega, at))
+    }
+
+    /// Evenly in area.
+    pub fn sample_surface(&self, u: Vec2, two_sided: bool) -> Option<Aimed> {
+        Some(self.at(self.spread(u), visible(self.facing, two_sided)?))
+    }
+
+    /// As `sample_surface` chooses it.
+    pub fn pdf_surface(&self, distance: f32, two_sided: bool) -> f64 {
+        visible(self.facing, two_sided).map_or(0.0, |facing| self.area_pdf(distance as f64, facing))
+    }
+
+    /// The place `at` (along e1, e2), as if it were chosen evenly in area.
+    pub fn middle(&self, two_sided: bool, at: Vec2) -> Option<Aimed> {
+        Some(self.at(at.as_dvec2(), visible(self.facing, two_sided)?))
+    }
+
+    /// Place along e1, e2, even in area.
+    fn spread(&self, u: Vec2) -> DVec2 {
+        if self.is_quad { u } else { warp::triangle(u) }.as_dvec2()
+    }
+
+    fn at(&self, at: DVec2, facing: f64) -> Aimed {
+        let to = self.p0 + self.e1 * at.x + self.e2 * at.y;
+        let distance = to.length();
+        self.aimed(to / distance, distance, self.area_pdf(distance, facing), at)
     }
 
     /// As `sample` chooses it; `distance` is that of the point reached.

@@ -1,7 +1,8 @@
 //! Aiming at a sphere: evenly in the cone it fills from outside, evenly over all directions from inside.
 use crate::LightPoint;
-use crate::area::Aimed;
+use crate::area::{Aimed, visible};
 use dapple_geometry::Frame;
+use dapple_sampling::warp;
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -75,4 +76,37 @@ fn density(cone: &Cone) -> f64 {
 
 pub(crate) fn pdf(p: Vec3, centre: Vec3, radius: f32, two_sided: bool) -> f64 {
     seen(p, centre, radius, two_sided).map_or(0.0, |cone| density(&cone))
+}
+
+/// Towards a point even over the whole surface. None where it faces away.
+pub(crate) fn sample_surface(p: Vec3, centre: Vec3, radius: f32, two_sided: bool, u: Vec2) -> Option<Aimed> {
+    let n = warp::sphere(u);
+    let place = centre + n * radius;
+    let to = place.as_dvec3() - p.as_dvec3();
+    let distance = to.length();
+    let wi = to / distance;
+    let pdf = surface_density(-wi.dot(n.as_dvec3()), radius, two_sided, distance)?;
+    let p_error = (centre.abs() + (n * radius).abs()) * (4.0 * f32::EPSILON);
+    let point = LightPoint { p: place, p_error, n, triangle: 0, u: 0.0, v: 0.0 };
+    Some(Aimed { wi: wi.as_vec3(), distance: distance as f32, pdf: pdf as f32, point })
+}
+
+/// As `sample_surface` chooses the point that `wi` reaches at `distance`.
+pub(crate) fn pdf_surface(
+    p: Vec3,
+    centre: Vec3,
+    radius: f32,
+    two_sided: bool,
+    wi: Vec3,
+    distance: f32,
+) -> f64 {
+    let (wi, distance) = (wi.as_dvec3(), distance as f64);
+    let n = (p.as_dvec3() + wi * distance - centre.as_dvec3()) / radius as f64;
+    surface_density(-wi.dot(n), radius, two_sided, distance).unwrap_or(0.0)
+}
+
+/// distance²/(4πR²·cosθ)
+fn surface_density(cos: f64, radius: f32, two_sided: bool, distance: f64) -> Option<f64> {
+    let (cos, r) = (visible(cos, two_sided)?, radius as f64);
+    Some(distance * distance / (4.0 * PI * r * r * cos))
 }
