@@ -1,5 +1,6 @@
 //! From what was typed to a checked scene: the file or built-in scene, its environment, the camera and the size.
 
+use crate::effects;
 use crate::error::Failure;
 use crate::machine;
 use crate::options::RenderOptions;
@@ -122,8 +123,15 @@ fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> 
     Ok(Some(environment))
 }
 
+/// The camera asked for, with its lens.
+pub fn camera(scene: &Scene, options: &RenderOptions) -> Result<NamedCamera, Failure> {
+    let mut named = named(scene, options.camera.as_deref())?.clone();
+    named.camera = effects::with_lens(named.camera, scene, &options.effects);
+    Ok(named)
+}
+
 /// The camera called `wanted`, else the one with that index, else the first.
-pub fn camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a NamedCamera, Failure> {
+fn named<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a NamedCamera, Failure> {
     let Some(wanted) = wanted else {
         return scene.cameras.first().ok_or_else(|| Failure::Arguments("the scene has no camera".into()));
     };

@@ -7,6 +7,7 @@
 
 mod args;
 mod commands;
+mod effects;
 mod error;
 mod load;
 mod machine;

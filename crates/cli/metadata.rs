@@ -4,11 +4,11 @@
 //! glTF's: the camera looks along −z, +y is up. NDC runs from (0,0) at the top left of the full picture to (1,1).
 
 use crate::values;
-use dapple_integrator::camera::{Camera, Projection};
+use dapple_integrator::camera::{Camera, Lens, Projection};
 use dapple_integrator::imaging::picture::MetaValue;
 use dapple_integrator::scene::Space;
-use dapple_integrator::{Settings, Stats};
-use glam::{DMat4, DVec3, DVec4};
+use dapple_integrator::{Effect, Method, Settings, Stats};
+use glam::{DMat4, DVec3, DVec4, Vec3};
 
 /// All attributes of a render.
 pub fn attributes(
@@ -26,17 +26,15 @@ pub fn attributes(
         ("software".into(), text(format!("dapple {}", env!("CARGO_PKG_VERSION")))),
         ("spp".into(), MetaValue::Int(i32::try_from(stats.spp).unwrap_or(i32::MAX))),
         ("seed".into(), text(settings.seed.to_string())),
-        ("settings".into(), text(settings_text(settings, stats))),
+        ("settings".into(), text(settings_text(settings, stats, camera.lens, space))),
     ]
 }
 
 /// The lines of a settings file that would give the picture again.
-fn settings_text(settings: &Settings, stats: &Stats) -> String {
+fn settings_text(settings: &Settings, stats: &Stats, lens: Option<Lens>, space: &Space) -> String {
     let (w, h) = settings.size;
     let mut lines = vec![
         format!("method = \"{}\"", values::method_name(settings.method)),
-        format!("spp = {}", stats.spp),
-        format!("pattern = \"{}\"", settings.pattern),
         format!("seed = {}", settings.seed),
         format!("max-bounces = {}", settings.max_bounces),
         format!("no-roulette = {}", !settings.roulette),
@@ -44,6 +42,34 @@ fn settings_text(settings: &Settings, stats: &Stats) -> String {
         format!("cull-backfaces = {}", settings.cull_backfaces),
         format!("size = \"{w}x{h}\""),
     ];
+    match settings.method {
+        Method::Path => {
+            lines.push(format!("spp = {}", stats.spp));
+            lines.push(format!("pattern = \"{}\"", settings.pattern));
+        }
+        Method::Distribution => {
+            lines.push(format!("combine = \"{}\"", settings.combine));
+            lines.push(format!("secondary = {}", settings.secondary));
+        }
+    }
+    for (effect, name) in Effect::ALL {
+        let plan = settings.plans.of(effect);
+        if settings.method == Method::Distribution || plan.count() == 0 {
+            lines.push(format!("{name} = \"{plan}\""));
+        }
+    }
+    if settings.ambient != Vec3::ZERO {
+        let a = settings.ambient;
+        lines.push(format!("ambient = [{}, {}, {}]", a.x, a.y, a.z));
+    }
+    lines.extend(lens.iter().flat_map(|lens| {
+        let length = |render: f32| f64::from(render) / space.scale;
+        [
+            format!("aperture-radius = {}", length(lens.radius) as f32),
+            format!("focus-distance = {}", length(lens.focus_distance) as f32),
+            format!("aperture-shape = \"{}\"", lens.aperture),
+        ]
+    }));
     if let Some(c) = settings.crop {
         lines.push(format!("crop = [{}, {}, {}, {}]", c.x0, c.y0, c.x1, c.y1));
     }
@@ -94,7 +120,6 @@ fn matrix(m: DMat4) -> MetaValue {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     fn camera(projection: Projection) -> Camera {
         Camera {

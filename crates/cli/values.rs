@@ -105,6 +105,12 @@ pub fn non_negative(s: &str) -> Result<f32, String> {
     finite(s).ok().filter(|x| *x >= 0.0).ok_or_else(|| "expected a finite number, zero or more".into())
 }
 
+/// A distance of focus: more than zero; `inf` is far away.
+pub fn focus(s: &str) -> Result<f32, String> {
+    let said = "expected a distance above zero, or inf";
+    s.trim().parse().ok().filter(|x: &f32| *x > 0.0).ok_or_else(|| said.into())
+}
+
 /// `30s`, `500ms`, `5m`, `1h`; a bare number is seconds. More than zero, less than a century.
 pub fn duration(s: &str) -> Result<Seconds, String> {
     let s = s.trim();
@@ -130,7 +136,7 @@ pub fn duration(s: &str) -> Result<Seconds, String> {
 pub fn method(s: &str) -> Result<Method, String> {
     match s {
         "path" => Ok(Method::Path),
-        "distribution" => Err("the distribution ray tracer is not built yet; use path".into()),
+        "distribution" => Ok(Method::Distribution),
         _ => Err("expected path or distribution".into()),
     }
 }
@@ -195,7 +201,9 @@ mod tests {
 
     #[test]
     fn names_round_trip() {
-        assert_eq!(method(method_name(Method::Path)), Ok(Method::Path));
-        assert!(method("distribution").is_err());
+        for m in [Method::Path, Method::Distribution] {
+            assert_eq!(method(method_name(m)), Ok(m));
+        }
+        assert!(method("rays").is_err());
     }
 }

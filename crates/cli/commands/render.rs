@@ -6,7 +6,7 @@ use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::progress::Bar;
 use crate::report::{self, Report};
-use crate::{machine, metadata, retrace, settings_file};
+use crate::{effects, machine, metadata, retrace, settings_file};
 use clap::ArgMatches;
 use dapple_integrator::scene::NamedCamera;
 use dapple_integrator::{Outcome, Settings, Stats, render};
@@ -22,9 +22,11 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<(), Failure> {
     report::start(&options);
     let outputs = Outputs::plan(&options, &source.name())?;
     let loaded = load::load(&source, &options)?;
-    let view = load::camera(&loaded.scene, options.camera.as_deref())?;
+    let view = &load::camera(&loaded.scene, &options)?;
     let settings = settings(&options, view)?;
     warn(&loaded);
+    effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
+    effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
     tracing::info!(?settings, "rendering");
     let outcome = finish(draw(&loaded, view, &settings, &options), &loaded, view, &settings);
     outputs.write(&outcome, &outcome.film.mean())?;
@@ -37,7 +39,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<(), Failure> {
 pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings, Failure> {
     let size = load::size(options, view);
     let default = Settings::default();
-    Ok(Settings {
+    let mut settings = Settings {
         method: options.method.unwrap_or_default(),
         size: (size.width, size.height),
         crop: load::rect(options, size)?,
@@ -52,7 +54,9 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         aovs: options.aov.clone().unwrap_or_default(),
         cull_backfaces: RenderOptions::is(options.cull_backfaces),
         ..default
-    })
+    };
+    effects::lay(options, &mut settings)?;
+    Ok(settings)
 }
 
 /// Says once what will look different from what the file says.

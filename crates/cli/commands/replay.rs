@@ -18,7 +18,7 @@ pub fn run(arguments: &ReplayArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let options = settings_file::layered(source.path(), typed)?;
     report::start(&options);
     let loaded = load::load(&source, &options)?;
-    let view = load::camera(&loaded.scene, options.camera.as_deref())?;
+    let view = &load::camera(&loaded.scene, &options)?;
     let settings = render::settings(&options, view)?;
     check(&settings, arguments.pixel, arguments.sample)?;
     render::warn(&loaded);
@@ -41,10 +41,11 @@ fn check(settings: &Settings, Pixel(x, y): Pixel, sample: u32) -> Result<(), Fai
     if x >= w || y >= h {
         return Err(Failure::Arguments(format!("--pixel {x},{y}: outside the picture, which is {w}x{h}")));
     }
-    match settings.spp {
+    match settings.samples() {
         Some(spp) if sample >= spp => {
-            let said =
-                format!("--sample {sample}: there are {spp} samples per pixel, counted from 0; see --spp");
+            let said = format!(
+                "--sample {sample}: there are {spp} samples per pixel, counted from 0; see --spp and --pixel"
+            );
             Err(Failure::Arguments(said))
         }
         _ => Ok(()),
@@ -52,7 +53,7 @@ fn check(settings: &Settings, Pixel(x, y): Pixel, sample: u32) -> Result<(), Fai
 }
 
 fn as_text(index: usize, v: &PathVertex) -> String {
-    let mut line = format!("{index} {}", v.kind);
+    let mut line = format!("{index} depth {} {}", v.depth, v.kind);
     if !v.object.is_empty() || !v.material.is_empty() {
         line += &format!(" '{}' material '{}'", v.object, v.material);
     }
@@ -74,7 +75,7 @@ fn position(p: DVec3) -> String {
 
 fn as_json(v: &PathVertex) -> serde_json::Value {
     json!({
-        "kind": v.kind, "object": v.object, "material": v.material,
+        "depth": v.depth, "kind": v.kind, "object": v.object, "material": v.material,
         "p": [number(v.p.x), number(v.p.y), number(v.p.z)], "n": numbers(v.n),
         "lobe": v.lobe, "pdf": number(v.pdf.into()),
         "beta": numbers(v.beta), "emitted": numbers(v.emitted), "direct": numbers(v.direct),

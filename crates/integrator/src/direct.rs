@@ -4,19 +4,17 @@ use crate::settings::Strategy;
 use crate::vertex::Vertex;
 use crate::visibility::Visibility;
 use dapple_geometry::{Ray, offset::offset_origin};
-use dapple_lights::LightSample;
-use dapple_materials::Lobes;
-use dapple_sampling::{Key, mis};
+use dapple_lights::{Aiming, Light, LightSample};
+use dapple_materials::{Lobe, Lobes};
+use dapple_sampling::{Key, mis, warp};
 use dapple_scene::Scene;
 use glam::{Vec2, Vec3};
 
-/// One attempt to find light: its numbers, and what its shadow ray passes through.
-#[derive(Clone, Copy)]
-pub(crate) struct Aim {
-    /// Chooses the light.
-    pub uc: f32,
-    /// The point on it.
-    pub u: Vec2,
+/// The way from a vertex to a light, and what may stand in it.
+pub(crate) struct Beam<'a, V> {
+    pub scene: &'a Scene,
+    pub visibility: V,
+    pub vertex: &'a Vertex,
     /// Seconds within the shutter.
     pub time: f32,
     /// Of the alpha that the shadow ray meets.
@@ -26,45 +24,106 @@ pub(crate) struct Aim {
     pub strategy: Strategy,
 }
 
-/// One light, one point on it: an estimate of ∫ f·L·|cosθ| dω over all lights. Counts its shadow ray in `rays`.
-pub(crate) fn one<V: Visibility>(
-    scene: &Scene,
-    visibility: V,
-    vertex: &Vertex,
-    aim: &Aim,
-    rays: &mut u64,
-) -> Vec3 {
-    let Some(choice) = &scene.light_choice else { return Vec3::ZERO };
-    let p = vertex.surface.p;
-    let Some(chosen) = choice.sample(p, vertex.choice_normal(), aim.uc) else { return Vec3::ZERO };
-    let Some(sample) = scene.lights[chosen.index].sample(p, aim.u) else { return Vec3::ZERO };
-    let (f_cos, bsdf_pdf) = vertex.f_cos_and_pdf(sample.wi, Lobes::ALL);
-    if f_cos == Vec3::ZERO {
-        return Vec3::ZERO;
-    }
-    let radiance = match &sample.point {
-        Some(point) => scene.light_radiance(chosen.index as u32, point, sample.radiance),
-        None => sample.radiance,
-    };
-    let pdf = sample.pdf * chosen.pmf;
-    let weight = light_weight(&sample, pdf, bsdf_pdf, aim.strategy);
-    let value = f_cos * radiance * (weight / pdf);
-    if value == Vec3::ZERO || value.is_nan() {
-        return value;
-    }
-    *rays += 1;
-    if visibility.blocked(scene, &shadow_ray(vertex, &sample), aim.time, aim.key) {
-        return Vec3::ZERO;
-    }
-    value * transmittance(aim.sigma_a, sample.distance)
+/// One attempt of the path tracer to find light.
+#[derive(Clone, Copy)]
+pub(crate) struct Aim {
+    /// Chooses the light.
+    pub uc: f32,
+    /// The point on it.
+    pub u: Vec2,
+    pub aiming: Aiming,
+    /// Lobes by which the path may go on, and so find lights as well.
+    pub followed: Lobes,
 }
 
-fn light_weight(sample: &LightSample, pdf: f32, bsdf_pdf: f32, strategy: Strategy) -> f32 {
-    match strategy {
-        _ if sample.delta => 1.0,
-        Strategy::Both => mis::power(pdf, bsdf_pdf),
-        Strategy::LightOnly => 1.0,
-        Strategy::BsdfOnly => 0.0,
+impl<V: Visibility> Beam<'_, V> {
+    /// One light, one point on it: an estimate of ∫ f·L·|cosθ| dω over all lights. Counts its shadow ray in `rays`.
+    pub fn one(&self, aim: &Aim, rays: &mut u64) -> Vec3 {
+        let (scene, p) = (self.scene, self.vertex.surface.p);
+        let Some(choice) = &scene.light_choice else { return Vec3::ZERO };
+        let Some(chosen) = choice.sample(p, self.vertex.choice_normal(), aim.uc) else { return Vec3::ZERO };
+        let light = &scene.lights[chosen.index];
+        let Some(sample) = light.sample_as(aim.aiming, p, aim.u) else { return Vec3::ZERO };
+        let pdf = sample.pdf * chosen.pmf;
+        let f_cos = self.received(light, &sample, pdf, aim.followed);
+        self.arriving(chosen.index, &sample, pdf, f_cos, rays)
+    }
+
+    /// f·cosθ towards a light sample of density `pdf`, what is followed weighted against being found that way.
+    fn received(&self, light: &Light, sample: &LightSample, pdf: f32, followed: Lobes) -> Vec3 {
+        let (f_cos, bsdf_pdf) = self.vertex.f_cos_and_pdf(sample.wi, followed);
+        let mut sum = f_cos * self.weight(sample.delta, pdf, bsdf_pdf);
+        if followed != Lobes::ALL {
+            let (f_cos, rest_pdf) = self.vertex.f_cos_and_pdf(sample.wi, Lobes::ALL.without(followed));
+            let found = matches!(light, Light::Environment(_));
+            sum += f_cos * self.weight(sample.delta, pdf, if found { rest_pdf } else { 0.0 });
+        }
+        sum
+    }
+
+    /// What of the light sample's radiance leaves the vertex, unless something stands in the way; `f_cos` weighted.
+    pub fn arriving(
+        &self,
+        light: usize,
+        sample: &LightSample,
+        pdf: f32,
+        f_cos: Vec3,
+        rays: &mut u64,
+    ) -> Vec3 {
+        if f_cos == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        let radiance = match &sample.point {
+            Some(point) if !sample.delta => self.scene.light_radiance(light as u32, point, sample.radiance),
+            _ => sample.radiance,
+        };
+        let value = f_cos * radiance / pdf;
+        if value == Vec3::ZERO || value.is_nan() {
+            return value;
+        }
+        *rays += 1;
+        if self.visibility.blocked(self.scene, &shadow_ray(self.vertex, sample), self.time, self.key) {
+            return Vec3::ZERO;
+        }
+        value * transmittance(self.sigma_a, sample.distance)
+    }
+
+    /// Light of the environment on a diffuse lobe that is not followed, found in a direction even in cosine. `aimed`
+    /// gives the density of aiming there, for a density of the environment's own.
+    pub fn sky_on_diffuse(&self, u: Vec2, aimed: impl Fn(usize, f32) -> f32, rays: &mut u64) -> Vec3 {
+        let Some(index) = self.scene.environment else { return Vec3::ZERO };
+        let (Light::Environment(environment), true) =
+            (&self.scene.lights[index as usize], self.vertex.bsdf.lobes().contains(Lobe::Diffuse))
+        else {
+            return Vec3::ZERO;
+        };
+        let wi = self.vertex.outward(warp::hemisphere_cosine(u));
+        let (f_cos, pdf) = self.vertex.f_cos_and_pdf(wi, Lobes::of(Lobe::Diffuse));
+        let value = f_cos * environment.radiance(wi) / pdf;
+        if f_cos == Vec3::ZERO || value == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        *rays += 1;
+        let ray = Ray::new(self.vertex.origin(wi), wi);
+        if self.visibility.blocked(self.scene, &ray, self.time, self.key) {
+            return Vec3::ZERO;
+        }
+        let weight = match self.strategy {
+            Strategy::Both => mis::power(pdf, aimed(index as usize, environment.pdf(wi))),
+            Strategy::LightOnly if environment.is_sampled() => 0.0,
+            _ => 1.0,
+        };
+        value * (weight * transmittance(self.sigma_a, f32::INFINITY))
+    }
+
+    /// Weight of a light sample against the BSDF finding the same light.
+    pub fn weight(&self, delta: bool, pdf: f32, bsdf_pdf: f32) -> f32 {
+        match self.strategy {
+            _ if delta => 1.0,
+            Strategy::Both => mis::power(pdf, bsdf_pdf),
+            Strategy::LightOnly => 1.0,
+            Strategy::BsdfOnly => 0.0,
+        }
     }
 }
 

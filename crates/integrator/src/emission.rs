@@ -3,25 +3,38 @@
 
 use crate::settings::Strategy;
 use dapple_geometry::{Hit, Surface};
-use dapple_lights::Light;
+use dapple_lights::{Aiming, Light};
 use dapple_sampling::mis;
 use dapple_scene::Scene;
 use glam::Vec3;
 
-/// How a ray came to where it is: what the light sampling at its origin needs to be weighed against.
+/// How a ray came to where it is: what aiming at lights from its origin needs to be weighed against.
 #[derive(Clone, Copy)]
 pub(crate) struct Arrival {
     /// Origin of the ray and the normal there, as given to the light choice.
     pub p: Vec3,
     pub n: Vec3,
-    /// Solid-angle density of the direction.
+    /// Solid-angle density of the direction, times the number of such rays.
     pub pdf: f32,
-    /// Nothing else could have made this direction: camera rays and delta lobes.
-    pub delta: bool,
+    pub rival: Rival,
+    /// Area lights are points at their centroids: what is met of their surfaces counts nothing.
+    pub lights_are_points: bool,
+}
+
+/// What else could have found the light that a ray meets.
+#[derive(Clone, Copy)]
+pub(crate) enum Rival {
+    /// Nothing: camera rays and delta lobes.
+    Nothing,
+    /// One light chosen among all.
+    Choice,
+    /// Every light, with `points` points each.
+    Each { points: f32, aiming: Aiming },
 }
 
 impl Arrival {
-    pub const CAMERA: Self = Self { p: Vec3::ZERO, n: Vec3::ZERO, pdf: 1.0, delta: true };
+    pub const CAMERA: Self =
+        Self { p: Vec3::ZERO, n: Vec3::ZERO, pdf: 1.0, rival: Rival::Nothing, lights_are_points: false };
 }
 
 /// Radiance of the environment along `d`.
@@ -50,6 +63,7 @@ pub(crate) fn surface(
         return radiance;
     }
     match scene.light_of(hit) {
+        Some(_) if arrival.lights_are_points => Vec3::ZERO,
         Some(light) => radiance * bsdf_weight(scene, light, arrival, -wo, distance, surface.ng, strategy),
         None => radiance,
     }
@@ -65,12 +79,18 @@ fn bsdf_weight(
     n: Vec3,
     strategy: Strategy,
 ) -> f32 {
-    if arrival.delta || strategy == Strategy::BsdfOnly {
-        return 1.0;
-    }
-    let Some(choice) = &scene.light_choice else { return 1.0 };
-    let pmf = choice.pmf(arrival.p, arrival.n, light as usize);
-    let pdf = pmf * scene.lights[light as usize].pdf(arrival.p, wi, distance, n);
+    let of = &scene.lights[light as usize];
+    let pdf = match arrival.rival {
+        _ if strategy == Strategy::BsdfOnly => return 1.0,
+        Rival::Nothing => return 1.0,
+        Rival::Choice => match &scene.light_choice {
+            Some(choice) => {
+                choice.pmf(arrival.p, arrival.n, light as usize) * of.pdf(arrival.p, wi, distance, n)
+            }
+            None => return 1.0,
+        },
+        Rival::Each { points, aiming } => points * of.pdf_as(aiming, arrival.p, wi, distance, n),
+    };
     match strategy {
         Strategy::LightOnly if pdf > 0.0 => 0.0,
         _ => mis::power(arrival.pdf, pdf),

@@ -1,80 +1,151 @@
 //! Which variant of the sample loop a render runs: one table, chosen once per render.
 
+use crate::distribution::pixel_point;
+use crate::effects::{Combine, Effect};
 use crate::path::{self, Follow, Unwatched};
+use crate::places::Integrals;
 use crate::sample::Sample;
-use crate::settings::Settings;
+use crate::settings::{Method, Settings};
 use crate::tile::FirstHit;
 use crate::visibility::{Cutout, Solid, Visibility};
 use dapple_camera::Camera;
+use dapple_lights::Aiming;
+use dapple_materials::{Lobe, Lobes};
 use dapple_scene::Scene;
 use glam::Vec3;
 
 /// What is the same for all samples of a render.
-#[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
     pub scene: &'a Scene,
-    pub camera: &'a Camera,
+    /// Without its lens when that is off.
+    pub camera: Camera,
     pub settings: &'a Settings,
+    /// Points of the distribution tracer's integrals.
+    pub integrals: Integrals,
+    /// Lobes whose blur is off.
+    pub sharp: Lobes,
+    /// Lobes by which a path goes on.
+    pub followed: Lobes,
+    /// How the path tracer aims at area lights.
+    pub aiming: Aiming,
+}
+
+impl<'a> Job<'a> {
+    pub fn new(scene: &'a Scene, camera: &Camera, settings: &'a Settings) -> Self {
+        let off = |effect| settings.plans.is_off(effect);
+        let mut camera = *camera;
+        camera.lens = camera.lens.filter(|lens| lens.radius > 0.0 && !off(Effect::Lens));
+        let mut sharp = Lobes::NONE;
+        if off(Effect::Glossy) {
+            sharp = sharp.with(Lobe::GlossyReflection).with(Lobe::Mirror);
+        }
+        if off(Effect::Refract) {
+            sharp = sharp.with(Lobe::GlossyTransmission);
+        }
+        let unfollowed = if off(Effect::Diffuse) { Lobes::of(Lobe::Diffuse) } else { Lobes::NONE };
+        Self {
+            scene,
+            camera,
+            settings,
+            integrals: Integrals::new(scene, &camera, settings),
+            sharp,
+            followed: Lobes::ALL.without(unfollowed),
+            aiming: if off(Effect::Light) { Aiming::Centroid } else { Aiming::SolidAngle },
+        }
+    }
+
+    pub fn is_paired(&self) -> bool {
+        self.integrals.combine == Combine::Paired
+    }
+
+    pub fn lights_are_points(&self) -> bool {
+        self.aiming == Aiming::Centroid
+    }
+
+    pub fn has_no_interreflection(&self) -> bool {
+        self.followed != Lobes::ALL
+    }
 }
 
 /// Radiance and filter weight of sample `index` of pixel (x, y); fills `first` if the kernel watches the first hit.
 pub(crate) type Kernel =
-    fn(&Job<'_>, x: u32, y: u32, index: u32, first: &mut FirstHit, rays: &mut u64) -> (Vec3, f32);
+    fn(&Job<'_>, pixel: (u32, u32), index: u32, first: &mut FirstHit, rays: &mut u64) -> (Vec3, f32);
 
 /// The smallest kernel that covers the job, and its name.
 pub(crate) fn choose(job: &Job<'_>) -> (Kernel, &'static str) {
-    let cutout = job.scene.has_alpha() || job.settings.cull_backfaces;
+    let alpha = job.scene.has_alpha() || job.settings.cull_backfaces;
     let watched = job.settings.aovs.iter().any(|aov| aov.needs_first_hit());
-    match (cutout, watched) {
-        (false, false) => (solid, "path"),
-        (false, true) => (solid_watched, "path+first-hit"),
-        (true, false) => (cutout_, "path+alpha"),
-        (true, true) => (cutout_watched, "path+alpha+first-hit"),
+    match (job.settings.method, alpha, watched) {
+        (Method::Path, false, false) => (path_solid, "path"),
+        (Method::Path, false, true) => (path_solid_watched, "path+first-hit"),
+        (Method::Path, true, false) => (path_alpha, "path+alpha"),
+        (Method::Path, true, true) => (path_alpha_watched, "path+alpha+first-hit"),
+        (Method::Distribution, false, false) => (distribution_solid, "distribution"),
+        (Method::Distribution, false, true) => (distribution_solid_watched, "distribution+first-hit"),
+        (Method::Distribution, true, false) => (distribution_alpha, "distribution+alpha"),
+        (Method::Distribution, true, true) => (distribution_alpha_watched, "distribution+alpha+first-hit"),
     }
 }
 
-fn solid(job: &Job<'_>, x: u32, y: u32, index: u32, _: &mut FirstHit, rays: &mut u64) -> (Vec3, f32) {
-    sample(job, Solid, x, y, index, &mut Unwatched, rays)
+macro_rules! kernel {
+    ($name:ident, $sample:ident, $visibility:expr, $first:ident, $follow:expr) => {
+        fn $name(
+            job: &Job<'_>,
+            pixel: (u32, u32),
+            index: u32,
+            $first: &mut FirstHit,
+            rays: &mut u64,
+        ) -> (Vec3, f32) {
+            $sample(job, $visibility(job), pixel, index, $follow, rays)
+        }
+    };
 }
 
-fn solid_watched(
+fn solid(_: &Job<'_>) -> Solid {
+    Solid
+}
+
+fn cutout(job: &Job<'_>) -> Cutout {
+    Cutout { cull_backfaces: job.settings.cull_backfaces }
+}
+
+kernel!(path_solid, path_sample, solid, _first, &mut Unwatched);
+kernel!(path_solid_watched, path_sample, solid, first, first);
+kernel!(path_alpha, path_sample, cutout, _first, &mut Unwatched);
+kernel!(path_alpha_watched, path_sample, cutout, first, first);
+kernel!(distribution_solid, pixel_point, solid, _first, &mut Unwatched);
+kernel!(distribution_solid_watched, pixel_point, solid, first, first);
+kernel!(distribution_alpha, pixel_point, cutout, _first, &mut Unwatched);
+kernel!(distribution_alpha_watched, pixel_point, cutout, first, first);
+
+/// One sample of the settings' method, with whoever follows it.
+pub(crate) fn followed<F: Follow>(
     job: &Job<'_>,
-    x: u32,
-    y: u32,
-    index: u32,
-    first: &mut FirstHit,
-    rays: &mut u64,
-) -> (Vec3, f32) {
-    sample(job, Solid, x, y, index, first, rays)
-}
-
-fn cutout_(job: &Job<'_>, x: u32, y: u32, index: u32, _: &mut FirstHit, rays: &mut u64) -> (Vec3, f32) {
-    sample(job, Cutout { cull_backfaces: job.settings.cull_backfaces }, x, y, index, &mut Unwatched, rays)
-}
-
-fn cutout_watched(
-    job: &Job<'_>,
-    x: u32,
-    y: u32,
-    index: u32,
-    first: &mut FirstHit,
-    rays: &mut u64,
-) -> (Vec3, f32) {
-    sample(job, Cutout { cull_backfaces: job.settings.cull_backfaces }, x, y, index, first, rays)
-}
-
-/// One sample from pixel to radiance, with whoever follows it.
-#[inline(always)]
-pub(crate) fn sample<V: Visibility, F: Follow>(
-    job: &Job<'_>,
-    visibility: V,
-    x: u32,
-    y: u32,
+    pixel: (u32, u32),
     index: u32,
     follow: &mut F,
     rays: &mut u64,
 ) -> (Vec3, f32) {
-    let sample = Sample::new(job.settings, x, y, index);
-    let (ray, weight) = sample.camera_ray(job.settings, job.camera, x, y);
-    (path::li(job.scene, job.settings, visibility, ray, &sample, follow, rays), weight)
+    let alpha = job.scene.has_alpha() || job.settings.cull_backfaces;
+    match (job.settings.method, alpha) {
+        (Method::Path, false) => path_sample(job, Solid, pixel, index, follow, rays),
+        (Method::Path, true) => path_sample(job, cutout(job), pixel, index, follow, rays),
+        (Method::Distribution, false) => pixel_point(job, Solid, pixel, index, follow, rays),
+        (Method::Distribution, true) => pixel_point(job, cutout(job), pixel, index, follow, rays),
+    }
+}
+
+/// One path from pixel to radiance.
+#[inline(always)]
+fn path_sample<V: Visibility, F: Follow>(
+    job: &Job<'_>,
+    visibility: V,
+    pixel: (u32, u32),
+    index: u32,
+    follow: &mut F,
+    rays: &mut u64,
+) -> (Vec3, f32) {
+    let sample = Sample::new(job.settings, pixel, index);
+    let (ray, weight) = sample.camera_ray(job, pixel);
+    (path::li(job, visibility, ray, &sample, follow, rays), weight)
 }

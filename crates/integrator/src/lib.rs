@@ -15,9 +15,13 @@ pub use dapple_scene as scene;
 
 pub mod aov;
 mod direct;
+mod distribution;
+pub mod effects;
 mod emission;
+pub mod forecast;
 mod kernel;
 mod path;
+mod places;
 pub mod render;
 pub mod replay;
 mod sample;
@@ -27,6 +31,8 @@ mod vertex;
 mod visibility;
 
 pub use aov::Aov;
+pub use effects::{Combine, Effect, Plans};
+pub use forecast::{Forecast, forecast};
 pub use render::{BadSample, Outcome, Progress, Stats, render};
 pub use replay::{PathVertex, replay};
 pub use settings::{Method, Settings};

@@ -5,27 +5,27 @@
 //! bounce and survives with min(1, max β·η²), without a cap below 1: a cap has infinite variance for bright
 //! materials (measured law in the test suite).
 
-use crate::direct::{self, Aim, transmittance};
-use crate::emission::{self, Arrival};
+use crate::direct::{Aim, Beam, transmittance};
+use crate::emission::{self, Arrival, Rival};
+use crate::kernel::Job;
 use crate::sample::Sample;
-use crate::settings::Settings;
-use crate::vertex::Vertex;
+use crate::vertex::{Scattered, Vertex};
 use crate::visibility::Visibility;
 use dapple_geometry::Ray;
-use dapple_materials::{BsdfSample, Lobes};
+use dapple_materials::BsdfSample;
 use dapple_sampling::Dimension;
-use dapple_scene::Scene;
 use glam::Vec3;
 
 /// Bounces before roulette begins.
 const ROULETTE_FROM: u32 = 3;
 
-/// Follows a path as it grows; the empty follower costs nothing.
+/// Follows the rays of a sample as they grow; the empty follower costs nothing.
 pub(crate) trait Follow {
     fn vertex(&mut self, _depth: u32, _vertex: &Vertex, _beta: Vec3, _emitted: Vec3) {}
+    /// Of the vertex last met.
     fn direct(&mut self, _direct: Vec3) {}
-    fn scattered(&mut self, _sample: &BsdfSample) {}
-    fn escaped(&mut self, _beta: Vec3, _radiance: Vec3, _d: Vec3) {}
+    fn scattered(&mut self, _depth: u32, _sample: &BsdfSample) {}
+    fn escaped(&mut self, _depth: u32, _beta: Vec3, _radiance: Vec3, _d: Vec3) {}
 }
 
 /// Nobody watches.
@@ -34,14 +34,14 @@ impl Follow for Unwatched {}
 
 /// Radiance along `ray` for one sample; counts rays.
 pub(crate) fn li<V: Visibility, F: Follow>(
-    scene: &Scene,
-    settings: &Settings,
+    job: &Job<'_>,
     visibility: V,
     ray: Ray,
     sample: &Sample,
     follow: &mut F,
     rays: &mut u64,
 ) -> Vec3 {
+    let (scene, settings) = (job.scene, job.settings);
     let mut ray = ray;
     let mut state = PathState::default();
     let mut radiance = Vec3::ZERO;
@@ -50,7 +50,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         let key = sample.key.at(depth, Dimension::Alpha);
         let Some(hit) = visibility.closest(scene, &ray, sample.time, key.branch(sample.s)) else {
             let le = emission::escaped(scene, ray.d.normalize(), &state.arrival, settings.strategy);
-            follow.escaped(state.beta, le, ray.d);
+            follow.escaped(depth, state.beta, le, ray.d);
             return radiance + state.beta * le;
         };
         let surface = scene.world.surface(&ray, sample.time, &hit);
@@ -60,26 +60,20 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         state.beta *= transmittance(state.sigma_a, distance);
         let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
         radiance += state.beta * le;
-        let vertex = Vertex::new(scene, &ray, &hit, &surface, wo);
+        let vertex = Vertex::new(scene, &ray, &hit, &surface, wo).sharp(job.sharp);
         follow.vertex(depth, &vertex, state.beta, le);
         if vertex.shading.unlit || depth >= settings.max_bounces {
             return radiance;
         }
-        if !vertex.bsdf.is_delta() {
-            let aim = Aim {
-                uc: sample.point_1d(depth, Dimension::LightChoice),
-                u: sample.point_2d(depth, Dimension::LightPoint),
-                time: sample.time,
-                key: sample.key.at(depth, Dimension::ShadowAlpha).branch(sample.s),
-                sigma_a: state.sigma_a,
-                strategy: settings.strategy,
-            };
-            let direct = direct::one(scene, visibility, &vertex, &aim, rays);
-            follow.direct(direct);
-            radiance += state.beta * direct;
-        }
-        let Some(next) = scatter(&vertex, sample, depth, follow, &mut state) else { return radiance };
-        ray = next;
+        let direct = direct(job, visibility, &vertex, sample, depth, state.sigma_a, rays);
+        follow.direct(direct);
+        radiance += state.beta * direct;
+        let uc = sample.point_1d(depth, Dimension::Lobe);
+        let u = sample.point_2d(depth, Dimension::Direction);
+        let Some(next) = vertex.scatter(uc, u, job.followed) else { return radiance };
+        follow.scattered(depth, &next.sample);
+        state.go(job, &vertex, &next);
+        ray = next.ray;
         if settings.roulette
             && depth >= ROULETTE_FROM
             && !state.survives(sample.point_1d(depth, Dimension::Roulette))
@@ -88,6 +82,39 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         }
     }
     radiance
+}
+
+/// One light by next-event estimation; without interreflection also what only diffuse directions would find.
+fn direct<V: Visibility>(
+    job: &Job<'_>,
+    visibility: V,
+    vertex: &Vertex,
+    sample: &Sample,
+    depth: u32,
+    sigma_a: Vec3,
+    rays: &mut u64,
+) -> Vec3 {
+    if vertex.bsdf.is_delta() {
+        return Vec3::ZERO;
+    }
+    let (scene, strategy) = (job.scene, job.settings.strategy);
+    let key = sample.key.at(depth, Dimension::ShadowAlpha).branch(sample.s);
+    let beam = Beam { scene, visibility, vertex, time: sample.time, key, sigma_a, strategy };
+    let aim = Aim {
+        uc: sample.point_1d(depth, Dimension::LightChoice),
+        u: sample.point_2d(depth, Dimension::LightPoint),
+        aiming: job.aiming,
+        followed: job.followed,
+    };
+    let mut sum = beam.one(&aim, rays);
+    if job.has_no_interreflection() {
+        let u = sample.point_2d(depth, Dimension::Sky);
+        let (p, n) = (vertex.surface.p, vertex.choice_normal());
+        let pmf = |light| scene.light_choice.as_ref().map_or(0.0, |choice| choice.pmf(p, n, light));
+        sum += beam.sky_on_diffuse(u, |light, pdf| pdf * pmf(light), rays);
+        sum += vertex.bsdf.diffuse_albedo() * job.settings.ambient;
+    }
+    sum
 }
 
 /// What a path carries from vertex to vertex.
@@ -116,34 +143,18 @@ impl PathState {
         self.beta /= q;
         true
     }
-}
 
-/// Chooses the next direction; None when the path carries nothing on.
-fn scatter<F: Follow>(
-    vertex: &Vertex,
-    sample: &Sample,
-    depth: u32,
-    follow: &mut F,
-    state: &mut PathState,
-) -> Option<Ray> {
-    let uc = sample.point_1d(depth, Dimension::Lobe);
-    let u = sample.point_2d(depth, Dimension::Direction);
-    let scattered = vertex.bsdf.sample_f(uc, u, Lobes::ALL)?;
-    follow.scattered(&scattered);
-    let wi = vertex.frame.to_world(scattered.wi).normalize();
-    if scattered.weight == Vec3::ZERO || !vertex.sides_agree(wi, scattered.wi) {
-        return None;
+    /// On along `next`.
+    fn go(&mut self, job: &Job<'_>, vertex: &Vertex, next: &Scattered) {
+        self.beta *= next.sample.weight;
+        self.eta *= next.sample.eta;
+        self.arrival = Arrival {
+            p: vertex.surface.p,
+            n: vertex.choice_normal(),
+            pdf: next.sample.pdf,
+            rival: if next.sample.lobe.is_delta() { Rival::Nothing } else { Rival::Choice },
+            lights_are_points: job.lights_are_points(),
+        };
+        self.sigma_a = next.absorption(vertex, self.sigma_a);
     }
-    state.beta *= scattered.weight;
-    state.eta *= scattered.eta;
-    state.arrival = Arrival {
-        p: vertex.surface.p,
-        n: vertex.choice_normal(),
-        pdf: scattered.pdf,
-        delta: scattered.lobe.is_delta(),
-    };
-    if scattered.lobe.is_transmission() && !vertex.shading.material.thin {
-        state.sigma_a = if wi.dot(vertex.surface.ng) < 0.0 { vertex.shading.sigma_a } else { Vec3::ZERO };
-    }
-    Some(Ray::new(vertex.origin(wi), wi))
 }

@@ -82,7 +82,7 @@ pub fn render(
     settings: &Settings,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Outcome {
-    let job = Job { scene, camera, settings };
+    let job = Job::new(scene, camera, settings);
     let (kernel, name) = kernel::choose(&job);
     let watched = settings.aovs.iter().any(|aov| aov.needs_first_hit());
     let mut tiles = Tile::cut(settings.rect(), watched);
@@ -146,7 +146,7 @@ impl<'a> Watch<'a> {
 
     /// End of the next pass; None when the render is over.
     fn next_pass(&self, spp: u32) -> Option<u32> {
-        let limit = self.settings.spp.unwrap_or(u32::MAX);
+        let limit = self.settings.samples().unwrap_or(u32::MAX);
         let elapsed = self.start.elapsed();
         let over = spp > 0 && self.settings.time_limit.is_some_and(|limit| elapsed >= limit);
         if spp >= limit || over || (spp > 0 && self.stop.load(Ordering::Relaxed)) {
@@ -160,7 +160,8 @@ impl<'a> Watch<'a> {
         // Two seconds a pass, and never more than the time that is left is likely to hold.
         let by_time = (2.0f64.min(left) / per_sample.max(1e-9)).clamp(1.0, 1e6) as u32;
         let size = if spp == 0 { 1 } else { by_time.min(spp.saturating_mul(4)) };
-        Some(spp.saturating_add(size).min(limit))
+        let round = self.settings.round();
+        Some(spp.saturating_add(size.next_multiple_of(round)).min(limit))
     }
 
     fn tile_done(&self, tile: &Tile, added: u32, rays: u64, spp: u32) {
@@ -178,7 +179,7 @@ impl<'a> Watch<'a> {
         }
         let by_samples = self
             .settings
-            .spp
+            .samples()
             .map_or(0.0, |spp| samples as f64 / (self.pixels.max(1) as f64 * f64::from(spp)));
         let by_time = self
             .settings

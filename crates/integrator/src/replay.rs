@@ -4,7 +4,6 @@ use crate::kernel::{self, Job};
 use crate::path::Follow;
 use crate::settings::Settings;
 use crate::vertex::Vertex;
-use crate::visibility::{Cutout, Solid};
 use dapple_camera::Camera;
 use dapple_materials::BsdfSample;
 use dapple_scene::Scene;
@@ -13,6 +12,9 @@ use glam::{DVec3, Vec3};
 /// A vertex of a replayed path, in world space.
 #[derive(Clone, Debug)]
 pub struct PathVertex {
+    /// Scattering events before it. The distribution tracer's tree comes depth first: a vertex belongs to the last one
+    /// of the depth before.
+    pub depth: u32,
     /// `surface` or `environment`.
     pub kind: String,
     /// Name of the object.
@@ -23,9 +25,9 @@ pub struct PathVertex {
     pub p: DVec3,
     /// Unit shading normal.
     pub n: Vec3,
-    /// The lobe the path left by; empty at its end.
+    /// The lobes the path left by; empty at its end.
     pub lobe: String,
-    /// Solid-angle density of the direction it left by.
+    /// Solid-angle density of the direction it last left by.
     pub pdf: f32,
     /// Throughput on arrival.
     pub beta: Vec3,
@@ -43,16 +45,9 @@ pub fn replay(
     pixel: (u32, u32),
     sample: u32,
 ) -> (Vec<PathVertex>, Vec3) {
-    let job = Job { scene, camera, settings };
+    let job = Job::new(scene, camera, settings);
     let mut recorder = Recorder { scene, vertices: Vec::new() };
-    let (x, y) = pixel;
-    let rays = &mut 0;
-    let (radiance, weight) = if scene.has_alpha() || settings.cull_backfaces {
-        let cutout = Cutout { cull_backfaces: settings.cull_backfaces };
-        kernel::sample(&job, cutout, x, y, sample, &mut recorder, rays)
-    } else {
-        kernel::sample(&job, Solid, x, y, sample, &mut recorder, rays)
-    };
+    let (radiance, weight) = kernel::followed(&job, pixel, sample, &mut recorder, &mut 0);
     (recorder.vertices, radiance * weight)
 }
 
@@ -62,9 +57,10 @@ struct Recorder<'a> {
 }
 
 impl Follow for Recorder<'_> {
-    fn vertex(&mut self, _: u32, vertex: &Vertex, beta: Vec3, emitted: Vec3) {
+    fn vertex(&mut self, depth: u32, vertex: &Vertex, beta: Vec3, emitted: Vec3) {
         let object = &self.scene.objects[vertex.hit.object as usize];
         self.vertices.push(PathVertex {
+            depth,
             kind: "surface".into(),
             object: object.name.clone(),
             material: self.scene.materials[object.material as usize].name.clone(),
@@ -84,15 +80,20 @@ impl Follow for Recorder<'_> {
         }
     }
 
-    fn scattered(&mut self, sample: &BsdfSample) {
-        if let Some(last) = self.vertices.last_mut() {
-            last.lobe = format!("{:?}", sample.lobe);
-            last.pdf = sample.pdf;
+    fn scattered(&mut self, depth: u32, sample: &BsdfSample) {
+        if let Some(from) = self.vertices.iter_mut().rev().find(|v| v.depth == depth) {
+            let lobe = format!("{:?}", sample.lobe);
+            if !from.lobe.split('+').any(|known| known == lobe) {
+                from.lobe += if from.lobe.is_empty() { "" } else { "+" };
+                from.lobe += &lobe;
+            }
+            from.pdf = sample.pdf;
         }
     }
 
-    fn escaped(&mut self, beta: Vec3, radiance: Vec3, d: Vec3) {
+    fn escaped(&mut self, depth: u32, beta: Vec3, radiance: Vec3, d: Vec3) {
         self.vertices.push(PathVertex {
+            depth,
             kind: "environment".into(),
             object: String::new(),
             material: String::new(),

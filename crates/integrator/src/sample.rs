@@ -1,7 +1,8 @@
 //! One sample of one pixel: its numbers by name, and its camera ray.
 
+use crate::effects::Effect;
+use crate::kernel::Job;
 use crate::settings::Settings;
-use dapple_camera::Camera;
 use dapple_geometry::Ray;
 use dapple_sampling::{Dimension, Key, Pattern, padded_1d, padded_2d};
 use glam::Vec2;
@@ -20,7 +21,7 @@ pub(crate) struct Sample {
 impl Sample {
     /// Sample `index` of pixel (x, y). With a sample count the n points form one set; without one (a time limit) they
     /// come in blocks, each a set of its own, so that whatever was finished is a fair estimate.
-    pub fn new(settings: &Settings, x: u32, y: u32, index: u32) -> Self {
+    pub fn new(settings: &Settings, (x, y): (u32, u32), index: u32) -> Self {
         let key = Key::pixel(settings.seed, x, y);
         let n = settings.block();
         match settings.pattern {
@@ -45,10 +46,26 @@ impl Sample {
         padded_2d(self.pattern, self.s, self.n, self.key.at(depth, dimension))
     }
 
-    /// The camera ray through pixel (x, y), and the weight the pixel filter gives it.
-    pub fn camera_ray(&self, settings: &Settings, camera: &Camera, x: u32, y: u32) -> (Ray, f32) {
-        let (offset, weight) = settings.filter.sample(self.point_2d(0, Dimension::Pixel));
-        let lens = if camera.lens.is_some() { self.point_2d(0, Dimension::Lens) } else { Vec2::splat(0.5) };
-        (camera.ray((x, y), offset + Vec2::splat(0.5), settings.size, lens), weight)
+    /// The camera ray through a pixel, and the weight the pixel filter gives it.
+    pub fn camera_ray(&self, job: &Job<'_>, pixel: (u32, u32)) -> (Ray, f32) {
+        let (offset, weight) = match job.settings.plans.is_off(Effect::Pixel) {
+            true => (Vec2::ZERO, 1.0),
+            false => job.settings.filter.sample(self.point_2d(0, Dimension::Pixel)),
+        };
+        let lens =
+            if job.camera.lens.is_some() { self.point_2d(0, Dimension::Lens) } else { Vec2::splat(0.5) };
+        (job.camera_ray(pixel, offset, lens, self.time), weight)
+    }
+}
+
+impl Job<'_> {
+    /// The ray through the point `offset` from a pixel's centre, at an instant.
+    pub fn camera_ray(&self, pixel: (u32, u32), offset: Vec2, lens: Vec2, _time: f32) -> Ray {
+        self.camera.ray(pixel, offset + Vec2::splat(0.5), self.settings.size, lens)
+    }
+
+    /// The instant at `u` of the shutter's time.
+    pub fn time(&self, _u: f32) -> f32 {
+        0.0
     }
 }

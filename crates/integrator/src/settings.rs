@@ -1,8 +1,10 @@
 //! Everything that changes the estimate, or when it stops.
 
 use crate::Aov;
+use crate::effects::{Combine, Plans};
 use dapple_camera::{Filter, PixelRect};
 use dapple_sampling::Pattern;
+use glam::Vec3;
 use std::time::Duration;
 
 /// Who sums over what.
@@ -24,7 +26,8 @@ pub struct Settings {
     pub size: (u32, u32),
     /// Part of the picture to render; its pixels equal the full picture's.
     pub crop: Option<PixelRect>,
-    /// Samples per pixel. `None`: no limit (then `time_limit` must be set).
+    /// Samples per pixel of the path tracer. `None`: no limit (then `time_limit` must be set). The distribution tracer
+    /// goes over its points once, or again and again while `time_limit` lasts.
     pub spp: Option<u32>,
     /// Stop after this long, at the end of a pass in which every pixel got the same number of samples.
     pub time_limit: Option<Duration>,
@@ -44,6 +47,16 @@ pub struct Settings {
     pub aovs: Vec<Aov>,
     /// Hide back faces of single-sided materials (the letter of glTF).
     pub cull_backfaces: bool,
+    /// Points of each of the distribution tracer's integrals; those with none are off in both tracers. The path tracer
+    /// takes `spp` samples of all at once, the distribution tracer as many as the pixel has points.
+    pub plans: Plans,
+    /// How the distribution tracer's integrals are put together.
+    pub combine: Combine,
+    /// Points of each integral below the first hit, nested.
+    pub secondary: u32,
+    /// Constant radiance that diffuse surfaces get from all around when interreflection is off. *Approximation*: stands
+    /// in for the light that would have come by way of other surfaces.
+    pub ambient: Vec3,
     /// Which of the two strategies for direct light take part; for tests and teaching.
     pub strategy: Strategy,
 }
@@ -76,6 +89,10 @@ impl Default for Settings {
             filter: Filter::default(),
             aovs: Vec::new(),
             cull_backfaces: false,
+            plans: Plans::default(),
+            combine: Combine::Nested,
+            secondary: 1,
+            ambient: Vec3::ZERO,
             strategy: Strategy::Both,
         }
     }
@@ -85,6 +102,23 @@ impl Settings {
     /// The pixels to render: the crop, or the whole picture.
     pub fn rect(&self) -> PixelRect {
         self.crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: self.size.0, y1: self.size.1 })
+    }
+
+    /// Samples after which every pixel's estimate is whole: a distribution tracer's strata come in order.
+    pub(crate) fn round(&self) -> u32 {
+        match self.method {
+            Method::Path => 1,
+            Method::Distribution => self.plans.pixel.count().max(1),
+        }
+    }
+
+    /// Most samples per pixel, `None` without limit.
+    pub fn samples(&self) -> Option<u32> {
+        match self.method {
+            Method::Distribution if self.time_limit.is_none() => Some(self.round()),
+            Method::Distribution => None,
+            Method::Path => self.spp,
+        }
     }
 
     /// Points per block of the pattern: the sample count, or a fixed block when only time limits the render.

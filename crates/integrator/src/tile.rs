@@ -13,14 +13,16 @@ const SIDE: u32 = 16;
 /// Most bad samples remembered by place per tile; all are counted.
 const REMEMBERED: usize = 4;
 
-/// What the first hit of a sample saw, in render space.
+/// What the first hits of a sample's camera rays saw, summed, in render space.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct FirstHit {
-    pub hit: bool,
-    pub albedo: Vec3,
-    pub normal: Vec3,
-    pub p: Vec3,
-    pub object: u32,
+    rays: u32,
+    hits: u32,
+    albedo: Vec3,
+    normal: Vec3,
+    p: Vec3,
+    /// Object + 1 at the first ray; 0 = nothing.
+    object: u32,
 }
 
 impl Follow for FirstHit {
@@ -29,24 +31,27 @@ impl Follow for FirstHit {
             return;
         }
         let side = vertex.surface.ng.dot(vertex.wo).signum();
-        *self = Self {
-            hit: true,
-            albedo: if vertex.shading.unlit {
-                vertex.shading.material.base_color
-            } else {
-                vertex.bsdf.albedo()
-            },
-            normal: vertex.frame.z * side,
-            p: vertex.surface.p,
-            object: vertex.hit.object,
-        };
+        if self.rays == 0 {
+            self.object = vertex.hit.object + 1;
+        }
+        self.rays += 1;
+        self.hits += 1;
+        self.albedo +=
+            if vertex.shading.unlit { vertex.shading.material.base_color } else { vertex.bsdf.albedo() };
+        self.normal += vertex.frame.z * side;
+        self.p += vertex.surface.p;
+    }
+
+    fn escaped(&mut self, depth: u32, _: Vec3, _: Vec3, _: Vec3) {
+        self.rays += u32::from(depth == 0);
     }
 }
 
 /// Sums of first hits over the samples of a pixel.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct FirstHits {
-    pub hits: u64,
+    /// Samples that hit something, in shares of a sample.
+    pub hits: f64,
     pub albedo: DVec3,
     pub normal: DVec3,
     pub p: DVec3,
@@ -56,15 +61,16 @@ pub(crate) struct FirstHits {
 
 impl FirstHits {
     fn add(&mut self, first: &FirstHit, index: u32) {
-        if !first.hit {
+        if first.hits == 0 {
             return;
         }
-        self.hits += 1;
-        self.albedo += first.albedo.as_dvec3();
-        self.normal += first.normal.as_dvec3();
-        self.p += first.p.as_dvec3();
+        let share = 1.0 / f64::from(first.rays);
+        self.hits += f64::from(first.hits) * share;
+        self.albedo += first.albedo.as_dvec3() * share;
+        self.normal += first.normal.as_dvec3() * share;
+        self.p += first.p.as_dvec3() * share;
         if index == 0 {
-            self.object = first.object + 1;
+            self.object = first.object;
         }
     }
 }
@@ -117,7 +123,7 @@ impl Tile {
 
     fn sample(&mut self, job: &Job<'_>, kernel: Kernel, x: u32, y: u32, index: u32) {
         let mut first = FirstHit::default();
-        let (value, weight) = kernel(job, x, y, index, &mut first, &mut self.rays);
+        let (value, weight) = kernel(job, (x, y), index, &mut first, &mut self.rays);
         if !self.film.add(x, y, value, weight) {
             self.bad_count += 1;
             if self.bad.len() < REMEMBERED {

@@ -1,9 +1,9 @@
 //! From a hit to a vertex of numbers: where, which way, what of, how much it emits.
 
 use dapple_geometry::{Frame, Hit, Ray, Surface, offset::offset_origin};
-use dapple_materials::{Bsdf, Lobes};
+use dapple_materials::{Bsdf, BsdfSample, Lobes};
 use dapple_scene::{Scene, Shading};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// A place where a path can scatter.
 #[derive(Clone, Copy)]
@@ -24,6 +24,28 @@ impl Vertex {
         let frame = facing_frame(&shading.frame, surface.ng, wo);
         let bsdf = Bsdf::new(&shading.material, frame.to_local(wo));
         Self { hit: *hit, surface: *surface, shading, frame, wo, bsdf }
+    }
+
+    /// Without the blur of the lobes given: what their integrals tend to when they are switched off.
+    pub fn sharp(mut self, lobes: Lobes) -> Self {
+        if !lobes.is_empty() {
+            self.bsdf = self.bsdf.sharp(lobes);
+        }
+        self
+    }
+
+    /// A ray on by one of `lobes`, unless it carries nothing or shading and geometric side disagree.
+    pub fn scatter(&self, uc: f32, u: Vec2, lobes: Lobes) -> Option<Scattered> {
+        let sample = self.bsdf.sample_f(uc, u, lobes)?;
+        let wi = self.frame.to_world(sample.wi).normalize();
+        let carries = sample.weight != Vec3::ZERO && self.sides_agree(wi, sample.wi);
+        carries.then(|| Scattered { sample, ray: Ray::new(self.origin(wi), wi) })
+    }
+
+    /// A direction of the local hemisphere, in the world and on the side `wo` is on.
+    pub fn outward(&self, local: Vec3) -> Vec3 {
+        let side = if self.frame.z.dot(self.wo) < 0.0 { -1.0 } else { 1.0 };
+        self.frame.to_world(Vec3::new(local.x, local.y, local.z * side)).normalize()
     }
 
     /// BSDF value times |cosθ|, and the density of `sample_f` per solid angle. The value is zero where shading and
@@ -55,6 +77,26 @@ impl Vertex {
             Vec3::ZERO
         } else {
             self.surface.ng * self.surface.ng.dot(self.wo).signum()
+        }
+    }
+}
+
+/// A ray that leaves a vertex.
+#[derive(Clone, Copy)]
+pub(crate) struct Scattered {
+    pub sample: BsdfSample,
+    pub ray: Ray,
+}
+
+impl Scattered {
+    /// Absorption along the ray, which was `sigma_a` on the way to `vertex`.
+    pub fn absorption(&self, vertex: &Vertex, sigma_a: Vec3) -> Vec3 {
+        if !self.sample.lobe.is_transmission() || vertex.shading.material.thin {
+            sigma_a
+        } else if self.ray.d.dot(vertex.surface.ng) < 0.0 {
+            vertex.shading.sigma_a
+        } else {
+            Vec3::ZERO
         }
     }
 }

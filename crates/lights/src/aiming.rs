@@ -96,7 +96,7 @@ impl Area {
         let to = centre.as_dvec3() - p.as_dvec3();
         let d = to.length();
         let r = radius as f64;
-        if !(d > 0.0) {
+        if d == 0.0 {
             return None;
         }
         let wi = (to / d).as_vec3();

@@ -140,6 +140,15 @@ impl Bsdf {
         }
     }
 
+    /// Directional albedo of the diffuse lobe alone.
+    pub fn diffuse_albedo(&self) -> Vec3 {
+        match &self.body {
+            Body::Lambert(rho) => *rho,
+            Body::Layers(layers) => layers.diffuse_albedo(),
+            Body::Nothing | Body::Mirror { .. } => Vec3::ZERO,
+        }
+    }
+
     /// The ideal limit of the rough lobes asked for: reflection and refraction at a smooth surface with F at the
     /// macroscopic angle, a mirror without blur. What a ray tracer without that integral shows.
     pub fn sharp(mut self, lobes: Lobes) -> Self {

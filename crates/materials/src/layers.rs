@@ -101,10 +101,15 @@ impl Layers {
     /// Directional albedo of diffuse base, opaque reflection, clear reflection, transmission.
     fn albedos(&self, mu: f32) -> [Vec3; 4] {
         let split = Row::new(self.rough.map_or(0.0, |rough| rough.ggx.ax)).at(mu);
-        let diffuse = self.diffuse.map_or(Vec3::ZERO, |diffuse| diffuse.albedo());
+        let diffuse = self.diffuse_albedo();
         let opaque = self.opaque.f0 * split.c + (Vec3::splat(self.opaque.f90) - self.opaque.f0) * split.b;
         let [back, on] = self.clear.map_or([Vec3::ZERO; 2], |clear| clear.albedos(split.c, mu));
         [diffuse, opaque, back, on]
+    }
+
+    /// Directional albedo of the diffuse base.
+    pub fn diffuse_albedo(&self) -> Vec3 {
+        self.diffuse.map_or(Vec3::ZERO, |diffuse| diffuse.albedo())
     }
 
     /// Sum of the layers' albedos.

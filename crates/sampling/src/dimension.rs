@@ -11,6 +11,7 @@
 //! | 5, 6 | light choice, light point | 1, 2 | vertex |
 //! | 7 | roulette | 1 | vertex |
 //! | 8, 9 | alpha met by the path ray, by the shadow ray | hash | vertex |
+//! | 10 | environment seen by a diffuse lobe that is not followed | 2 | vertex |
 
 /// Version of the table; part of what two renders must share to be merged.
 pub const LAYOUT: u32 = 1;
@@ -39,4 +40,6 @@ pub enum Dimension {
     Alpha = 8,
     /// Alpha of what the shadow ray meets (hash).
     ShadowAlpha = 9,
+    /// Where a diffuse lobe that is not followed looks for the environment (2-D).
+    Sky = 10,
 }

@@ -61,19 +61,15 @@ fn ids(name: String, first: &[FirstHits], id: impl Fn(u32) -> u32) -> Layer {
 
 /// Mean world position of the samples that hit; zero where none did.
 fn position(job: &Job<'_>, f: &FirstHits) -> DVec3 {
-    if f.hits == 0 {
-        DVec3::ZERO
-    } else {
-        f.p / f.hits as f64 / job.scene.space.scale + job.scene.space.centre
-    }
+    if f.hits == 0.0 { DVec3::ZERO } else { f.p / f.hits / job.scene.space.scale + job.scene.space.centre }
 }
 
 /// Mean distance along the view axis, scene units; infinite where nothing was hit.
 fn depth(job: &Job<'_>, f: &FirstHits) -> f32 {
-    if f.hits == 0 {
+    if f.hits == 0.0 {
         return f32::INFINITY;
     }
-    let from_camera = f.p / f.hits as f64 - job.camera.origin.as_dvec3();
+    let from_camera = f.p / f.hits - job.camera.origin.as_dvec3();
     (-from_camera.dot(job.camera.backward.as_dvec3()) / job.scene.space.scale) as f32
 }
 

@@ -1,0 +1,168 @@
+//! From the options about effects to plans and a lens, with a note about each that has nothing to do.
+
+use crate::error::Failure;
+use crate::options::{EffectOptions, RenderOptions};
+use crate::report;
+use dapple_integrator::camera::{Aperture, Camera, Lens};
+use dapple_integrator::geometry::Opaque;
+use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::scene::Scene;
+use dapple_integrator::{Combine, Effect, Method, Plans, Settings, forecast};
+use glam::Vec2;
+use std::io::{BufRead, IsTerminal};
+
+/// More rays per pixel than this are a question.
+const MANY_RAYS: f64 = 1e5;
+
+impl EffectOptions {
+    /// What was said about an effect.
+    fn plan(&self, effect: Effect) -> Option<Plan> {
+        match effect {
+            Effect::Pixel => self.pixel,
+            Effect::Lens => self.lens,
+            Effect::Time => self.time,
+            Effect::Light => self.light,
+            Effect::Glossy => self.glossy,
+            Effect::Refract => self.refract,
+            Effect::Diffuse => self.diffuse,
+        }
+    }
+}
+
+/// The camera with the lens asked for; without a focus distance what the picture's centre shows is sharp.
+pub fn with_lens(mut camera: Camera, scene: &Scene, options: &EffectOptions) -> Camera {
+    let radius = options.aperture_radius.unwrap_or(0.0);
+    if radius == 0.0 {
+        return camera;
+    }
+    let focus = options.focus_distance.map(|d| scene.space.length_to_render(f64::from(d)));
+    let focus = focus.unwrap_or_else(|| {
+        let distance = centre_distance(&camera, scene);
+        report::say(&format!(
+            "note: focus at {}, the centre of the picture",
+            f64::from(distance) / scene.space.scale
+        ));
+        distance
+    });
+    camera.lens = Some(Lens {
+        aperture: options.aperture_shape.unwrap_or(Aperture::Disk),
+        radius: scene.space.length_to_render(f64::from(radius)),
+        focus_distance: focus,
+    });
+    camera
+}
+
+/// Along the view axis to what the middle of the picture shows, in render units.
+fn centre_distance(camera: &Camera, scene: &Scene) -> f32 {
+    let ray = camera.ray((0, 0), Vec2::splat(0.5), (1, 1), Vec2::splat(0.5));
+    scene.world.closest(&ray, 0.0, &Opaque).map_or(f32::INFINITY, |hit| hit.t)
+}
+
+/// Lays plans, combination and ambient light over `settings`.
+pub fn lay(options: &RenderOptions, settings: &mut Settings) -> Result<(), Failure> {
+    let effects = &options.effects;
+    let mut plans = Plans::default();
+    let combine = effects.combine.unwrap_or_default();
+    for (effect, _) in Effect::ALL {
+        if let Some(plan) = effects.plan(effect) {
+            *plans.of_mut(effect) = plan;
+        }
+    }
+    if let (Method::Distribution, None, Some(spp)) = (settings.method, effects.pixel, options.spp) {
+        plans.pixel = Plan::new(spp, Pattern::Stratified);
+    }
+    if combine == Combine::Paired && settings.method == Method::Distribution {
+        check_paired(effects, plans.pixel)?;
+    }
+    settings.plans = plans;
+    settings.combine = combine;
+    settings.secondary = effects.secondary.unwrap_or(1);
+    settings.ambient = effects.ambient.map_or(glam::Vec3::ZERO, |c| c.0);
+    if settings.method == Method::Distribution {
+        settings.max_bounces = options.max_bounces.unwrap_or(5);
+    }
+    Ok(())
+}
+
+/// Paired, every integral has one point per pixel sample.
+fn check_paired(effects: &EffectOptions, pixel: Plan) -> Result<(), Failure> {
+    let n = pixel.count().max(1);
+    for (effect, name) in Effect::ALL {
+        let count = effects.plan(effect).map_or(1, Plan::count);
+        if effect != Effect::Pixel && count > 1 && count != n {
+            return Err(Failure::Arguments(format!(
+                "--{name}: {count} points, but --combine paired takes one of each integral for each of the pixel's {n}; \
+                 write 1, {n} or 0, or leave it out"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Says what was asked for and has nothing to do.
+pub fn note_idle(options: &RenderOptions, settings: &Settings, scene: &Scene, camera: &Camera) {
+    let effects = &options.effects;
+    let say = |what: &str, why: &str| report::say(&format!("note: {what} is left out: {why}"));
+    let present = dapple_integrator::forecast::present(scene, camera);
+    let path = settings.method == Method::Path;
+    for (effect, name) in Effect::ALL {
+        match effects.plan(effect) {
+            None => {}
+            Some(_) if !present.contains(&effect) => {
+                say(&format!("--{name}"), "the scene has no such effect")
+            }
+            Some(plan) if path && plan.count() > 0 => {
+                say(&format!("--{name}"), "the path tracer randomises all effects at once; see --spp");
+            }
+            Some(_) => {}
+        }
+    }
+    if effects.light.is_some_and(|plan| plan.count() == 0) && scene.environment.is_some() {
+        report::say("note: --light 0 leaves the environment as it is");
+    }
+    if effects.ambient.is_some() && !settings.plans.is_off(Effect::Diffuse) {
+        say("--ambient", "it stands in for interreflection, which is on; see --diffuse 0");
+    }
+    if !path && options.spp.is_some() && effects.pixel.is_some() {
+        say("--spp", "--pixel says how many samples a pixel has");
+    }
+    if !path && options.pattern.is_some() {
+        say("--pattern", "each integral names its own, as in --pixel 4x4:sobol");
+    }
+    if options.effects.aperture_radius.unwrap_or(0.0) == 0.0
+        && (effects.focus_distance.is_some() || effects.aperture_shape.is_some())
+    {
+        report::say("note: the lens has no radius, so everything is sharp; see --aperture-radius");
+    }
+}
+
+/// Says how many rays a pixel takes at most; many need a yes.
+pub fn confirm(
+    options: &RenderOptions,
+    settings: &Settings,
+    scene: &Scene,
+    camera: &Camera,
+) -> Result<(), Failure> {
+    if settings.method == Method::Path {
+        return Ok(());
+    }
+    let rays = forecast(scene, camera, settings).total();
+    if !RenderOptions::is(options.quiet) {
+        report::say(&format!("at most {rays:.0} rays per pixel"));
+    }
+    if rays <= MANY_RAYS || RenderOptions::is(options.effects.yes) {
+        return Ok(());
+    }
+    if std::io::stdin().is_terminal() && std::io::stderr().is_terminal() {
+        report::say("that is a lot; render all the same? [y/N]");
+        let mut answer = String::new();
+        let read = std::io::stdin().lock().read_line(&mut answer);
+        if read.is_ok() && answer.trim().eq_ignore_ascii_case("y") {
+            return Ok(());
+        }
+    }
+    Err(Failure::Arguments(format!(
+        "a pixel takes up to {rays:.0} rays, more than {MANY_RAYS:.0}: lower the counts, use --combine paired, or confirm \
+         with --yes"
+    )))
+}

@@ -1,0 +1,260 @@
+//! The distribution ray tracer [Cook 1984]: every effect is an integral of its own, summed where it arises.
+//!
+//! A pixel is the mean over its area, of the mean over the lens, of the mean over the shutter's time, of the radiance
+//! along a ray; and that is, where the ray ends, what is emitted there, plus for each light the mean over its surface,
+//! plus for each lobe the mean over its directions of the radiance that comes from there: the same again.
+//!
+//! Where a light's points and a lobe's directions can both find the same light, they are weighted by the power heuristic
+//! with their counts [Veach 1997, §9.2.2].
+
+use crate::direct::{Beam, transmittance};
+use crate::effects::{Effect, Plans};
+use crate::emission::{self, Arrival, Rival};
+use crate::kernel::Job;
+use crate::path::Follow;
+use crate::places::Place;
+use crate::vertex::{Scattered, Vertex};
+use crate::visibility::Visibility;
+use dapple_geometry::Ray;
+use dapple_lights::{Aiming, Light, LightSample};
+use dapple_materials::{Lobe, Lobes};
+use dapple_sampling::{Dimension, Key, Pattern, Plan};
+use glam::{Vec2, Vec3};
+
+/// The lobes that are one integral each, and the effect that gives its points when it is not a smooth one.
+const GROUPS: [(Lobes, Effect); 3] = [
+    (Lobes::of(Lobe::Diffuse), Effect::Diffuse),
+    (Lobes::REFLECTION, Effect::Glossy),
+    (Lobes::TRANSMISSION, Effect::Refract),
+];
+
+/// Numbers of the integrals around the first ray; lobes have their index in `GROUPS`.
+const LENS: u32 = 3;
+const TIME: u32 = 4;
+
+/// Where all points are the same.
+const ONE: Plan = Plan { nx: 1, ny: 1, pattern: Pattern::Grid };
+const ONE_AT_RANDOM: Plan = Plan { nx: 1, ny: 1, pattern: Pattern::Random };
+
+/// Point `index` of the pixel (x, y): its radiance, and the weight the pixel filter gives it.
+pub(crate) fn pixel_point<V: Visibility, F: Follow>(
+    job: &Job<'_>,
+    visibility: V,
+    (x, y): (u32, u32),
+    index: u32,
+    follow: &mut F,
+    rays: &mut u64,
+) -> (Vec3, f32) {
+    let plans = &job.integrals.first;
+    let n = plans.pixel.count().max(1);
+    let pixel = Key::pixel(job.settings.seed, x, y);
+    let pixel = if index < n { pixel } else { pixel.branch(index / n) };
+    let place = Place::new(job.integrals.combine, pixel, index % n);
+    let whole = Place::new(job.integrals.combine, pixel, 0);
+    let (offset, weight) = if plans.is_off(Effect::Pixel) {
+        (Vec2::ZERO, 1.0)
+    } else {
+        // Nested, the points of a pixel belong together: the key is the pixel's.
+        let of = if job.is_paired() { &place } else { &whole };
+        job.settings.filter.sample(of.point_2d(plans.pixel, Dimension::Pixel, 0, index % n))
+    };
+    let mut sum = Vec3::ZERO;
+    let (lenses, times) = (place.count(plans.lens).max(1), place.count(plans.time).max(1));
+    for l in 0..lenses {
+        let lens = place.point_2d(plans.lens, Dimension::Lens, 0, l);
+        let on_lens = place.within(LENS, l);
+        for t in 0..times {
+            let u = on_lens.point_1d(plans.time, Dimension::Time, t);
+            let time = job.time(u);
+            let ray = job.camera_ray((x, y), offset, lens, time);
+            let mut tree = Tree { job, visibility, time, follow, rays };
+            sum += tree.li(&ray, &Arrival::CAMERA, on_lens.within(TIME, t), Vec3::ZERO, Vec3::ONE);
+        }
+    }
+    (sum / (lenses * times) as f32, weight)
+}
+
+/// The rays that grow out of one camera ray.
+struct Tree<'a, V, F> {
+    job: &'a Job<'a>,
+    visibility: V,
+    /// Seconds within the shutter, the same for the whole tree.
+    time: f32,
+    follow: &'a mut F,
+    rays: &'a mut u64,
+}
+
+impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
+    /// Radiance along `ray`, which arrives at `place`; `beta` is its share in the pixel point, for who follows.
+    fn li(&mut self, ray: &Ray, arrival: &Arrival, place: Place, sigma_a: Vec3, beta: Vec3) -> Vec3 {
+        *self.rays += 1;
+        let (scene, settings) = (self.job.scene, self.job.settings);
+        let key = place.ray_key(Dimension::Alpha, 0, 0);
+        let Some(hit) = self.visibility.closest(scene, ray, self.time, key) else {
+            let le = emission::escaped(scene, ray.d.normalize(), arrival, settings.strategy);
+            self.follow.escaped(place.depth, beta, le, ray.d);
+            return le;
+        };
+        let surface = scene.world.surface(ray, self.time, &hit);
+        let length = ray.d.length();
+        let (distance, wo) = (hit.t * length, -ray.d / length);
+        let absorbed = transmittance(sigma_a, distance);
+        let beta = beta * absorbed;
+        let le = emission::surface(scene, &hit, &surface, wo, distance, arrival, settings.strategy);
+        let vertex = Vertex::new(scene, ray, &hit, &surface, wo).sharp(self.job.sharp);
+        self.follow.vertex(place.depth, &vertex, beta, le);
+        if vertex.shading.unlit || place.depth >= settings.max_bounces {
+            return absorbed * le;
+        }
+        let direct = self.direct(&vertex, place, sigma_a);
+        self.follow.direct(direct);
+        absorbed * (le + direct + self.scattered(&vertex, place, sigma_a, beta))
+    }
+
+    /// Light that falls on the vertex straight from the lights: Σ over lights, mean over each.
+    fn direct(&mut self, vertex: &Vertex, place: Place, sigma_a: Vec3) -> Vec3 {
+        if vertex.bsdf.is_delta() {
+            return Vec3::ZERO;
+        }
+        let (plans, lights) = (self.job.integrals.at(place.depth), self.job.scene.lights.iter());
+        let mut sum: Vec3 =
+            (0..).zip(lights).map(|(i, light)| self.light_mean(vertex, place, sigma_a, i, light)).sum();
+        if plans.is_off(Effect::Diffuse) {
+            let aimed = |light: usize, pdf: f32| {
+                place.count(light_plan(&self.job.scene.lights[light], plans)) as f32 * pdf
+            };
+            let u = place.point_2d(ONE_AT_RANDOM, Dimension::Sky, 0, 0);
+            let beam = self.beam(vertex, place.ray_key(Dimension::Sky, 0, 0), sigma_a);
+            sum += beam.sky_on_diffuse(u, aimed, self.rays);
+            sum += vertex.bsdf.diffuse_albedo() * self.job.settings.ambient;
+        }
+        sum
+    }
+
+    /// Mean over the points of light `i`.
+    fn light_mean(&mut self, vertex: &Vertex, place: Place, sigma_a: Vec3, i: u32, light: &Light) -> Vec3 {
+        let plans = self.job.integrals.at(place.depth);
+        let (plan, aiming) = (light_plan(light, plans), aiming(light, plans));
+        let n = place.count(plan);
+        let mut sum = Vec3::ZERO;
+        for s in 0..n {
+            let u = place.point_2d(plan, Dimension::LightPoint, i, s);
+            let Some(sample) = light.sample_as(aiming, vertex.surface.p, u) else { continue };
+            let beam = self.beam(vertex, place.ray_key(Dimension::ShadowAlpha, i, s), sigma_a);
+            let f_cos = self.received(&beam, place, light, &sample, n as f32);
+            sum += beam.arriving(i as usize, &sample, sample.pdf, f_cos, self.rays);
+        }
+        sum / n.max(1) as f32
+    }
+
+    fn beam<'v>(&self, vertex: &'v Vertex, key: Key, sigma_a: Vec3) -> Beam<'v, V>
+    where
+        'a: 'v,
+    {
+        Beam {
+            scene: self.job.scene,
+            visibility: self.visibility,
+            vertex,
+            time: self.time,
+            key,
+            sigma_a,
+            strategy: self.job.settings.strategy,
+        }
+    }
+
+    /// f·cosθ towards one of `n` samples of a light, each lobe weighted against its own directions.
+    fn received(
+        &self,
+        beam: &Beam<'_, V>,
+        place: Place,
+        light: &Light,
+        sample: &LightSample,
+        n: f32,
+    ) -> Vec3 {
+        let plans = self.job.integrals.at(place.depth);
+        let live = beam.vertex.bsdf.lobes().without(Lobes::DELTA);
+        let mut sum = Vec3::ZERO;
+        for (lobes, effect) in GROUPS {
+            if live.and(lobes).is_empty() {
+                continue;
+            }
+            let (f_cos, pdf) = beam.vertex.f_cos_and_pdf(sample.wi, lobes);
+            // Not followed, a diffuse lobe still finds the environment, by one direction.
+            let followed = match place.count(plans.of(effect)) {
+                0 if matches!(light, Light::Environment(_)) => 1,
+                count => count,
+            };
+            sum += f_cos * beam.weight(sample.delta, n * sample.pdf, followed as f32 * pdf);
+        }
+        sum
+    }
+
+    /// Light that comes by way of other surfaces: Σ over lobes, mean over the directions of each.
+    fn scattered(&mut self, vertex: &Vertex, place: Place, sigma_a: Vec3, beta: Vec3) -> Vec3 {
+        let live = vertex.bsdf.lobes();
+        let mut sum = Vec3::ZERO;
+        for (which, (lobes, effect)) in (0..).zip(GROUPS) {
+            let lobes = live.and(lobes);
+            if lobes.is_empty() {
+                continue;
+            }
+            let mut plan = self.job.integrals.at(place.depth).of(effect);
+            if lobes.without(Lobes::DELTA).is_empty() {
+                plan = ONE;
+            }
+            let n = place.count(plan);
+            let mut mean = Vec3::ZERO;
+            for s in 0..n {
+                let u = place.point_2d(plan, Dimension::Direction, which, s);
+                let Some(scattered) = vertex.scatter(0.5, u, lobes) else { continue };
+                self.follow.scattered(place.depth, &scattered.sample);
+                let arrival = self.arrival(vertex, &scattered, n as f32, place);
+                let sigma_a = scattered.absorption(vertex, sigma_a);
+                let weight = scattered.sample.weight;
+                let beta = beta * weight / n as f32;
+                mean += weight * self.li(&scattered.ray, &arrival, place.next(which, s), sigma_a, beta);
+            }
+            sum += mean / n.max(1) as f32;
+        }
+        sum
+    }
+
+    /// One of `n` rays that leave the vertex by the same lobe.
+    fn arrival(&self, vertex: &Vertex, scattered: &Scattered, n: f32, place: Place) -> Arrival {
+        let plans = self.job.integrals.at(place.depth);
+        let off = plans.is_off(Effect::Light);
+        // Off, only the environment is still aimed at, once.
+        let points = if off { 1.0 } else { place.count(plans.light) as f32 };
+        let on_grid = plans.light.pattern == Pattern::Grid;
+        let aiming = if on_grid { Aiming::Surface } else { Aiming::SolidAngle };
+        let delta = scattered.sample.lobe.is_delta();
+        Arrival {
+            p: vertex.surface.p,
+            n: vertex.choice_normal(),
+            pdf: n * scattered.sample.pdf,
+            rival: if delta { Rival::Nothing } else { Rival::Each { points, aiming } },
+            lights_are_points: off,
+        }
+    }
+}
+
+/// Points on a light: one where all are the same, none for an environment that lobes find as well.
+pub(crate) fn light_plan(light: &Light, plans: &Plans) -> Plan {
+    match light {
+        Light::Environment(e) if !e.is_sampled() => Plan::OFF,
+        // Switched off, the light integral leaves the environment as it is: one random point.
+        Light::Environment(_) if plans.is_off(Effect::Light) => ONE_AT_RANDOM,
+        Light::Point(_) | Light::Spot(_) | Light::Distant(_) => ONE,
+        Light::Area(_) if plans.is_off(Effect::Light) => ONE,
+        _ => plans.light,
+    }
+}
+
+/// A grid is a set of point lights; other points are spread where they make the least noise.
+fn aiming(light: &Light, plans: &Plans) -> Aiming {
+    match light {
+        Light::Area(_) if plans.is_off(Effect::Light) => Aiming::Centroid,
+        Light::Area(_) if plans.light.pattern == Pattern::Grid => Aiming::Surface,
+        _ => Aiming::SolidAngle,
+    }
+}

@@ -1,0 +1,172 @@
+//! The integrals of the distribution ray tracer, each with its own points, and which of them are off.
+//!
+//! The path tracer randomises all of them at once and looks only at which are off (count 0: the ideal limit).
+
+use dapple_sampling::{Pattern, Plan};
+use std::fmt;
+use std::str::FromStr;
+
+/// One of the integrals that make up a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Effect {
+    /// Antialiasing: over the pixel's area. Off: the pixel's centre.
+    Pixel,
+    /// Depth of field: over the lens. Off: a pinhole.
+    Lens,
+    /// Motion blur: over the shutter's time. Off: the instant it opens.
+    Time,
+    /// Soft shadows: over each light. Off: all of its power from its centroid; an environment is unaffected.
+    Light,
+    /// Blurred reflections: over the rough reflection lobe. Off: a mirror of reflectance F(θ).
+    Glossy,
+    /// Blurred refractions: over the rough transmission lobe. Off: smooth refraction.
+    Refract,
+    /// Diffuse interreflection: over the hemisphere. Off: only light that falls on the surface directly.
+    Diffuse,
+}
+
+impl Effect {
+    /// All of them, with the names options use.
+    pub const ALL: [(Self, &'static str); 7] = [
+        (Self::Pixel, "pixel"),
+        (Self::Lens, "lens"),
+        (Self::Time, "time"),
+        (Self::Light, "light"),
+        (Self::Glossy, "glossy"),
+        (Self::Refract, "refract"),
+        (Self::Diffuse, "diffuse"),
+    ];
+}
+
+impl fmt::Display for Effect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = Self::ALL.iter().find(|(effect, _)| effect == self).map_or("", |(_, name)| name);
+        f.write_str(name)
+    }
+}
+
+/// Points of every integral. The default is the command line's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Plans {
+    /// Over the pixel's area.
+    pub pixel: Plan,
+    /// Over the lens.
+    pub lens: Plan,
+    /// Over the shutter's time; its count counts in one dimension.
+    pub time: Plan,
+    /// Over each light: one punctual light, one environment, one emissive primitive.
+    pub light: Plan,
+    /// Over the rough reflection lobe.
+    pub glossy: Plan,
+    /// Over the rough transmission lobe.
+    pub refract: Plan,
+    /// Over the hemisphere.
+    pub diffuse: Plan,
+}
+
+impl Default for Plans {
+    fn default() -> Self {
+        let stratified = |count| Plan::new(count, Pattern::Stratified);
+        Self {
+            pixel: stratified(16),
+            lens: stratified(16),
+            time: stratified(16),
+            light: stratified(16),
+            glossy: stratified(16),
+            refract: stratified(1),
+            diffuse: stratified(1),
+        }
+    }
+}
+
+impl Plans {
+    /// The plan of one effect.
+    pub fn of(&self, effect: Effect) -> Plan {
+        let mut copy = *self;
+        *copy.of_mut(effect)
+    }
+
+    /// The plan of one effect, to be changed.
+    pub fn of_mut(&mut self, effect: Effect) -> &mut Plan {
+        match effect {
+            Effect::Pixel => &mut self.pixel,
+            Effect::Lens => &mut self.lens,
+            Effect::Time => &mut self.time,
+            Effect::Light => &mut self.light,
+            Effect::Glossy => &mut self.glossy,
+            Effect::Refract => &mut self.refract,
+            Effect::Diffuse => &mut self.diffuse,
+        }
+    }
+
+    /// Whether an effect is off.
+    pub fn is_off(&self, effect: Effect) -> bool {
+        self.of(effect).count() == 0
+    }
+
+    /// Every plan changed, the ones that are off excepted.
+    pub(crate) fn map(mut self, change: impl Fn(Effect, Plan) -> Plan) -> Self {
+        for (effect, _) in Effect::ALL {
+            let plan = self.of_mut(effect);
+            if plan.count() > 0 {
+                *plan = change(effect, *plan);
+            }
+        }
+        self
+    }
+}
+
+/// How the integrals are put together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Combine {
+    /// Every inner integral in full at every point of the outer ones.
+    #[default]
+    Nested,
+    /// As many samples as the pixel has points, each with one stratum of every integral; the strata are matched by
+    /// random permutation [Cook 1984].
+    Paired,
+}
+
+/// Not a way of combining.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("'{0}' is no way of combining; choose nested or paired")]
+pub struct UnknownCombine(String);
+
+impl FromStr for Combine {
+    type Err = UnknownCombine;
+    fn from_str(s: &str) -> Result<Self, UnknownCombine> {
+        match s {
+            "nested" => Ok(Self::Nested),
+            "paired" => Ok(Self::Paired),
+            _ => Err(UnknownCombine(s.into())),
+        }
+    }
+}
+
+impl fmt::Display for Combine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Nested => "nested",
+            Self::Paired => "paired",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_effect_has_its_own_plan() {
+        let mut plans = Plans::default();
+        for (i, (effect, name)) in (100..).zip(Effect::ALL) {
+            *plans.of_mut(effect) = Plan::new(i, Pattern::Random);
+            assert_eq!(effect.to_string(), name);
+        }
+        for (i, (effect, _)) in (100..).zip(Effect::ALL) {
+            assert_eq!(plans.of(effect).count(), i);
+        }
+        plans.time = Plan::OFF;
+        assert!(plans.is_off(Effect::Time) && !plans.is_off(Effect::Lens));
+    }
+}
