@@ -101,7 +101,8 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         let absorbed = transmittance(sigma_a, distance);
         let beta = beta * absorbed;
         let le = emission::surface(scene, &hit, &surface, wo, distance, arrival, settings.strategy);
-        let vertex = Vertex::new(scene, ray, &hit, &surface, wo).sharp(self.job.sharp);
+        let mut vertex = Vertex::new(scene, ray, &hit, &surface, wo);
+        vertex.sharpen(self.job.sharp);
         self.follow.vertex(place.depth, &vertex, beta, le);
         if vertex.shading.unlit || place.depth >= settings.max_bounces {
             return absorbed * le;

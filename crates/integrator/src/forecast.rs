@@ -3,11 +3,12 @@
 
 use crate::effects::{Effect, Plans};
 use crate::kernel::Job;
+use crate::kinds::{Kinds, Width};
 use crate::settings::{Method, Settings};
 use dapple_camera::Camera;
 use dapple_lights::Light;
 use dapple_sampling::Plan;
-use dapple_scene::{Scene, TexturedMaterial};
+use dapple_scene::Scene;
 
 /// Rays per pixel.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,51 +44,9 @@ impl Forecast {
     }
 }
 
-/// What an integral has to do in a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Lobe {
-    Absent,
-    Smooth,
-    Rough,
-}
-
-/// Lobes a material may have anywhere, textures taken at their most.
-#[derive(Clone, Copy, Debug)]
-struct Kinds {
-    diffuse: bool,
-    reflection: Lobe,
-    transmission: Lobe,
-}
-
-impl Kinds {
-    fn of(m: &TexturedMaterial) -> Self {
-        let none = Self { diffuse: false, reflection: Lobe::Absent, transmission: Lobe::Absent };
-        let base = &m.base;
-        if m.unlit {
-            return none;
-        }
-        let kind = |there: bool, rough: bool| match (there, rough) {
-            (false, _) => Lobe::Absent,
-            (true, false) => Lobe::Smooth,
-            (true, true) => Lobe::Rough,
-        };
-        if let Some(mirror) = base.mirror {
-            return Self { reflection: kind(true, mirror.blur > 0.0), ..none };
-        }
-        let metal = |all: f32| base.metallic == all && m.metallic_roughness_texture.is_none();
-        let clear = base.transmission == 1.0 && m.transmission_texture.is_none();
-        let rough = base.roughness > 0.0;
-        Self {
-            diffuse: !metal(1.0) && !clear && base.base_color != glam::Vec3::ZERO,
-            reflection: kind(base.metallic > 0.0 || base.specular > 0.0, rough),
-            transmission: kind(!metal(1.0) && base.transmission > 0.0, rough),
-        }
-    }
-}
-
 /// The effects that the scene, seen by this camera, has.
 pub fn present(scene: &Scene, camera: &Camera) -> Vec<Effect> {
-    let kinds = used(scene);
+    let kinds = Kinds::used(scene);
     let has = |effect: &Effect| match effect {
         Effect::Pixel => true,
         Effect::Lens => camera.lens.is_some_and(|lens| lens.radius > 0.0),
@@ -97,17 +56,11 @@ pub fn present(scene: &Scene, camera: &Camera) -> Vec<Effect> {
             Light::Environment(e) => e.is_sampled(),
             _ => false,
         }),
-        Effect::Glossy => kinds.iter().any(|k| k.reflection == Lobe::Rough),
-        Effect::Refract => kinds.iter().any(|k| k.transmission == Lobe::Rough),
+        Effect::Glossy => kinds.iter().any(|k| k.reflection == Width::Rough),
+        Effect::Refract => kinds.iter().any(|k| k.transmission == Width::Rough),
         Effect::Diffuse => kinds.iter().any(|k| k.diffuse),
     };
     Effect::ALL.into_iter().map(|(effect, _)| effect).filter(has).collect()
-}
-
-fn used(scene: &Scene) -> Vec<Kinds> {
-    let mut seen = vec![false; scene.materials.len()];
-    scene.objects.iter().for_each(|o| seen[o.material as usize] = true);
-    scene.materials.iter().zip(seen).filter(|(_, seen)| *seen).map(|(m, _)| Kinds::of(m)).collect()
 }
 
 /// The forecast for these settings.
@@ -134,7 +87,7 @@ fn of_trees(job: &Job<'_>) -> Forecast {
     let pixel = plans.pixel.count().max(1);
     let inner = |plan: Plan| if job.is_paired() { 1 } else { plan.count().max(1) };
     let outer = [pixel, inner(plans.lens), inner(plans.time)];
-    let kinds = used(job.scene);
+    let kinds = Kinds::used(job.scene);
     let depths = job.settings.max_bounces;
     // The costliest material at every depth, found from the deepest.
     let mut below = 1.0;
@@ -173,13 +126,13 @@ fn one_hit(job: &Job<'_>, kinds: &Kinds, depth: u32) -> Row {
     let plans = job.integrals.at(depth);
     let count = |plan: Plan| f64::from(if job.is_paired() { plan.count().min(1) } else { plan.count() });
     let lobe = |kind, effect| match kind {
-        Lobe::Absent => 0.0,
-        Lobe::Rough if !plans.is_off(effect) => count(plans.of(effect)),
-        Lobe::Smooth | Lobe::Rough => 1.0,
+        Width::Absent => 0.0,
+        Width::Rough if !plans.is_off(effect) => count(plans.of(effect)),
+        Width::Smooth | Width::Rough => 1.0,
     };
     let receives = kinds.diffuse
-        || (kinds.reflection == Lobe::Rough && !plans.is_off(Effect::Glossy))
-        || (kinds.transmission == Lobe::Rough && !plans.is_off(Effect::Refract));
+        || (kinds.reflection == Width::Rough && !plans.is_off(Effect::Glossy))
+        || (kinds.transmission == Width::Rough && !plans.is_off(Effect::Refract));
     Row {
         arriving: 1.0,
         light: if receives { shadow_rays(job.scene, plans, kinds.diffuse, count) } else { 0.0 },

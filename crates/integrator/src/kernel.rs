@@ -2,13 +2,14 @@
 
 use crate::distribution::pixel_point;
 use crate::effects::{Combine, Effect};
+use crate::needs::Needs;
 use crate::path::{self, Follow, Unwatched};
 use crate::places::Integrals;
 use crate::sample::Sample;
 use crate::settings::{Method, Settings};
 use crate::tile::FirstHit;
 use crate::visibility::{Cutout, Solid, Visibility};
-use dapple_camera::Camera;
+use dapple_camera::{Aperture, Camera, Lens};
 use dapple_lights::Aiming;
 use dapple_materials::{Lobe, Lobes};
 use dapple_scene::Scene;
@@ -20,6 +21,8 @@ pub(crate) struct Job<'a> {
     /// Without its lens when that is off.
     pub camera: Camera,
     pub settings: &'a Settings,
+    /// Random decisions of the path tracer.
+    pub needs: Needs,
     /// Points of the distribution tracer's integrals.
     pub integrals: Integrals,
     /// Lobes whose blur is off.
@@ -35,6 +38,10 @@ impl<'a> Job<'a> {
         let off = |effect| settings.plans.is_off(effect);
         let mut camera = *camera;
         camera.lens = camera.lens.filter(|lens| lens.radius > 0.0 && !off(Effect::Lens));
+        if settings.general {
+            // A lens of radius 0 is a pinhole to the last bit.
+            camera.lens.get_or_insert(Lens { aperture: Aperture::Disk, radius: 0.0, focus_distance: 1.0 });
+        }
         let mut sharp = Lobes::NONE;
         if off(Effect::Glossy) {
             sharp = sharp.with(Lobe::GlossyReflection).with(Lobe::Mirror);
@@ -47,11 +54,17 @@ impl<'a> Job<'a> {
             scene,
             camera,
             settings,
+            needs: Needs::new(scene, &camera, settings),
             integrals: Integrals::new(scene, &camera, settings),
             sharp,
             followed: Lobes::ALL.without(unfollowed),
             aiming: if off(Effect::Light) { Aiming::Centroid } else { Aiming::SolidAngle },
         }
+    }
+
+    /// Whether rays ask surfaces for holes.
+    fn asks_alpha(&self) -> bool {
+        self.scene.has_alpha() || self.settings.cull_backfaces || self.settings.general
     }
 
     pub fn is_paired(&self) -> bool {
@@ -73,8 +86,8 @@ pub(crate) type Kernel =
 
 /// The smallest kernel that covers the job, and its name.
 pub(crate) fn choose(job: &Job<'_>) -> (Kernel, &'static str) {
-    let alpha = job.scene.has_alpha() || job.settings.cull_backfaces;
-    let watched = job.settings.aovs.iter().any(|aov| aov.needs_first_hit());
+    let alpha = job.asks_alpha();
+    let watched = job.settings.general || job.settings.aovs.iter().any(|aov| aov.needs_first_hit());
     match (job.settings.method, alpha, watched) {
         (Method::Path, false, false) => (path_solid, "path"),
         (Method::Path, false, true) => (path_solid_watched, "path+first-hit"),
@@ -126,8 +139,7 @@ pub(crate) fn followed<F: Follow>(
     follow: &mut F,
     rays: &mut u64,
 ) -> (Vec3, f32) {
-    let alpha = job.scene.has_alpha() || job.settings.cull_backfaces;
-    match (job.settings.method, alpha) {
+    match (job.settings.method, job.asks_alpha()) {
         (Method::Path, false) => path_sample(job, Solid, pixel, index, follow, rays),
         (Method::Path, true) => path_sample(job, cutout(job), pixel, index, follow, rays),
         (Method::Distribution, false) => pixel_point(job, Solid, pixel, index, follow, rays),

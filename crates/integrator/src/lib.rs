@@ -20,6 +20,8 @@ pub mod effects;
 mod emission;
 pub mod forecast;
 mod kernel;
+mod kinds;
+mod needs;
 mod path;
 mod places;
 pub mod render;

@@ -14,10 +14,10 @@ use crate::visibility::Visibility;
 use dapple_geometry::Ray;
 use dapple_materials::BsdfSample;
 use dapple_sampling::Dimension;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Bounces before roulette begins.
-const ROULETTE_FROM: u32 = 3;
+pub(crate) const ROULETTE_FROM: u32 = 3;
 
 /// Follows the rays of a sample as they grow; the empty follower costs nothing.
 pub(crate) trait Follow {
@@ -60,7 +60,8 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         state.beta *= transmittance(state.sigma_a, distance);
         let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
         radiance += state.beta * le;
-        let vertex = Vertex::new(scene, &ray, &hit, &surface, wo).sharp(job.sharp);
+        let mut vertex = Vertex::new(scene, &ray, &hit, &surface, wo);
+        vertex.sharpen(job.sharp);
         follow.vertex(depth, &vertex, state.beta, le);
         if vertex.shading.unlit || depth >= settings.max_bounces {
             return radiance;
@@ -68,8 +69,8 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         let direct = direct(job, visibility, &vertex, sample, depth, state.sigma_a, rays);
         follow.direct(direct);
         radiance += state.beta * direct;
-        let uc = sample.point_1d(depth, Dimension::Lobe);
-        let u = sample.point_2d(depth, Dimension::Direction);
+        let uc = if job.needs.lobe { sample.point_1d(depth, Dimension::Lobe) } else { 0.0 };
+        let u = if job.needs.direction { sample.point_2d(depth, Dimension::Direction) } else { Vec2::ZERO };
         let Some(next) = vertex.scatter(uc, u, job.followed) else { return radiance };
         follow.scattered(depth, &next.sample);
         state.go(job, &vertex, &next);
@@ -100,13 +101,16 @@ fn direct<V: Visibility>(
     let (scene, strategy) = (job.scene, job.settings.strategy);
     let key = sample.key.at(depth, Dimension::ShadowAlpha).branch(sample.s);
     let beam = Beam { scene, visibility, vertex, time: sample.time, key, sigma_a, strategy };
-    let aim = Aim {
-        uc: sample.point_1d(depth, Dimension::LightChoice),
-        u: sample.point_2d(depth, Dimension::LightPoint),
-        aiming: job.aiming,
-        followed: job.followed,
-    };
-    let mut sum = beam.one(&aim, rays);
+    let mut sum = Vec3::ZERO;
+    if job.needs.next_event {
+        let aim = Aim {
+            uc: if job.needs.light_choice { sample.point_1d(depth, Dimension::LightChoice) } else { 0.0 },
+            u: if job.needs.light_point { sample.point_2d(depth, Dimension::LightPoint) } else { Vec2::ZERO },
+            aiming: job.aiming,
+            followed: job.followed,
+        };
+        sum = beam.one(&aim, rays);
+    }
     if job.has_no_interreflection() {
         let u = sample.point_2d(depth, Dimension::Sky);
         let (p, n) = (vertex.surface.p, vertex.choice_normal());

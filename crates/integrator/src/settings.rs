@@ -57,6 +57,9 @@ pub struct Settings {
     /// Constant radiance that diffuse surfaces get from all around when interreflection is off. *Approximation*: stands
     /// in for the light that would have come by way of other surfaces.
     pub ambient: Vec3,
+    /// Take the general path everywhere: every decision drawn, every question asked, though the scene needs none of it.
+    /// Changes no bit of the picture; for comparison and debugging.
+    pub general: bool,
     /// Which of the two strategies for direct light take part; for tests and teaching.
     pub strategy: Strategy,
 }
@@ -93,6 +96,7 @@ impl Default for Settings {
             combine: Combine::Nested,
             secondary: 1,
             ambient: Vec3::ZERO,
+            general: false,
             strategy: Strategy::Both,
         }
     }

@@ -27,11 +27,10 @@ impl Vertex {
     }
 
     /// Without the blur of the lobes given: what their integrals tend to when they are switched off.
-    pub fn sharp(mut self, lobes: Lobes) -> Self {
+    pub fn sharpen(&mut self, lobes: Lobes) {
         if !lobes.is_empty() {
             self.bsdf = self.bsdf.sharp(lobes);
         }
-        self
     }
 
     /// A ray on by one of `lobes`, unless it carries nothing or shading and geometric side disagree.

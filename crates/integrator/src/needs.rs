@@ -1,0 +1,76 @@
+//! Which random decisions does a render have? The others are not drawn; keyed by name, they shift no number.
+
+use crate::effects::Effect;
+use crate::kinds::Kinds;
+use crate::path::ROULETTE_FROM;
+use crate::settings::Settings;
+use dapple_camera::Camera;
+use dapple_lights::Light;
+use dapple_scene::Scene;
+
+/// Decisions of the path tracer beyond the pixel's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Needs {
+    pub pixel: bool,
+    pub lens: bool,
+    pub time: bool,
+    /// Some light can be aimed at, and some surface gains by it.
+    pub next_event: bool,
+    pub light_choice: bool,
+    pub light_point: bool,
+    pub lobe: bool,
+    pub direction: bool,
+    pub roulette: bool,
+}
+
+impl Needs {
+    pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Self {
+        if settings.general {
+            return Self::ALL;
+        }
+        let kinds = Kinds::used(scene);
+        let off = |effect| settings.plans.is_off(effect);
+        let scatters = settings.max_bounces > 0;
+        let aimed: Vec<&Light> = match scene.light_choice {
+            Some(_) if scatters && kinds.iter().any(Kinds::spreads) => {
+                scene.lights.iter().filter(|light| is_aimed_at(light)).collect()
+            }
+            _ => Vec::new(),
+        };
+        let has_points = |light: &&Light| match light {
+            Light::Area(_) => !off(Effect::Light),
+            light => !light.is_delta(),
+        };
+        Self {
+            pixel: !off(Effect::Pixel),
+            lens: camera.lens.is_some(),
+            time: crate::places::moves(scene) && !off(Effect::Time),
+            next_event: !aimed.is_empty(),
+            light_choice: aimed.len() > 1,
+            light_point: aimed.iter().any(has_points),
+            lobe: scatters && kinds.iter().any(|k| k.count() > 1),
+            direction: scatters && kinds.iter().any(Kinds::spreads),
+            roulette: settings.roulette && settings.max_bounces > ROULETTE_FROM,
+        }
+    }
+
+    const ALL: Self = Self {
+        pixel: true,
+        lens: true,
+        time: true,
+        next_event: true,
+        light_choice: true,
+        light_point: true,
+        lobe: true,
+        direction: true,
+        roulette: true,
+    };
+}
+
+/// Not black, and not an environment that the lobes find as well.
+fn is_aimed_at(light: &Light) -> bool {
+    match light {
+        Light::Environment(e) => e.is_sampled(),
+        light => light.power(1.0) != glam::Vec3::ZERO,
+    }
+}
