@@ -29,7 +29,7 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// 2 for bad input and bad arguments (1 is for checks that fail, 3 for renders that can be resumed).
+    /// 2 for bad input and bad arguments (1 is for checks that fail, 3 for renders that were stopped early).
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(2)
     }

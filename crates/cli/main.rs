@@ -1,7 +1,7 @@
 //! `dapple`: renders glTF 2.0 scenes on the CPU from the command line.
 //!
 //! This file answers one question: which command runs, and with which code the process ends
-//! (0 done · 1 a check failed · 2 bad input or arguments · 3 stopped early, to be resumed).
+//! (0 done · 1 a check failed · 2 bad input or arguments · 3 stopped early, with pictures of what was done).
 //! Results go to standard output, everything said to a person to standard error.
 #![forbid(unsafe_code)]
 
@@ -9,6 +9,7 @@ mod args;
 mod commands;
 mod effects;
 mod error;
+mod interrupt;
 mod load;
 mod machine;
 mod metadata;
@@ -27,7 +28,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     match run() {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(failure) => {
             report::say(&format!("error: {}", error::one_line(&failure.to_string())));
             failure.exit_code()
@@ -35,18 +36,22 @@ fn main() -> ExitCode {
     }
 }
 
-fn run() -> Result<(), Failure> {
+fn run() -> Result<ExitCode, Failure> {
     let matches = match Cli::command().try_get_matches() {
         Ok(matches) => matches,
-        Err(e) => return error::arguments(e),
+        Err(e) => return error::arguments(e).map(done),
     };
     let cli = Cli::from_arg_matches(&matches).map_err(|e| Failure::Arguments(error::clap_line(&e)))?;
     match cli.command {
         None => commands::render::run(None, &options::empty_matches()),
         Some(Command::Render(a)) => commands::render::run(a.scene.as_deref(), subcommand(&matches)),
-        Some(Command::Info(a)) => commands::info::run(&a),
-        Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)),
+        Some(Command::Info(a)) => commands::info::run(&a).map(done),
+        Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
     }
+}
+
+fn done((): ()) -> ExitCode {
+    ExitCode::SUCCESS
 }
 
 /// The matches of the chosen subcommand, which say what was given on the command line and what was not.

@@ -6,17 +6,21 @@ use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::progress::Bar;
 use crate::report::{self, Report};
-use crate::{effects, machine, metadata, retrace, settings_file};
+use crate::{effects, interrupt, machine, metadata, retrace, settings_file};
 use clap::ArgMatches;
 use dapple_integrator::scene::NamedCamera;
 use dapple_integrator::{Outcome, Settings, Stats, render};
 use std::ops::ControlFlow;
+use std::process::ExitCode;
 
 /// Most bad samples whose command is printed.
 const SHOWN: usize = 5;
 
+/// Exit code of a render that was stopped early.
+const STOPPED: u8 = 3;
+
 /// Renders `scene` with the sidecar's, the settings file's and the typed options.
-pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<(), Failure> {
+pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let source = Source::new(scene);
     let options = settings_file::layered(source.path(), typed)?;
     report::start(&options);
@@ -27,12 +31,14 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<(), Failure> {
     warn(&loaded);
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
+    interrupt::listen();
     tracing::info!(?settings, "rendering");
     let outcome = finish(draw(&loaded, view, &settings, &options), &loaded, view, &settings);
     outputs.write(&outcome, &outcome.film.mean())?;
     say_bad_samples(&outcome.stats, scene, typed);
+    say_stopped(&outcome.stats);
     tell(&options, &Report::new(&loaded, &settings, &outcome.stats, &outputs));
-    Ok(())
+    Ok(if outcome.stats.stopped { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS })
 }
 
 /// The options as settings of the integrator.
@@ -70,7 +76,7 @@ fn draw(loaded: &Loaded, view: &NamedCamera, settings: &Settings, options: &Rend
     let bar = Bar::new(RenderOptions::is(options.quiet));
     let outcome = render(&loaded.scene, &view.camera, settings, &|progress| {
         bar.show(&progress);
-        ControlFlow::Continue(())
+        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     bar.finish();
     outcome
@@ -90,6 +96,13 @@ fn say_bad_samples(stats: &Stats, scene: Option<&str>, typed: &ArgMatches) {
     report::say(&format!("warning: {count} samples were not finite and count as black; to see their paths:"));
     for bad in stats.bad_samples.iter().take(SHOWN) {
         report::say(&format!("  {}", retrace::command(scene, (bad.x, bad.y), bad.sample, typed)));
+    }
+}
+
+fn say_stopped(stats: &Stats) {
+    if stats.stopped {
+        let spp = stats.spp;
+        report::say(&format!("stopped early: the pictures hold {spp} samples of every pixel"));
     }
 }
 

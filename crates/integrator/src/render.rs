@@ -40,6 +40,8 @@ pub struct Stats {
     pub rays: u64,
     /// Samples per pixel.
     pub spp: u32,
+    /// `progress` stopped the render before the samples or the time it was to take.
+    pub stopped: bool,
     /// Worker threads.
     pub threads: usize,
     /// Sample kernel and traversal kernel.
@@ -99,7 +101,8 @@ pub fn render(
     }
     let seconds = watch.start.elapsed().as_secs_f64();
     let kernel = format!("{name}/{}", scene.world.kernel().name());
-    finish(&job, tiles, Stats { seconds, spp, threads, kernel, ..Stats::default() })
+    let stopped = watch.stopped(spp);
+    finish(&job, tiles, Stats { seconds, spp, stopped, threads, kernel, ..Stats::default() })
 }
 
 fn finish(job: &Job<'_>, tiles: Vec<Tile>, mut stats: Stats) -> Outcome {
@@ -146,12 +149,14 @@ impl<'a> Watch<'a> {
 
     /// End of the next pass; None when the render is over.
     fn next_pass(&self, spp: u32) -> Option<u32> {
-        let limit = self.settings.samples().unwrap_or(u32::MAX);
-        let elapsed = self.start.elapsed();
-        let over = spp > 0 && self.settings.time_limit.is_some_and(|limit| elapsed >= limit);
-        if spp >= limit || over || (spp > 0 && self.stop.load(Ordering::Relaxed)) {
+        if spp > 0 {
+            self.tell(spp, self.samples.load(Ordering::Relaxed), self.rays.load(Ordering::Relaxed));
+        }
+        if self.over(spp) || (spp > 0 && self.stop.load(Ordering::Relaxed)) {
             return None;
         }
+        let limit = self.settings.samples().unwrap_or(u32::MAX);
+        let elapsed = self.start.elapsed();
         let per_sample = elapsed.as_secs_f64() / f64::from(spp.max(1));
         let left = self
             .settings
@@ -164,19 +169,32 @@ impl<'a> Watch<'a> {
         Some(spp.saturating_add(size.next_multiple_of(round)).min(limit))
     }
 
+    /// All samples are taken, or the time is up.
+    fn over(&self, spp: u32) -> bool {
+        let late = || self.settings.time_limit.is_some_and(|limit| self.start.elapsed() >= limit);
+        self.settings.samples().is_some_and(|limit| spp >= limit) || (spp > 0 && late())
+    }
+
+    /// Whether the render ended because it was told to.
+    fn stopped(&self, spp: u32) -> bool {
+        self.stop.load(Ordering::Relaxed) && !self.over(spp)
+    }
+
     fn tile_done(&self, tile: &Tile, added: u32, rays: u64, spp: u32) {
         let pixels = u64::from(tile.rect.x1 - tile.rect.x0) * u64::from(tile.rect.y1 - tile.rect.y0);
         let samples =
             self.samples.fetch_add(pixels * u64::from(added), Ordering::Relaxed) + pixels * u64::from(added);
         let rays = self.rays.fetch_add(rays, Ordering::Relaxed) + rays;
-        let elapsed = self.start.elapsed();
-        let now = elapsed.as_millis() as u64;
+        let now = self.start.elapsed().as_millis() as u64;
         let told = self.told_ms.load(Ordering::Relaxed);
-        if now < told + 100
-            || self.told_ms.compare_exchange(told, now, Ordering::Relaxed, Ordering::Relaxed).is_err()
-        {
-            return;
+        let due = now >= told + 100;
+        if due && self.told_ms.compare_exchange(told, now, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
+            self.tell(spp, samples, rays);
         }
+    }
+
+    fn tell(&self, spp: u32, samples: u64, rays: u64) {
+        let elapsed = self.start.elapsed();
         let by_samples = self
             .settings
             .samples()
