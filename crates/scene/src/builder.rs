@@ -180,10 +180,16 @@ impl SceneBuilder {
         let bounds = self.bounds()?;
         let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));
         self.simplify_alpha();
-        let cameras = self.cameras(&space, bounds)?;
+        let mut cameras = self.cameras(&space)?;
         let mut lights = punctual::lights(&self.punctual, &space)
             .map_err(|(i, what)| self.invalid(format!("light {i}"), what))?;
         let (world, mut objects, forms) = self.world(&space);
+        if cameras.is_empty() {
+            let counts = forms.iter().map(|form| form.triangles()).collect();
+            let camera = framing::frame(&world, counts).in_render_space(&Space::IDENTITY);
+            let camera = camera.map_err(|what| self.invalid("camera 'auto'", what))?;
+            cameras.push(NamedCamera { name: "auto".into(), camera, aspect: None });
+        }
         let Self { name, textures, mut materials, environment, mut warnings, .. } = self;
         for m in &mut materials {
             m.sigma_a = (m.sigma_a.as_dvec3() / space.scale).as_vec3();
@@ -346,13 +352,7 @@ impl SceneBuilder {
         (world.build(), objects, forms)
     }
 
-    fn cameras(&self, space: &Space, bounds: Option<(DVec3, DVec3)>) -> Result<Vec<NamedCamera>, SceneError> {
-        if self.cameras.is_empty() {
-            let (min, max) = bounds.unwrap_or((DVec3::ZERO, DVec3::ZERO));
-            let camera = framing::frame(min, max);
-            let camera = camera.in_render_space(space).map_err(|what| self.invalid("camera 'auto'", what))?;
-            return Ok(vec![NamedCamera { name: "auto".into(), camera, aspect: None }]);
-        }
+    fn cameras(&self, space: &Space) -> Result<Vec<NamedCamera>, SceneError> {
         let convert = |(i, (name, pose)): (usize, &(String, CameraPose))| {
             let camera = pose
                 .in_render_space(space)

@@ -24,9 +24,14 @@ pub(crate) enum Form {
 }
 
 impl Form {
+    /// How many triangles; None for a shape.
+    pub fn triangles(&self) -> Option<usize> {
+        if let Self::Triangles(count) = self { Some(*count) } else { None }
+    }
+
     /// How many values `Hit::primitive` can take.
     pub fn primitives(&self) -> usize {
-        if let Self::Triangles(count) = self { *count } else { 1 }
+        self.triangles().unwrap_or(1)
     }
 }
 

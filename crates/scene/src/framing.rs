@@ -1,58 +1,146 @@
-//! A camera for scenes that have none: looks at the scene's box from the front, a little from the right and above,
-//! just far enough away to see all of it.
+//! A camera for scenes that have none: looks from the front, a little from the right and above, just far enough away to
+//! see everything. Where that would show the scene's back (a room without a front wall, seen through its side wall), it
+//! looks straight from the front.
 use crate::builder::CameraPose;
 use dapple_camera::Projection;
+use dapple_geometry::{Opaque, Ray, World};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// tan of half the vertical field of view: 40° in all.
 const TAN_HALF: f64 = 0.363_970_234_266_202_4;
-/// From the scene to the camera.
-const TOWARDS: DVec3 = DVec3::new(0.55, 0.4, 1.0);
-/// Room around the box.
+/// From the scene to the camera, the first that shows the fewest backs.
+const TOWARDS: [DVec3; 2] = [DVec3::new(0.55, 0.4, 1.0), DVec3::Z];
+/// Room around the scene.
 const MARGIN: f64 = 1.05;
+/// Rays along each side that look for backs.
+const GRID: i32 = 32;
 
-/// A view of the world box from `min` to `max` whose square middle holds all of it.
-pub(crate) fn frame(min: DVec3, max: DVec3) -> CameraPose {
-    let backward = TOWARDS * (1.0 / TOWARDS.length());
+/// A view of the world whose square middle holds all of it. `triangles` counts those of each object; where one is a
+/// shape it is None, and the world's box is framed.
+pub(crate) fn frame(world: &World, triangles: Option<Vec<usize>>) -> CameraPose {
+    let points = match triangles {
+        Some(counts) => corners(world, &counts),
+        None => box_corners(world),
+    };
+    let poses = TOWARDS.map(|towards| fit(towards, &points));
+    let [first, second] = &poses;
+    if backs(world, second) < backs(world, first) { poses[1] } else { poses[0] }
+}
+
+fn corners(world: &World, counts: &[usize]) -> Vec<DVec3> {
+    let objects = counts.iter().enumerate();
+    let all = objects.flat_map(|(object, &n)| (0..n).map(move |i| (object as u32, i as u32)));
+    all.flat_map(|(object, i)| world.corners(object, i)).map(|p| p.as_dvec3()).collect()
+}
+
+fn box_corners(world: &World) -> Vec<DVec3> {
+    let Some((min, max)) = world.bounds() else { return Vec::new() };
+    let pick = |corner: u32, bit: u32| if corner >> bit & 1 == 0 { min } else { max };
+    (0..8).map(|c| DVec3::new(pick(c, 0).x.into(), pick(c, 1).y.into(), pick(c, 2).z.into())).collect()
+}
+
+/// The nearest place that sees all points when looking along −`towards`. A point with coordinates (x, y, z) along the
+/// camera's axes is seen from c when |x − cx| ≤ (cz − z) tan, and so for y: four half-spaces that c must lie in.
+fn fit(towards: DVec3, points: &[DVec3]) -> CameraPose {
+    let backward = towards * (1.0 / towards.length());
     let right = DVec3::Y.cross(backward);
     let right = right * (1.0 / right.length());
     let up = backward.cross(right);
-    let (centre, half) = (min * 0.5 + max * 0.5, (max - min) * 0.5);
-    let distance = (0..8)
-        .map(|corner| {
-            let sign = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
-            let p = half * DVec3::new(sign(0), sign(1), sign(2));
-            p.dot(backward) + p.dot(right).abs().max(p.dot(up).abs()) * (MARGIN / TAN_HALF)
-        })
-        .fold(0.0, f64::max);
-    let distance = if distance > 0.0 { distance } else { 1.0 };
+    let tan = TAN_HALF / MARGIN;
+    let farthest = |axis: DVec3| points.iter().map(|p| p.dot(axis)).reduce(f64::max).unwrap_or(0.0);
+    let side = |axis: DVec3| (farthest(axis + backward * tan), farthest(backward * tan - axis));
+    let ((r, l), (t, b)) = (side(right), side(up));
+    let needed = ((r + l) * 0.5).max((t + b) * 0.5) / tan;
+    // A single point is seen from anywhere but itself.
+    let distance = if needed > farthest(backward) { needed } else { farthest(backward) + 1.0 };
     let axes = DMat3::from_cols(right, up, backward);
     CameraPose {
-        transform: DAffine3 { matrix3: axes, translation: centre + backward * distance },
+        transform: DAffine3 {
+            matrix3: axes,
+            translation: axes * DVec3::new((r - l) * 0.5, (t - b) * 0.5, distance),
+        },
         projection: Projection::Perspective { tan_half: TAN_HALF as f32 },
         aspect: None,
     }
 }
 
+/// How many rays of a grid over the square middle see the back of what they hit.
+fn backs(world: &World, pose: &CameraPose) -> usize {
+    let at = |i: i32| (f64::from(2 * i + 1) / f64::from(GRID) - 1.0) * TAN_HALF;
+    let directions = (0..GRID).flat_map(|y| (0..GRID).map(move |x| DVec3::new(at(x), at(y), -1.0)));
+    let sees_back = |d: &DVec3| {
+        let d = (pose.transform.matrix3 * *d).as_vec3();
+        let ray = Ray::new(pose.transform.translation.as_vec3(), d * (1.0 / d.length()));
+        let hit = world.closest(&ray, 0.0, &Opaque);
+        hit.is_some_and(|hit| world.surface(&ray, 0.0, &hit).ng.dot(ray.d) > 0.0)
+    };
+    directions.filter(sees_back).count()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dapple_geometry::{Mesh, WorldBuilder, shapes::Sphere};
+    use glam::Vec3;
+
+    /// How far out a point lies in the picture, 1 at the edge of the square middle; infinite behind the camera.
+    fn outwards(pose: &CameraPose, p: Vec3) -> f64 {
+        let q = pose.transform.inverse().transform_point3(p.as_dvec3());
+        if q.z < 0.0 { q.x.abs().max(q.y.abs()) / (-q.z * TAN_HALF) } else { f64::INFINITY }
+    }
+
+    /// Quads of four corners each, front where they run counter-clockwise.
+    fn world(quads: &[[Vec3; 4]]) -> (World, Option<Vec<usize>>) {
+        let triangles = (0..quads.len() as u32)
+            .flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]);
+        let mesh = Mesh { positions: quads.concat(), triangles: triangles.collect(), ..Mesh::default() };
+        let mut world = WorldBuilder::default();
+        world.add_mesh(mesh);
+        (world.build(), Some(vec![2 * quads.len()]))
+    }
+
+    /// A cube of side 2 without its front, seen from inside.
+    fn room() -> Vec<[Vec3; 4]> {
+        let wall = |f: fn(f32, f32) -> Vec3| [f(-1.0, -1.0), f(1.0, -1.0), f(1.0, 1.0), f(-1.0, 1.0)];
+        vec![
+            wall(|a, b| Vec3::new(a, b, -1.0)),
+            wall(|a, b| Vec3::new(a, -1.0, -b)),
+            wall(|a, b| Vec3::new(a, 1.0, b)),
+            wall(|a, b| Vec3::new(-1.0, b, -a)),
+            wall(|a, b| Vec3::new(1.0, b, a)),
+        ]
+    }
 
     #[test]
-    fn the_whole_box_is_in_view() {
-        for (min, max) in [
-            (DVec3::splat(-1.0), DVec3::splat(1.0)),
-            (DVec3::new(1e5, 0.0, -3.0), DVec3::new(1e5 + 7.0, 0.1, 2.0)),
-            (DVec3::ZERO, DVec3::ZERO),
-        ] {
-            let pose = frame(min, max);
-            let to_camera = pose.transform.inverse();
-            for corner in 0..8 {
-                let pick = |bit: u32, a: f64, b: f64| if corner >> bit & 1 == 0 { a } else { b };
-                let p = DVec3::new(pick(0, min.x, max.x), pick(1, min.y, max.y), pick(2, min.z, max.z));
-                let q = to_camera.transform_point3(p);
-                assert!(q.z < 0.0 && q.x.abs().max(q.y.abs()) < -q.z * TAN_HALF, "{p} -> {q}");
-            }
+    fn everything_is_in_view_and_nothing_could_be_nearer() {
+        let turned: Vec<[Vec3; 4]> =
+            room().iter().map(|q| [3, 2, 1, 0].map(|i| q[i] * Vec3::new(3.0, 0.5, 1.0))).collect();
+        for quads in [room(), turned] {
+            let (world, counts) = world(&quads);
+            let pose = frame(&world, counts);
+            let farthest = quads.concat().iter().map(|&p| outwards(&pose, p)).fold(0.0, f64::max);
+            assert!((farthest * MARGIN - 1.0).abs() < 1e-6, "{farthest}");
         }
+    }
+
+    #[test]
+    fn shapes_and_nothing_are_in_view() {
+        let mut world = WorldBuilder::default();
+        world.add_sphere(Sphere { centre: Vec3::new(0.5, 0.0, 0.0), radius: 0.3 });
+        let pose = frame(&world.build(), None);
+        assert!(outwards(&pose, Vec3::new(0.5, 0.3, 0.0)) < 1.0);
+        let nothing = frame(&WorldBuilder::default().build(), Some(Vec::new()));
+        assert!(outwards(&nothing, Vec3::ZERO) < 1.0);
+    }
+
+    #[test]
+    fn rooms_are_seen_through_their_open_side_and_boxes_from_a_corner() {
+        let direction = |quads: &[[Vec3; 4]]| {
+            let (world, counts) = world(quads);
+            frame(&world, counts).transform.matrix3.z_axis
+        };
+        assert_eq!(direction(&room()), DVec3::Z);
+        let outside: Vec<[Vec3; 4]> = room().iter().map(|q| [3, 2, 1, 0].map(|i| q[i])).collect();
+        assert!(direction(&outside).x > 0.0);
     }
 }
