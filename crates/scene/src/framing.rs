@@ -12,6 +12,8 @@ const TAN_HALF: f64 = 0.363_970_234_266_202_4;
 const TOWARDS: [DVec3; 2] = [DVec3::new(0.55, 0.4, 1.0), DVec3::Z];
 /// Room around the scene.
 const MARGIN: f64 = 1.05;
+/// Steps in which the picture is centred; each is exact once it has found the two outermost points.
+const CENTRING: usize = 6;
 /// Rays along each side that look for backs.
 const GRID: i32 = 32;
 
@@ -54,14 +56,28 @@ fn fit(towards: DVec3, points: &[DVec3]) -> CameraPose {
     // A single point is seen from anywhere but itself.
     let distance = if needed > farthest(backward) { needed } else { farthest(backward) + 1.0 };
     let axes = DMat3::from_cols(right, up, backward);
+    let middle = |axis: DVec3, at: f64| {
+        let seen = points.iter().map(|p| (p.dot(axis), distance - p.dot(backward)));
+        (0..CENTRING).fold(at, |at, _| centred(seen.clone(), at))
+    };
+    let at = DVec3::new(middle(right, (r - l) * 0.5), middle(up, (t - b) * 0.5), distance);
     CameraPose {
-        transform: DAffine3 {
-            matrix3: axes,
-            translation: axes * DVec3::new((r - l) * 0.5, (t - b) * 0.5, distance),
-        },
+        transform: DAffine3 { matrix3: axes, translation: axes * at },
         projection: Projection::Perspective { tan_half: TAN_HALF as f32 },
         aspect: None,
     }
+}
+
+/// Where the camera has to be, along an axis of the picture, for the two points that lie farthest out when it is `at` to
+/// lie equally far out. `seen` are their places along this axis and their depths.
+fn centred(seen: impl Iterator<Item = (f64, f64)>, at: f64) -> f64 {
+    let tangent = |&(x, depth): &(f64, f64)| (x - at) / depth;
+    let start = ((f64::NEG_INFINITY, at, 1.0), (f64::INFINITY, at, 1.0));
+    let ((_, high, d), (_, low, e)) = seen.fold(start, |(high, low), p| {
+        let t = tangent(&p);
+        (if t > high.0 { (t, p.0, p.1) } else { high }, if t < low.0 { (t, p.0, p.1) } else { low })
+    });
+    (high * e + low * d) / (d + e)
 }
 
 /// How many rays of a grid over the square middle see the back of what they hit.
@@ -120,6 +136,13 @@ mod tests {
             let pose = frame(&world, counts);
             let farthest = quads.concat().iter().map(|&p| outwards(&pose, p)).fold(0.0, f64::max);
             assert!((farthest * MARGIN - 1.0).abs() < 1e-6, "{farthest}");
+            let to_camera = pose.transform.inverse();
+            for axis in 0..2 {
+                let tangent = |p: &Vec3| to_camera.transform_point3(p.as_dvec3());
+                let all = || quads.iter().flatten().map(tangent).map(|q| q[axis] / -q.z);
+                let (low, high) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
+                assert!((low + high).abs() < 1e-6, "{low} {high}");
+            }
         }
     }
 
