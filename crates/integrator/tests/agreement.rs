@@ -46,31 +46,60 @@ fn by_strategy(scene: &Scene, strategy: Strategy, seed: u64) -> Outcome {
     run(scene, &settings)
 }
 
+/// The four plates and five lights of the file in scenes/.
+#[cfg(feature = "gltf")]
+fn veach_mis() -> Scene {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/veach_mis.gltf");
+    let options = dapple_scene::gltf::Options::default();
+    dapple_scene::gltf::read(file.as_ref(), &options).unwrap().build().unwrap()
+}
+
 #[test]
 fn light_and_bsdf_sampling_agree_with_both() {
-    let scene = plates();
-    let both = by_strategy(&scene, Strategy::Both, 1);
+    strategies_agree(&plates());
+    #[cfg(feature = "gltf")]
+    strategies_agree(&veach_mis());
+}
+
+fn strategies_agree(scene: &Scene) {
+    let both = by_strategy(scene, Strategy::Both, 1);
     for (other, seed) in [(Strategy::LightOnly, 2), (Strategy::BsdfOnly, 3)] {
-        let other = by_strategy(&scene, other, seed);
+        let other = by_strategy(scene, other, seed);
         let (a, b) = (both.film.mean(), other.film.mean());
         let (va, vb) = (both.film.variance(), other.film.variance());
         let sum = |f: &dyn Fn(usize) -> f64| (0..a.pixels.len()).map(f).sum::<f64>();
         let difference = sum(&|i| f64::from(a.pixels[i].y - b.pixels[i].y));
         let variance = sum(&|i| f64::from(va.pixels[i].y + vb.pixels[i].y));
         let z = z_test::welch(difference, variance.sqrt(), 0.0, 0.0);
-        assert!(z.p > 1e-4, "z = {}", z.z);
+        println!(
+            "{}: z = {:.2}, standard error {:.2e}",
+            scene.name,
+            z.z,
+            variance.sqrt() / sum(&|i| f64::from(a.pixels[i].y))
+        );
+        assert!(z.p > 1e-4, "{}: z = {}", scene.name, z.z);
     }
 }
 
 #[test]
 fn mis_has_the_least_variance() {
-    let scene = plates();
-    let variance = |strategy| {
-        let outcome = by_strategy(&scene, strategy, 5);
-        outcome.film.variance().pixels.iter().map(|p| f64::from(p.y)).sum::<f64>()
-    };
-    let both = variance(Strategy::Both);
-    assert!(both < variance(Strategy::LightOnly) && both < variance(Strategy::BsdfOnly));
+    let scenes = [
+        plates(),
+        #[cfg(feature = "gltf")]
+        veach_mis(),
+    ];
+    for scene in scenes {
+        let variance = |strategy| {
+            let outcome = by_strategy(&scene, strategy, 5);
+            outcome.film.variance().pixels.iter().map(|p| f64::from(p.y)).sum::<f64>()
+        };
+        let both = variance(Strategy::Both);
+        assert!(
+            both < variance(Strategy::LightOnly) && both < variance(Strategy::BsdfOnly),
+            "{}",
+            scene.name
+        );
+    }
 }
 
 fn bits(outcome: &Outcome) -> Vec<[u32; 3]> {
