@@ -83,8 +83,14 @@ fn text(scene: &str, facts: &Value) -> Vec<String> {
         lines.push(format!("generator: {generator}"));
     }
     lines.push(list(facts, "materials", plain));
+    if count("shapes") > 0 {
+        lines.push(format!("exact spheres and disks: {}", count("shapes")));
+    }
     lines.push(list(facts, "textures", texture));
     lines.push(list(facts, "lights", plain));
+    if facts["emissive"].as_array().is_some_and(|names| !names.is_empty()) {
+        lines.push(list(facts, "emissive", plain).replacen("emissive", "emissive materials", 1));
+    }
     lines.push(list(facts, "cameras", plain));
     lines.push(list(facts, "animations", animation));
     lines.push(list(facts, "extensions", extension));

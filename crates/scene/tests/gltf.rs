@@ -543,6 +543,7 @@ fn info_counts_without_reading_meshes() {
     std::fs::write(&path, file::showcase().glb()).unwrap();
     let info = gltf::info(&path, &OPTIONS).unwrap();
     assert_eq!((info.counts.triangles, info.counts.vertices, info.counts.nodes), (2, 4, 5));
+    assert_eq!(info.counts.shapes, load(&file::showcase()).survey.shapes);
     assert_eq!(info.cameras, ["eye"]);
     assert_eq!(info.lights, ["spot light 0 'lamp'"]);
     assert_eq!((info.textures[0].width, info.textures[0].height), (1, 1));

@@ -25,6 +25,8 @@ pub struct Info {
     pub counts: Counts,
     /// Names of the materials.
     pub materials: Vec<String>,
+    /// Names of those that emit light.
+    pub emissive: Vec<String>,
     /// Images that materials can use.
     pub textures: Vec<TextureInfo>,
     /// Punctual lights: "point 'Lamp'" and so on.
@@ -52,6 +54,8 @@ pub struct Counts {
     pub meshes: usize,
     /// Triangles the default scene shows.
     pub triangles: u64,
+    /// Exact spheres and disks the default scene shows.
+    pub shapes: usize,
     /// Vertices the default scene shows.
     pub vertices: u64,
     /// Materials in the file.
@@ -107,6 +111,7 @@ pub(super) fn info(doc: &Document<'_>) -> Result<Info, SceneError> {
     Ok(Info {
         generator: doc.root.asset.generator.clone(),
         counts,
+        emissive: emissive(doc),
         materials: labels(doc.root.materials.iter().map(|m| m.name.as_deref()), "material"),
         lights: lights(doc),
         cameras: cameras(doc, &hierarchy)?,
@@ -134,6 +139,7 @@ fn counts(doc: &Document<'_>, hierarchy: &Hierarchy) -> Result<Counts, SceneErro
         let node = &root.nodes[i];
         let place = super::node::place(doc, i);
         let shape = doc.dapple(&node.extras, &place)?.is_some_and(|d| d.get("shape").is_some());
+        counts.shapes += usize::from(shape);
         let Some(index) = node.mesh.filter(|_| !shape) else { continue };
         let (mesh, place) = mesh::named(doc, index, &place)?;
         for primitive in &mesh.primitives {
@@ -159,6 +165,13 @@ fn textures(doc: &Document<'_>) -> Vec<TextureInfo> {
 
 fn labels<'a>(names: impl Iterator<Item = Option<&'a str>>, kind: &str) -> Vec<String> {
     names.enumerate().map(|(i, name)| name.map_or_else(|| format!("{kind} {i}"), str::to_owned)).collect()
+}
+
+/// Factors alone decide: a texture may still be black.
+fn emissive(doc: &Document<'_>) -> Vec<String> {
+    let names = labels(doc.root.materials.iter().map(|m| m.name.as_deref()), "material");
+    let emits = doc.root.materials.iter().map(|m| m.emissive_factor.0.iter().any(|&c| c > 0.0));
+    names.into_iter().zip(emits).filter(|(_, emits)| *emits).map(|(name, _)| name).collect()
 }
 
 fn lights(doc: &Document<'_>) -> Vec<String> {
