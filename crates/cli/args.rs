@@ -1,8 +1,9 @@
 //! What can be typed: the commands and their arguments. The options of a render are in [`crate::options`].
 
 use crate::options::RenderOptions;
-use crate::values::Pixel;
-use clap::{Args, Parser, Subcommand};
+use crate::values::{self, Pixel, Threshold};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
 
 /// Renders glTF 2.0 scenes on the CPU. Without a command: the built-in Cornell box.
 #[derive(Debug, Parser)]
@@ -20,6 +21,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Trace one sample again and print the vertices of its path
     Replay(ReplayArgs),
+    /// Measure how far a picture is from a reference
+    Diff(DiffArgs),
 }
 
 #[derive(Debug, Args)]
@@ -54,4 +57,44 @@ pub struct ReplayArgs {
     pub sample: u32,
     #[command(flatten)]
     pub options: RenderOptions,
+}
+
+#[derive(Debug, Args)]
+pub struct DiffArgs {
+    /// The picture: .exr, .hdr or .png
+    pub image: PathBuf,
+    /// What it should be
+    pub reference: PathBuf,
+    /// A second, independent render of the reference: then the errors do not contain the reference's own noise
+    #[arg(long, value_name = "FILE")]
+    pub reference_half: Option<PathBuf>,
+    /// Write where the errors are: false colours as .png, the signed difference as .exr
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// What the false colours show
+    #[arg(long, value_name = "NAME", default_value = "relative")]
+    pub map: ErrorMap,
+    /// Exit with code 1 if the measure exceeds X; may be repeated
+    #[arg(long, value_name = "MEASURE=X")]
+    pub fail_above: Vec<Threshold>,
+    /// Added to squared levels in relmse, to levels in mape and smape
+    #[arg(long, value_name = "X", default_value_t = 0.01, value_parser = values::positive64)]
+    pub epsilon: f64,
+    /// Signal peak of psnr
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = values::positive64)]
+    pub peak: f64,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What an error map shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ErrorMap {
+    /// Root of each pixel's relmse, logarithmic from 0.001 to 1
+    Relative,
+    /// Too bright red, too dark blue, by relative difference of luminance up to 1
+    Signed,
+    /// FLIP from 0 to 1
+    Flip,
 }

@@ -23,6 +23,12 @@ pub enum Failure {
     /// A key of a settings file that is unknown or has a wrong value.
     #[error("{path}: key '{key}': {reason}", path = .path.display())]
     SettingsKey { path: PathBuf, key: String, reason: String },
+    /// Pictures that cannot be compared.
+    #[error("{0}")]
+    Size(#[from] dapple_analysis::metrics::SizeMismatch),
+    /// A check that was asked for and did not hold.
+    #[error("{0}")]
+    Check(String),
     /// An environment picture with a value that is no radiance.
     #[error("{path}: {reason}", path = .path.display())]
     Environment { path: PathBuf, reason: String },
@@ -31,7 +37,7 @@ pub enum Failure {
 impl Failure {
     /// 2 for bad input and bad arguments (1 is for checks that fail, 3 for renders that were stopped early).
     pub fn exit_code(&self) -> ExitCode {
-        ExitCode::from(2)
+        ExitCode::from(if matches!(self, Self::Check(_)) { 1 } else { 2 })
     }
 }
 

@@ -46,6 +46,7 @@ fn run() -> Result<ExitCode, Failure> {
         None => commands::render::run(None, &options::empty_matches()),
         Some(Command::Render(a)) => commands::render::run(a.scene.as_deref(), subcommand(&matches)),
         Some(Command::Info(a)) => commands::info::run(&a).map(done),
+        Some(Command::Diff(a)) => commands::diff::run(&a).map(done),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
     }
 }

@@ -111,6 +111,28 @@ pub fn focus(s: &str) -> Result<f32, String> {
     s.trim().parse().ok().filter(|x: &f32| *x > 0.0).ok_or_else(|| said.into())
 }
 
+/// A finite number above zero in double precision.
+pub fn positive64(s: &str) -> Result<f64, String> {
+    finite64(s).ok().filter(|x| *x > 0.0).ok_or_else(|| "expected a finite number above zero".into())
+}
+
+/// `MEASURE=X`; whether there is such a measure is known to the command.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Threshold {
+    pub measure: String,
+    pub limit: f64,
+}
+
+impl FromStr for Threshold {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Self, String> {
+        let expected = || "expected MEASURE=X, such as relmse=1e-3".to_string();
+        let (measure, limit) = s.split_once('=').ok_or_else(expected)?;
+        let limit = finite64(limit).map_err(|_| expected())?;
+        Ok(Self { measure: measure.trim().to_ascii_lowercase(), limit })
+    }
+}
+
 /// `30s`, `500ms`, `5m`, `1h`; a bare number is seconds. More than zero, less than a century.
 pub fn duration(s: &str) -> Result<Seconds, String> {
     let s = s.trim();
@@ -188,6 +210,14 @@ mod tests {
         assert_eq!(duration("500ms"), Ok(Duration::from_millis(500)));
         for bad in ["0", "0s", "-1s", "s", "", "1d", "nan", "inf", "1e30s", "9999999999999h"] {
             assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn thresholds_have_a_name_and_a_number() {
+        assert_eq!("relMSE=1e-3".parse(), Ok(Threshold { measure: "relmse".into(), limit: 1e-3 }));
+        for bad in ["", "relmse", "relmse=", "relmse=x", "relmse=nan", "1e-3"] {
+            assert!(bad.parse::<Threshold>().is_err(), "{bad}");
         }
     }
 

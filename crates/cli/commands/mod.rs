@@ -1,5 +1,6 @@
 //! One file per command.
 
+pub mod diff;
 pub mod info;
 pub mod render;
 pub mod replay;

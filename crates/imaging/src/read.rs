@@ -48,6 +48,17 @@ pub fn picture(path: &Path) -> Result<Picture, ImageError> {
     }
 }
 
+/// The channels that [`picture`] takes from the file: "RGB", or "Y" where it has only luminance or grey.
+pub fn channels(path: &Path) -> Result<&'static str, ImageError> {
+    let name = path.display().to_string();
+    let (kind, file) = open(path, &name)?;
+    let grey = match kind {
+        Kind::Exr => exr_is_grey(file, &name)?,
+        kind => raster_is_grey(file, kind, &name)?,
+    };
+    Ok(if grey { "Y" } else { "RGB" })
+}
+
 /// All layers of an EXR: the union of the data windows of its parts, 0 where a part has no data. A channel
 /// `a.b.C` becomes channel C of layer `a.b`; in a file of several parts a channel without a dot belongs to the
 /// layer named like its part.
@@ -155,6 +166,11 @@ fn check_size(name: &str, width: u64, height: u64, channels: u64) -> Result<(), 
 }
 
 #[cfg(feature = "exr")]
+fn exr_is_grey(file: impl BufRead + Seek, name: &str) -> Result<bool, ImageError> {
+    guarded(name, || exr::is_grey(file, name))
+}
+
+#[cfg(feature = "exr")]
 fn exr_picture(file: impl BufRead + Seek, name: &str) -> Result<Picture, ImageError> {
     guarded(name, || exr::picture(file, name))
 }
@@ -162,6 +178,11 @@ fn exr_picture(file: impl BufRead + Seek, name: &str) -> Result<Picture, ImageEr
 #[cfg(feature = "exr")]
 fn exr_layers(file: impl BufRead + Seek, name: &str) -> Result<Layers, ImageError> {
     guarded(name, || exr::layers(file, name))
+}
+
+#[cfg(feature = "png")]
+fn raster_is_grey(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<bool, ImageError> {
+    guarded(name, || raster::is_grey(file, kind, name))
 }
 
 #[cfg(feature = "png")]
@@ -175,6 +196,11 @@ fn raster_rgba8(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Rgb
 }
 
 #[cfg(not(feature = "exr"))]
+fn exr_is_grey(_: impl BufRead + Seek, name: &str) -> Result<bool, ImageError> {
+    Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
+}
+
+#[cfg(not(feature = "exr"))]
 fn exr_picture(_: impl BufRead + Seek, name: &str) -> Result<Picture, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
 }
@@ -182,6 +208,11 @@ fn exr_picture(_: impl BufRead + Seek, name: &str) -> Result<Picture, ImageError
 #[cfg(not(feature = "exr"))]
 fn exr_layers(_: impl BufRead + Seek, name: &str) -> Result<Layers, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
+}
+
+#[cfg(not(feature = "png"))]
+fn raster_is_grey(_: impl BufRead + Seek, kind: Kind, name: &str) -> Result<bool, ImageError> {
+    Err(ImageError::NotBuiltIn { name: name.to_string(), format: kind.name(), feature: "png" })
 }
 
 #[cfg(not(feature = "png"))]

@@ -102,6 +102,8 @@ fn grey_and_alpha_are_expanded() {
         let linear =
             Vec3::from([expected[0], expected[1], expected[2]].map(|c| srgb_to_linear(f32::from(c) / 255.0)));
         assert!((read::picture(&path).unwrap().pixels[0] - linear).abs().max_element() < 1e-6, "{color:?}");
+        let grey = matches!(color, Color::L8 | Color::La8);
+        assert_eq!(read::channels(&path).unwrap(), if grey { "Y" } else { "RGB" }, "{color:?}");
     }
 }
 

@@ -56,6 +56,13 @@ pub(super) fn picture(file: impl BufRead + Seek, name: &str) -> Result<Picture, 
     Ok(Picture { width: window.width, height: window.height, pixels })
 }
 
+/// Whether the colour of [`picture`] is one luminance channel.
+pub(super) fn is_grey(file: impl BufRead + Seek, name: &str) -> Result<bool, ImageError> {
+    let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
+    let rgb = colour_channels(reader.headers()).ok_or_else(|| no_colour(reader.headers(), name))?;
+    Ok(rgb[0] == rgb[2])
+}
+
 pub(super) fn layers(file: impl BufRead + Seek, name: &str) -> Result<Layers, ImageError> {
     let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
     let headers = reader.headers();

@@ -30,6 +30,11 @@ pub(super) fn picture(file: impl BufRead + Seek, kind: Kind, name: &str) -> Resu
     Ok(Picture { width, height, pixels })
 }
 
+/// Whether the file holds grey, with alpha or without.
+pub(super) fn is_grey(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<bool, ImageError> {
+    decode(file, kind, name).map(|image| !image.color().has_color())
+}
+
 pub(super) fn rgba8(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Rgba8, ImageError> {
     let image = decode(file, kind, name)?.into_rgba8();
     let (width, height) = (image.width() as usize, image.height() as usize);

@@ -1,0 +1,181 @@
+//! How far is a picture from a reference, in numbers?
+//!
+//! All measures are means over pixels and channels of linear radiance, in f64. A pixel that is not finite in either
+//! picture is counted, left out of everything, and reported. With I the picture and R the reference:
+//!
+//! | measure | formula |
+//! |---|---|
+//! | MSE, RMSE | mean (I − R)², and its root |
+//! | relative RMSE | RMSE / mean R |
+//! | relMSE | mean (I − R)² / (R² + ε) |
+//! | trimmed relMSE | the same without the largest share of its terms; it hides fireflies, so read it beside the other |
+//! | bias | mean (I − R) |
+//! | MAPE | mean \|I − R\| / (\|R\| + ε) |
+//! | SMAPE | mean \|I − R\| / (\|I\| + \|R\| + ε) |
+//! | PSNR | 10 log₁₀(peak² / MSE) in decibels, infinite for equal pictures |
+//!
+//! A rendered reference is noisy, and the plain MSE adds its variance to the error. [`compare_halves`] takes the
+//! reference as two independent renders R₁, R₂ and uses (I − R₁)(I − R₂), whose expectation is (I − E R)²: exactly
+//! unbiased, and therefore possibly below zero when the error is small against the noise of the reference.
+
+mod sums;
+
+use dapple_imaging::Picture;
+use glam::{DVec3, Vec3};
+use sums::{Sums, Term};
+
+/// The constants that measures depend on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// ε of relMSE (added to R²), and of MAPE and SMAPE (added to |R|): 0.01 suits pictures whose mean is near 1.
+    pub epsilon: f64,
+    /// Share of the terms that trimmed relMSE leaves out, the largest first: 0.001.
+    pub trim: f64,
+    /// Signal peak of PSNR: 1.
+    pub peak: f64,
+}
+
+impl Default for Scale {
+    fn default() -> Self {
+        Self { epsilon: 0.01, trim: 0.001, peak: 1.0 }
+    }
+}
+
+/// The measures of one channel, or of all; NaN where no pixel could be compared.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Measures {
+    /// Mean squared error; with halves an unbiased estimate of it, possibly below zero.
+    pub mse: f64,
+    /// Its root; NaN below zero.
+    pub rmse: f64,
+    /// RMSE divided by the mean of the reference.
+    pub relative_rmse: f64,
+    /// Mean of squared errors relative to R² + ε.
+    pub relmse: f64,
+    /// The same without its largest terms.
+    pub relmse_trimmed: f64,
+    /// Signed mean error: positive where the picture is too bright.
+    pub bias: f64,
+    /// Mean absolute relative error.
+    pub mape: f64,
+    /// Mean symmetric absolute relative error, 0 to 1.
+    pub smape: f64,
+    /// Peak signal-to-noise ratio, decibels.
+    pub psnr: f64,
+    /// The largest absolute error of a channel of a pixel.
+    pub max_error: f64,
+    /// Where it is, column and row from the top left; the first if there are several.
+    pub max_error_pixel: Option<[usize; 2]>,
+}
+
+/// What a comparison found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// Over all pixels and channels.
+    pub overall: Measures,
+    /// Red, green, blue.
+    pub channels: [Measures; 3],
+    /// Pixels compared.
+    pub pixels: usize,
+    /// Pixels left out because a channel of either picture is not finite.
+    pub nan_pixels: usize,
+    /// The first of them.
+    pub nan_pixel: Option<[usize; 2]>,
+}
+
+/// Two pictures that cannot be compared pixel by pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the pictures differ in size: {}x{} and {}x{} pixels", .image.0, .image.1, .reference.0, .reference.1)]
+pub struct SizeMismatch {
+    /// Width and height of the picture.
+    pub image: (usize, usize),
+    /// Width and height of the reference.
+    pub reference: (usize, usize),
+}
+
+/// Fails unless both pictures have the same size.
+pub fn same_size(image: &Picture, reference: &Picture) -> Result<(), SizeMismatch> {
+    let size = |p: &Picture| (p.width, p.height);
+    if size(image) == size(reference) {
+        Ok(())
+    } else {
+        Err(SizeMismatch { image: size(image), reference: size(reference) })
+    }
+}
+
+/// Compares `image` with a reference that is taken as exact.
+pub fn compare(image: &Picture, reference: &Picture, scale: &Scale) -> Result<Comparison, SizeMismatch> {
+    same_size(image, reference)?;
+    let level = |i: usize| reference.pixels[i].as_dvec3();
+    Ok(sum_up(image, [reference; 2], level, scale))
+}
+
+/// Compares `image` with a reference given as two independent renders of equal effort. MSE and what follows from it
+/// are unbiased; the level R in the denominator of relMSE is the mean of both over 5×5 pixels, so that it is nearly
+/// free of the noise in the numerator; bias, MAPE, SMAPE and the largest error are against the mean of both.
+pub fn compare_halves(
+    image: &Picture,
+    halves: [&Picture; 2],
+    scale: &Scale,
+) -> Result<Comparison, SizeMismatch> {
+    halves.iter().try_for_each(|half| same_size(image, half))?;
+    let level = smooth(&mean(halves));
+    Ok(sum_up(image, halves, |i| level[i], scale))
+}
+
+/// The remaining MSE of the mean of two independent halves: ¼ mean (R₁ − R₂)², over finite pixels and all channels.
+pub fn halves_mse(halves: [&Picture; 2]) -> Result<f64, SizeMismatch> {
+    same_size(halves[0], halves[1])?;
+    let squares = halves[0].pixels.iter().zip(&halves[1].pixels).map(|(a, b)| (*a - *b).as_dvec3());
+    let finite: Vec<f64> = squares.filter(|d| d.is_finite()).map(|d| d.length_squared() / 12.0).collect();
+    Ok(finite.iter().sum::<f64>() / finite.len() as f64)
+}
+
+/// Pixel by pixel the mean of two pictures of equal size.
+pub fn mean([a, b]: [&Picture; 2]) -> Picture {
+    let pixels = a.pixels.iter().zip(&b.pixels).map(|(a, b)| (*a + *b) * 0.5).collect();
+    Picture { width: a.width, height: a.height, pixels }
+}
+
+fn sum_up(
+    image: &Picture,
+    halves: [&Picture; 2],
+    level: impl Fn(usize) -> DVec3,
+    scale: &Scale,
+) -> Comparison {
+    let mut overall = Sums::default();
+    let mut channels: [Sums; 3] = Default::default();
+    let (mut nan_pixels, mut nan_pixel) = (0, None);
+    let place = |i: usize| [i % image.width, i / image.width];
+    for (i, &p) in image.pixels.iter().enumerate() {
+        let (a, b) = (halves[0].pixels[i], halves[1].pixels[i]);
+        if !(p.is_finite() && a.is_finite() && b.is_finite()) {
+            nan_pixels += 1;
+            nan_pixel = nan_pixel.or(Some(place(i)));
+            continue;
+        }
+        let level = level(i);
+        for (c, channel) in channels.iter_mut().enumerate() {
+            let term = Term::new(p[c], [a[c], b[c]], level[c], scale);
+            channel.add(&term, i);
+            overall.add(&term, i);
+        }
+    }
+    let pixels = image.pixels.len() - nan_pixels;
+    let finish = |sums: Sums| sums.finish(scale, place);
+    Comparison { overall: finish(overall), channels: channels.map(finish), pixels, nan_pixels, nan_pixel }
+}
+
+/// Means over 5×5 pixels, smaller at the border; pixels that are not finite are passed over.
+fn smooth(picture: &Picture) -> Vec<DVec3> {
+    const REACH: usize = 2;
+    let (w, h) = (picture.width, picture.height);
+    let around = |at: usize, end: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(end);
+    let one = |x: usize, y: usize| {
+        let block = around(y, h).flat_map(|y| around(x, w).map(move |x| (x, y)));
+        let finite = block.map(|(x, y)| picture.at(x, y)).filter(|p: &Vec3| p.is_finite());
+        let (sum, n) = finite.fold((DVec3::ZERO, 0.0), |(sum, n), p| (sum + p.as_dvec3(), n + 1.0));
+        sum / f64::max(n, 1.0)
+    };
+    (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| one(x, y)).collect()
+}

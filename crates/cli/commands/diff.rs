@@ -1,0 +1,257 @@
+//! `dapple diff`: how far a picture is from a reference, as text or JSON, with a map of the errors and limits to hold.
+
+use crate::args::{DiffArgs, ErrorMap};
+use crate::error::Failure;
+use crate::report;
+use crate::values::Threshold;
+use dapple_analysis::metrics::{self, Comparison, Measures, Scale, SizeMismatch};
+use dapple_analysis::{flip, heat};
+use dapple_integrator::imaging::sheet::Frame;
+use dapple_integrator::imaging::{Layers, Picture, color, read, write};
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
+
+/// Compares, writes the map, prints, and fails if a limit does not hold.
+pub fn run(arguments: &DiffArgs) -> Result<(), Failure> {
+    if let Some(path) = &arguments.output {
+        write::check(path)?;
+        check_format(path)?;
+    }
+    arguments.fail_above.iter().try_for_each(known)?;
+    let pair = Pair::read(arguments)?;
+    let scale = Scale { epsilon: arguments.epsilon, peak: arguments.peak, ..Scale::default() };
+    let found = pair.compare(&scale)?;
+    let seen = Seen::of(&pair)?;
+    if let Some(path) = &arguments.output {
+        write_map(path, &pair, &seen, arguments)?;
+    }
+    let facts = facts(arguments, &pair, &found, &seen);
+    if arguments.json {
+        report::json(&facts);
+    } else {
+        text(&facts).iter().for_each(|line| report::result(line));
+    }
+    held(arguments, &facts)
+}
+
+/// What is compared.
+struct Pair {
+    image: Picture,
+    /// The reference, or the mean of its halves.
+    reference: Picture,
+    halves: Option<[Picture; 2]>,
+    /// Whether both files hold values for a display, which end at 1.
+    display: bool,
+}
+
+impl Pair {
+    fn read(arguments: &DiffArgs) -> Result<Self, Failure> {
+        let image = read::picture(&arguments.image)?;
+        let reference = read_like(&image, &arguments.image, &arguments.reference)?;
+        let display = [&arguments.image, &arguments.reference].iter().all(|path| is_display(path));
+        let Some(other) = &arguments.reference_half else {
+            return Ok(Self { image, reference, halves: None, display });
+        };
+        let halves = [reference, read_like(&image, &arguments.image, other)?];
+        let reference = metrics::mean([&halves[0], &halves[1]]);
+        Ok(Self { image, reference, halves: Some(halves), display })
+    }
+
+    fn compare(&self, scale: &Scale) -> Result<Comparison, SizeMismatch> {
+        match &self.halves {
+            None => metrics::compare(&self.image, &self.reference, scale),
+            Some([a, b]) => metrics::compare_halves(&self.image, [a, b], scale),
+        }
+    }
+}
+
+/// A picture that can be compared with `image`, read from `path`; or a complaint that names both files.
+fn read_like(image: &Picture, image_path: &Path, path: &PathBuf) -> Result<Picture, Failure> {
+    let picture = read::picture(path)?;
+    let (a, b) = (image_path.display(), path.display());
+    if let Err(e) = metrics::same_size(image, &picture) {
+        return Err(Failure::Arguments(format!("{a}, {b}: {e}; render or scale them alike")));
+    }
+    let channels = [read::channels(image_path)?, read::channels(path)?];
+    if channels[0] != channels[1] {
+        let [c, d] = channels;
+        let said = format!("{a}, {b}: the pictures differ in channels: {c} and {d}; save them alike");
+        return Err(Failure::Arguments(said));
+    }
+    Ok(picture)
+}
+
+fn is_display(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    !matches!(extension.as_str(), "exr" | "hdr" | "pic")
+}
+
+/// The pictures as an eye sees them.
+struct Seen {
+    ldr: flip::Map,
+    /// Not for pictures made for a display.
+    hdr: Option<flip::Map>,
+}
+
+impl Seen {
+    fn of(pair: &Pair) -> Result<Self, SizeMismatch> {
+        let (image, reference) = (&pair.image, &pair.reference);
+        let ldr = flip::ldr(image, reference, flip::PIXELS_PER_DEGREE)?;
+        let hdr = match pair.display {
+            true => None,
+            false => Some(flip::hdr(image, reference, flip::PIXELS_PER_DEGREE)?),
+        };
+        Ok(Self { ldr, hdr })
+    }
+
+    /// The one that suits the pictures.
+    fn map(&self) -> &flip::Map {
+        self.hdr.as_ref().unwrap_or(&self.ldr)
+    }
+}
+
+/// Measures as an object; what is no number is null.
+fn measures(m: &Measures) -> Map<String, Value> {
+    match serde_json::to_value(m) {
+        Ok(Value::Object(object)) => object,
+        _ => Map::new(),
+    }
+}
+
+fn facts(arguments: &DiffArgs, pair: &Pair, found: &Comparison, seen: &Seen) -> Map<String, Value> {
+    let mut facts = measures(&found.overall);
+    let [r, g, b] = found.channels.each_ref().map(measures);
+    let more = json!({
+        "flip": seen.map().mean(), "flip_ldr": seen.ldr.mean(),
+        "flip_hdr": seen.hdr.as_ref().map(flip::Map::mean),
+        "nan_pixels": found.nan_pixels, "nan_pixel": found.nan_pixel, "pixels": found.pixels,
+        "width": pair.image.width, "height": pair.image.height,
+        "epsilon": arguments.epsilon, "trim": Scale::default().trim, "psnr_peak": arguments.peak,
+        "reference_mse": pair.halves.as_ref().and_then(|[a, b]| metrics::halves_mse([a, b]).ok()),
+        "channels": { "r": r, "g": g, "b": b },
+    });
+    if let Value::Object(more) = more {
+        facts.extend(more);
+    }
+    facts
+}
+
+/// The measures in the order in which they are printed.
+const ROWS: [&str; 10] = [
+    "mse",
+    "rmse",
+    "relative_rmse",
+    "relmse",
+    "relmse_trimmed",
+    "bias",
+    "mape",
+    "smape",
+    "psnr",
+    "max_error",
+];
+
+fn text(facts: &Map<String, Value>) -> Vec<String> {
+    let channel = |c: &str, key: &str| number(&facts["channels"][c][key]);
+    let mut lines = vec![format!("{:<16}{:>13}{:>13}{:>13}{:>13}", "", "overall", "red", "green", "blue")];
+    lines.extend(ROWS.iter().map(|key| {
+        let [r, g, b] = ["r", "g", "b"].map(|c| channel(c, key));
+        format!("{key:<16}{:>13}{r:>13}{g:>13}{b:>13}", number(&facts[*key]))
+    }));
+    lines.push(format!("{:<16}{:>13}", "flip", number(&facts["flip"])));
+    if let Value::Array(at) = &facts["max_error_pixel"] {
+        lines.push(format!("largest error at pixel {},{}", at[0], at[1]));
+    }
+    let [epsilon, peak] = ["epsilon", "psnr_peak"].map(|key| number(&facts[key]));
+    lines.push(format!("{} pixels; epsilon {epsilon}, psnr peak {peak}", facts["pixels"]));
+    if let Some(mse) = facts["reference_mse"].as_f64() {
+        lines.push(format!("the mean of the two references has an mse of {mse:.5e} itself"));
+    }
+    if let Value::Array(at) = &facts["nan_pixel"] {
+        let n = &facts["nan_pixels"];
+        lines.push(format!("{n} pixels are not finite and were left out, the first at {},{}", at[0], at[1]));
+    }
+    lines
+}
+
+fn number(value: &Value) -> String {
+    match value.as_f64() {
+        Some(0.0) => "0".into(),
+        Some(x) if (1e-3..1e5).contains(&x.abs()) => format!("{x:.6}"),
+        Some(x) => format!("{x:.5e}"),
+        None => "-".into(),
+    }
+}
+
+/// What else a limit can be set on.
+const MORE: [&str; 4] = ["flip", "flip_ldr", "flip_hdr", "nan_pixels"];
+
+/// Fails unless the limit is on a measure that there is.
+fn known(limit: &Threshold) -> Result<(), Failure> {
+    let mut names = ROWS.iter().chain(&MORE);
+    if names.any(|name| *name == limit.measure) {
+        return Ok(());
+    }
+    let names = [&ROWS[..], &MORE].concat().join(", ");
+    Err(Failure::Arguments(format!(
+        "--fail-above {}: there is no such measure; use one of {names}",
+        limit.measure
+    )))
+}
+
+/// All limits hold, or what does not.
+fn held(arguments: &DiffArgs, facts: &Map<String, Value>) -> Result<(), Failure> {
+    for limit in &arguments.fail_above {
+        let name = &limit.measure;
+        let failed = match facts.get(name).and_then(Value::as_f64) {
+            Some(x) if x <= limit.limit => continue,
+            Some(x) => format!("{name} is {}, above {}", number(&x.into()), limit.limit),
+            // Equal pictures have no peak signal-to-noise ratio, and no pixel no measure at all.
+            None => format!("{name} is not a number, so it is not below {}", limit.limit),
+        };
+        return Err(Failure::Check(failed));
+    }
+    Ok(())
+}
+
+fn check_format(path: &Path) -> Result<(), Failure> {
+    match write::Format::of(path)? {
+        write::Format::Hdr => {
+            let said = "an error map is a .png (false colours) or an .exr (signed difference)";
+            Err(Failure::Arguments(format!("{}: {said}", path.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn write_map(path: &Path, pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Result<(), Failure> {
+    if write::Format::of(path)? == write::Format::Exr {
+        let difference = pair.image.pixels.iter().zip(&pair.reference.pixels).map(|(a, b)| *a - *b);
+        let picture = Picture { pixels: difference.collect(), ..pair.image };
+        return Ok(write::exr(path, &Layers::from(&picture), write::Depth::Float)?);
+    }
+    let frame = map(pair, seen, arguments);
+    Ok(write::rgb8(path, frame.width, frame.height, frame.data)?)
+}
+
+fn map(pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Frame {
+    let width = pair.image.width;
+    let pixels = || pair.image.pixels.iter().zip(&pair.reference.pixels);
+    match arguments.map {
+        ErrorMap::Relative => {
+            let scale = |r: glam::DVec3| r * r + arguments.epsilon;
+            let error = |d: glam::DVec3, r| ((d * d / scale(r)).element_sum() / 3.0).sqrt();
+            let values: Vec<f64> = pixels().map(|(a, b)| error((*a - *b).as_dvec3(), b.as_dvec3())).collect();
+            heat::logarithmic(&values, width, [1e-3, 1.0])
+        }
+        ErrorMap::Signed => {
+            let light = |p: &glam::Vec3| f64::from(color::luminance(*p));
+            let error = |a: f64, b: f64| (a - b) / (b.abs() + arguments.epsilon);
+            let values: Vec<f64> = pixels().map(|(a, b)| error(light(a), light(b))).collect();
+            heat::signed(&values, width, 1.0)
+        }
+        ErrorMap::Flip => {
+            let values: Vec<f64> = seen.map().values.iter().map(|v| f64::from(*v)).collect();
+            heat::linear(&values, width)
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! `dapple diff` from outside: what it measures, what it writes, and with which code it ends.
+
+mod dapple;
+
+use dapple::{files, run, well};
+use dapple_imaging::{Layer, Layers, Picture, Tone, read, write};
+use glam::Vec3;
+use std::path::Path;
+
+fn save(folder: &Path, name: &str, picture: &Picture) {
+    write::exr(&folder.join(name), &Layers::from(picture), write::Depth::Float).unwrap();
+}
+
+/// A 6×4 picture with a ramp, and one that is brighter by ¼ in red and wrong by 2 in one pixel of blue.
+fn pair(folder: &Path) {
+    let reference = (0..24).map(|i| Vec3::new(i as f32 / 16.0, 1.0, 0.5)).collect();
+    let reference = Picture { width: 6, height: 4, pixels: reference };
+    save(folder, "b.exr", &reference);
+    let mut image = reference;
+    image.pixels.iter_mut().for_each(|p| p.x += 0.25);
+    image.pixels[15].z += 2.0;
+    save(folder, "a.exr", &image);
+}
+
+#[test]
+fn numbers_and_map() {
+    let folder = tempfile::tempdir().unwrap();
+    pair(folder.path());
+    let json = well(folder.path(), &["diff", "a.exr", "b.exr", "-o", "heat.png", "--json"]).json();
+    let mse = (24.0 * 0.0625 + 4.0) / 72.0;
+    let close = |key: &str, x: f64| {
+        let found = json[key].as_f64().unwrap_or(f64::NAN);
+        assert!((found - x).abs() <= 1e-12, "{key}: {found} for {x}");
+    };
+    close("mse", mse);
+    close("rmse", f64::sqrt(mse));
+    close("bias", (24.0 * 0.25 + 2.0) / 72.0);
+    close("psnr", -10.0 * f64::log10(mse));
+    close("max_error", 2.0);
+    assert_eq!((&json["max_error_pixel"], &json["nan_pixels"]), (&serde_json::json!([3, 2]), &0.into()));
+    assert_eq!(json["channels"]["r"]["mse"], 0.0625);
+    assert_eq!(json["channels"]["g"]["mse"], 0.0);
+    for key in ["relmse", "relmse_trimmed", "mape", "smape", "flip", "flip_ldr", "flip_hdr", "epsilon"] {
+        assert!(json[key].as_f64().is_some_and(|x| x > 0.0), "{key}: {json}");
+    }
+    let map = read::picture(&folder.path().join("heat.png")).unwrap();
+    assert_eq!((map.width, map.height), (6, 4));
+    assert!(map.pixels[15].y > 4.0 * map.pixels[17].y, "{} {}", map.pixels[15], map.pixels[17]);
+    let text = well(folder.path(), &["diff", "a.exr", "b.exr"]).out;
+    assert!(text.contains("relmse") && text.contains("3,2"), "{text}");
+}
+
+#[test]
+fn every_map_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    pair(folder.path());
+    for map in ["relative", "signed", "flip"] {
+        let name = format!("{map}.png");
+        well(folder.path(), &["diff", "a.exr", "b.exr", "--map", map, "-o", &name]);
+    }
+    well(folder.path(), &["diff", "a.exr", "b.exr", "-o", "difference.exr"]);
+    let difference = read::picture(&folder.path().join("difference.exr")).unwrap();
+    assert_eq!(difference.pixels[15], Vec3::new(0.25, 0.0, 2.0));
+    assert_eq!(files(folder.path()).len(), 6);
+}
+
+#[test]
+fn limits_decide_the_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    pair(folder.path());
+    let code = |limits: &[&str]| {
+        let limits: Vec<&str> = limits.iter().flat_map(|l| ["--fail-above", l]).collect();
+        run(folder.path(), &[&["diff", "a.exr", "b.exr", "--json"], &limits[..]].concat()).code
+    };
+    assert_eq!(code(&["mse=0.1"]), 0);
+    assert_eq!(code(&["mse=0.01"]), 1);
+    assert_eq!(code(&["mse=0.1", "max_error=1"]), 1);
+    assert_eq!(code(&["nan_pixels=0"]), 0);
+    assert_eq!(code(&["mice=0.1"]), 2);
+    assert_eq!(code(&["mse"]), 2);
+}
+
+#[test]
+fn pixels_that_are_not_finite_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    pair(folder.path());
+    let mut spoiled = read::picture(&folder.path().join("a.exr")).unwrap();
+    spoiled.pixels[15].y = f32::NAN;
+    save(folder.path(), "nan.exr", &spoiled);
+    let json = well(folder.path(), &["diff", "nan.exr", "b.exr", "--json", "-o", "heat.png"]).json();
+    assert_eq!((&json["nan_pixels"], &json["pixels"]), (&1.into(), &23.into()));
+    assert_eq!(json["nan_pixel"], serde_json::json!([3, 2]));
+    assert!((json["mse"].as_f64().unwrap() - 0.0625 / 3.0).abs() < 1e-12);
+    let code = run(folder.path(), &["diff", "nan.exr", "b.exr", "--fail-above", "nan_pixels=0"]).code;
+    assert_eq!(code, 1);
+}
+
+#[test]
+fn two_halves() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, value) in [("a.exr", 1.5), ("r1.exr", 0.5), ("r2.exr", 1.0)] {
+        save(folder.path(), name, &Picture::filled(4, 4, Vec3::splat(value)));
+    }
+    let arguments = ["diff", "a.exr", "r1.exr", "--reference-half", "r2.exr", "--json"];
+    let json = well(folder.path(), &arguments).json();
+    assert_eq!((&json["mse"], &json["bias"]), (&0.5.into(), &0.75.into()));
+    assert_eq!(json["reference_mse"], 0.0625);
+}
+
+#[test]
+fn every_format_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = Picture::filled(5, 3, Vec3::new(0.25, 0.5, 1.0));
+    save(folder.path(), "a.exr", &picture);
+    write::hdr(&folder.path().join("a.hdr"), &picture).unwrap();
+    write::png(&folder.path().join("a.png"), &picture, Tone::Srgb, 0.0).unwrap();
+    for (a, b, flips) in [("a.hdr", "a.exr", true), ("a.png", "a.exr", true), ("a.png", "a.png", false)] {
+        let json = well(folder.path(), &["diff", a, b, "--json"]).json();
+        assert!(json["max_error"].as_f64().unwrap() < 4e-3, "{json}");
+        assert_eq!(json["flip_hdr"].is_number(), flips);
+    }
+    let equal = well(folder.path(), &["diff", "a.exr", "a.exr", "--json"]).json();
+    assert_eq!((&equal["mse"], &equal["flip"]), (&0.0.into(), &0.0.into()));
+    assert!(equal["psnr"].is_null());
+}
+
+#[test]
+fn what_cannot_be_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    pair(folder.path());
+    save(folder.path(), "small.exr", &Picture::filled(3, 4, Vec3::ONE));
+    let grey = Layer { name: String::new(), channels: vec![("Y".into(), vec![0.5; 24])] };
+    let grey = Layers { width: 6, height: 4, layers: vec![grey], ..Layers::default() };
+    write::exr(&folder.path().join("grey.exr"), &grey, write::Depth::Float).unwrap();
+    std::fs::write(folder.path().join("text.exr"), "no picture").unwrap();
+    for (arguments, named) in [
+        (&["a.exr", "small.exr"][..], &["small.exr", "6x4", "3x4"][..]),
+        (&["a.exr", "b.exr", "--reference-half", "small.exr"], &["small.exr"]),
+        (&["a.exr", "grey.exr"], &["grey.exr", "channels"]),
+        (&["a.exr", "missing.exr"], &["missing.exr"]),
+        (&["text.exr", "a.exr"], &["text.exr"]),
+        (&["a.exr", "b.exr", "-o", "missing/heat.png"], &["missing"]),
+        (&["a.exr", "b.exr", "-o", "heat.hdr"], &["heat.hdr"]),
+        (&["a.exr", "b.exr", "--epsilon", "0"], &["--epsilon"]),
+        (&["a.exr", "b.exr", "--map", "love"], &["--map"]),
+        (&["a.exr"], &["REFERENCE"]),
+    ] {
+        let found = run(folder.path(), &[&["diff"], arguments].concat());
+        assert_eq!(found.code, 2, "{arguments:?}: {}", found.err);
+        assert_eq!(found.err.lines().count(), 1, "{}", found.err);
+        assert!(named.iter().all(|n| found.err.contains(n)), "{arguments:?}: {}", found.err);
+    }
+    assert_eq!(files(folder.path()).len(), 5);
+}
