@@ -76,9 +76,11 @@ impl Trs {
     }
 
     fn is_constant_within(&self, open: f64, close: f64) -> bool {
-        self.translation.is_constant_within(open, close)
-            && self.rotation.is_constant_within(open, close)
-            && self.scale.is_constant_within(open, close)
+        self.translation.is_constant_within(open, close) && self.keeps_directions_within(open, close)
+    }
+
+    fn keeps_directions_within(&self, open: f64, close: f64) -> bool {
+        self.rotation.is_constant_within(open, close) && self.scale.is_constant_within(open, close)
     }
 
     /// To the parent and back, piece by piece, so that uneven scales cost no digits; a zero scale counts as a tiny one
@@ -182,5 +184,21 @@ impl Motion {
             Link::Moving(trs) => trs.is_constant_within(open, close),
         };
         close > open && !self.links.iter().all(constant)
+    }
+
+    /// Whether what moves between the two times (seconds within the shutter) is only shifted, neither turned nor scaled.
+    pub fn keeps_directions_within(&self, open: f64, close: f64) -> bool {
+        let (open, close) = (self.offset + open, self.offset + close);
+        self.links.iter().all(|link| match link {
+            Link::Still(..) => true,
+            Link::Moving(trs) => trs.keeps_directions_within(open, close),
+        })
+    }
+
+    /// The same motion of a part that stands at `inner` in the object's own space.
+    pub fn then_inner(&self, inner: DAffine3) -> Self {
+        let mut motion = self.clone();
+        motion.push_still(inner, Pose::of(&inner));
+        motion
     }
 }

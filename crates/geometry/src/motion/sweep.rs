@@ -19,6 +19,18 @@ const ARC: f64 = PI / 16.0;
 const SPLINE_STEPS: usize = 32;
 
 impl Motion {
+    /// Corners of a box that what lies between `lo` and `hi` in its own space stays in from `open` to `close` (seconds
+    /// within the shutter).
+    pub fn bounds(&self, lo: DVec3, hi: DVec3, open: f64, close: f64) -> (DVec3, DVec3) {
+        let swept = self.bounds_within(Aabb::new(lo, hi), open, close);
+        (swept.lo, swept.hi)
+    }
+
+    /// Into how many steps [`Motion::bounds`] cuts the time: what it costs.
+    pub fn step_count(&self, open: f64, close: f64) -> usize {
+        self.steps(self.offset + open, self.offset + close).len() - 1
+    }
+
     /// Box that the content of `local` stays in from `open` to `close` (seconds within the shutter).
     pub(crate) fn bounds_within(&self, local: Aabb, open: f64, close: f64) -> Aabb {
         let times = self.steps(self.offset + open, self.offset + close);

@@ -193,6 +193,11 @@ impl<T: Value> Track<T> {
         })
     }
 
+    /// The numbers given: one per key, three for CUBICSPLINE (in-tangent, value, out-tangent).
+    pub fn values(&self) -> &[T] {
+        &self.values
+    }
+
     /// How values run between keys.
     pub fn interpolation(&self) -> Interpolation {
         self.interpolation

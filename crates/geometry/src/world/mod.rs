@@ -143,10 +143,29 @@ impl World {
         self.objects.get(object as usize).map_or([Vec3::ZERO; 3], corners)
     }
 
+    /// Corners of a triangle in the object's own space (which is the world's for what is flat); zeros for a shape.
+    pub fn own_corners(&self, object: u32, primitive: u32) -> [Vec3; 3] {
+        match self.body(object) {
+            Some(Body::Mesh(mesh)) => mesh.corners(primitive),
+            _ => [Vec3::ZERO; 3],
+        }
+    }
+
+    /// Whether a ray along `d` comes to the triangle from behind, at a time; never for a shape.
+    pub fn is_from_behind(&self, hit: &Hit, d: Vec3, time: f32) -> bool {
+        let object = self.objects.get(hit.object as usize);
+        object.is_some_and(|o| o.is_from_behind(hit.primitive, d, self.held(time)))
+    }
+
     /// Transform from an object's own space to the world's at a time; None for what was put into the world as it is
     /// (there it is the identity).
     pub fn placement(&self, object: u32, time: f32) -> Option<DAffine3> {
         self.objects.get(object as usize)?.placement(self.held(time))
+    }
+
+    /// Whether an object moves while the shutter is open.
+    pub fn is_moving(&self, object: u32) -> bool {
+        self.objects.get(object as usize).is_some_and(Object::is_moving)
     }
 
     /// Whether anything moves while the shutter is open.

@@ -94,6 +94,20 @@ impl Object {
         }
     }
 
+    /// The front stays the image of the front, so the question can be asked in the object's own space: with d' the
+    /// direction there, n·d has the sign of n'·d'.
+    pub fn is_from_behind(&self, primitive: u32, d: Vec3, time: f64) -> bool {
+        let Body::Mesh(mesh) = &self.body else { return false };
+        let [a, b, c] = mesh.corners(primitive);
+        match self.pose(time) {
+            None => (b - a).cross(c - a).dot(d) > 0.0,
+            Some(pose) => {
+                let normal = (b - a).as_dvec3().cross((c - a).as_dvec3());
+                normal.dot(pose.to_object.transform_vector3(d.as_dvec3())) > 0.0
+            }
+        }
+    }
+
     pub fn placement(&self, time: f64) -> Option<DAffine3> {
         match &self.place {
             Place::World => None,
