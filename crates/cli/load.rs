@@ -59,22 +59,23 @@ impl Source {
     }
 
     /// Parts of the scene, to which an environment may still be added.
-    pub fn read(&self, at: f64, allow_path: bool) -> Result<SceneBuilder, Failure> {
+    pub fn read(&self, options: &RenderOptions) -> Result<SceneBuilder, Failure> {
         match self {
             Self::Builtin(name) => builtin::builtin(name).ok_or_else(|| unknown_builtin(name)),
-            Self::File(path) => read_file(path, at, allow_path),
+            Self::File(path) => read_file(path, options),
         }
     }
 }
 
 #[cfg(feature = "gltf")]
-fn read_file(path: &Path, at: f64, allow_path: bool) -> Result<SceneBuilder, Failure> {
+fn read_file(path: &Path, options: &RenderOptions) -> Result<SceneBuilder, Failure> {
     use dapple_integrator::scene::gltf;
-    Ok(gltf::read(path, &gltf::Options { at, allow_path })?)
+    let (at, shutter) = (options.at.unwrap_or(0.0), options.exposure());
+    Ok(gltf::read(path, &gltf::Options { at, shutter, allow_path: RenderOptions::is(options.allow_path) })?)
 }
 
 #[cfg(not(feature = "gltf"))]
-fn read_file(path: &Path, _: f64, _: bool) -> Result<SceneBuilder, Failure> {
+fn read_file(path: &Path, _: &RenderOptions) -> Result<SceneBuilder, Failure> {
     let said = format!("{}: this dapple was built without the glTF reader (feature gltf)", path.display());
     Err(Failure::Arguments(said))
 }
@@ -96,8 +97,7 @@ pub struct Loaded {
 /// Reads the scene, adds the environment, builds.
 pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure> {
     let start = Instant::now();
-    let allow_path = RenderOptions::is(options.allow_path);
-    let mut builder = source.read(options.at.unwrap_or(0.0), allow_path)?;
+    let mut builder = source.read(options)?;
     if let Some(environment) = environment(options)? {
         builder.environment(environment);
     }

@@ -4,9 +4,9 @@
 //! glTF's: the camera looks along −z, +y is up. NDC runs from (0,0) at the top left of the full picture to (1,1).
 
 use crate::values;
-use dapple_integrator::camera::{Camera, Lens, Projection};
+use dapple_integrator::camera::{Camera, Lens, Projection, Shutter};
 use dapple_integrator::imaging::picture::MetaValue;
-use dapple_integrator::scene::Space;
+use dapple_integrator::scene::{Scene, Space};
 use dapple_integrator::{Effect, Method, Settings, Stats};
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
@@ -15,8 +15,9 @@ pub fn attributes(
     settings: &Settings,
     stats: &Stats,
     camera: &Camera,
-    space: &Space,
+    scene: &Scene,
 ) -> Vec<(String, MetaValue)> {
+    let space = &scene.space;
     let to_camera = world_to_camera(camera, space);
     let to_ndc = camera_to_ndc(camera, space, settings.size) * to_camera;
     let text = |s: String| MetaValue::Text(s);
@@ -26,12 +27,12 @@ pub fn attributes(
         ("software".into(), text(format!("dapple {}", env!("CARGO_PKG_VERSION")))),
         ("spp".into(), MetaValue::Int(i32::try_from(stats.spp).unwrap_or(i32::MAX))),
         ("seed".into(), text(settings.seed.to_string())),
-        ("settings".into(), text(settings_text(settings, stats, camera.lens, space))),
+        ("settings".into(), text(settings_text(settings, stats, camera.lens, scene))),
     ]
 }
 
 /// The lines of a settings file that would give the picture again.
-fn settings_text(settings: &Settings, stats: &Stats, lens: Option<Lens>, space: &Space) -> String {
+fn settings_text(settings: &Settings, stats: &Stats, lens: Option<Lens>, scene: &Scene) -> String {
     let (w, h) = settings.size;
     let mut lines = vec![
         format!("method = \"{}\"", values::method_name(settings.method)),
@@ -63,13 +64,20 @@ fn settings_text(settings: &Settings, stats: &Stats, lens: Option<Lens>, space: 
         lines.push(format!("ambient = [{}, {}, {}]", a.x, a.y, a.z));
     }
     lines.extend(lens.iter().flat_map(|lens| {
-        let length = |render: f32| f64::from(render) / space.scale;
+        let length = |render: f32| f64::from(render) / scene.space.scale;
         [
             format!("aperture-radius = {}", length(lens.radius) as f32),
             format!("focus-distance = {}", length(lens.focus_distance) as f32),
             format!("aperture-shape = \"{}\"", lens.aperture),
         ]
     }));
+    if scene.at != 0.0 {
+        lines.push(format!("at = {:?}", scene.at));
+    }
+    if scene.shutter != Shutter::default() {
+        let Shutter { open, close } = scene.shutter;
+        lines.push(format!("shutter = \"{open}:{close}\""));
+    }
     if let Some(c) = settings.crop {
         lines.push(format!("crop = [{}, {}, {}, {}]", c.x0, c.y0, c.x1, c.y1));
     }
@@ -129,6 +137,7 @@ mod tests {
             backward: Vec3::NEG_X,
             projection,
             lens: None,
+            motion: None,
         }
     }
 

@@ -7,7 +7,7 @@
 use crate::error::{self, Failure};
 use crate::values::{self, Color, Crop, Seconds, Size};
 use clap::{ArgMatches, Args, FromArgMatches};
-use dapple_integrator::camera::{Aperture, Filter};
+use dapple_integrator::camera::{Aperture, Filter, Shutter};
 use dapple_integrator::imaging::Tone;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::{Aov, Combine, Method};
@@ -125,6 +125,9 @@ pub struct RenderOptions {
     /// Time at which animation is evaluated, in seconds
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = values::finite64, help_heading = "View")]
     pub at: Option<f64>,
+    /// When the shutter opens and closes, in seconds counted from --at: what moves meanwhile is blurred
+    #[arg(long, value_name = "OPEN:CLOSE", allow_hyphen_values = true, value_parser = values::shutter, help_heading = "View")]
+    pub shutter: Option<Shutter>,
     /// Hide back faces of single-sided materials, as glTF asks
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "View")]
     pub cull_backfaces: Option<bool>,
@@ -200,6 +203,11 @@ impl RenderOptions {
     /// The samples asked for: 64 when neither a count nor a time is given.
     pub fn samples(&self) -> Option<u32> {
         self.spp.or(if self.time_limit.is_none() { Some(64) } else { None })
+    }
+
+    /// When the shutter is open; an instant unless something else was asked for.
+    pub fn exposure(&self) -> Shutter {
+        self.shutter.unwrap_or_default()
     }
 
     /// A flag that was never mentioned is off.

@@ -1,7 +1,7 @@
 //! The values that options take, each with the one sentence said about a wrong one.
 
 use dapple_integrator::Method;
-use dapple_integrator::camera::PixelRect;
+use dapple_integrator::camera::{PixelRect, Shutter};
 use dapple_integrator::imaging::Tone;
 use glam::Vec3;
 use std::str::FromStr;
@@ -133,6 +133,20 @@ impl FromStr for Threshold {
     }
 }
 
+/// `OPEN:CLOSE` in seconds; equal ends are an instant.
+pub fn shutter(s: &str) -> Result<Shutter, String> {
+    let expected = "expected two finite times in seconds, OPEN:CLOSE, such as 0:0.02";
+    let (open, close) = s.split_once(':').ok_or(expected)?;
+    let (Ok(open), Ok(close)) = (finite64(open), finite64(close)) else { return Err(expected.into()) };
+    if close < open {
+        return Err(format!("the shutter closes at {close} s, before it opens at {open} s"));
+    }
+    if !((close - open) as f32).is_finite() {
+        return Err("the shutter is open longer than numbers can express".into());
+    }
+    Ok(Shutter { open, close })
+}
+
 /// `30s`, `500ms`, `5m`, `1h`; a bare number is seconds. More than zero, less than a century.
 pub fn duration(s: &str) -> Result<Seconds, String> {
     let s = s.trim();
@@ -199,6 +213,17 @@ mod tests {
         assert_eq!("1,2,3,4".parse(), Ok(Crop(PixelRect { x0: 1, y0: 2, x1: 3, y1: 4 })));
         for bad in ["1,2,1,4", "1,2,0,4", "1,2,3", "1,2,3,4,5", "-1,0,3,4", "a,b,c,d", ""] {
             assert!(bad.parse::<Crop>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn shutters_open_before_they_close() {
+        assert_eq!(shutter("-0.5:1.25"), Ok(Shutter { open: -0.5, close: 1.25 }));
+        assert_eq!(shutter("2:2"), Ok(Shutter { open: 2.0, close: 2.0 }));
+        for bad in
+            ["", ":", "1", "1:", ":1", "1:0", "0:nan", "0:inf", "-inf:0", "a:b", "0:1:2", "-1e308:1e308"]
+        {
+            assert!(shutter(bad).is_err(), "{bad}");
         }
     }
 

@@ -3,8 +3,9 @@
 //! Conventions: the camera looks along −z of its frame with +y up (glTF); pixels are square; the picture's height spans
 //! the vertical field of view and its width follows from the size in pixels; film coordinates start at the top left.
 use crate::Lens;
-use dapple_geometry::Ray;
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use dapple_geometry::{Motion, Ray};
+use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
+use std::sync::Arc;
 
 /// How the film plane is projected into the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,9 +23,9 @@ pub enum Projection {
 }
 
 /// Looks along −z of its frame, +y up (glTF). Units: render space.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Camera {
-    /// The eye (centre of the lens).
+    /// The eye (centre of the lens); like the axes, when the shutter opens.
     pub origin: Vec3,
     /// Unit +x of the frame.
     pub right: Vec3,
@@ -36,9 +37,24 @@ pub struct Camera {
     pub projection: Projection,
     /// `None` is a pinhole.
     pub lens: Option<Lens>,
+    /// From the camera's own space to render space while the shutter is open, scale and shear ignored. `None` stands
+    /// still.
+    pub motion: Option<Arc<Motion>>,
 }
 
 impl Camera {
+    /// The camera as it stands `time` seconds after the shutter opened. A transform that leaves no direction of view
+    /// then keeps the axes of the opening.
+    pub fn at(&self, time: f32) -> Self {
+        let Self { origin, right, up, backward, projection, lens, .. } = *self;
+        let still = Self { origin, right, up, backward, projection, lens, motion: None };
+        let Some(motion) = &self.motion else { return still };
+        let placed = motion.at(f64::from(time));
+        let Some((right, up, backward)) = axes(&placed.matrix3) else { return still };
+        let (right, up, backward) = (right.as_vec3(), up.as_vec3(), backward.as_vec3());
+        Self { origin: placed.translation.as_vec3(), right, up, backward, ..still }
+    }
+
     /// The ray through the point `pixel + fraction` of a picture of `size` pixels (from the top left, x right, y down),
     /// leaving the lens at `lens_u` in \[0,1)². The direction is unit.
     ///
@@ -80,6 +96,14 @@ impl Camera {
     }
 }
 
+/// Unit right, up and backward of a transform without its scale and shear; None when it has no direction of view.
+pub fn axes(m: &DMat3) -> Option<(DVec3, DVec3, DVec3)> {
+    let backward = m.z_axis.try_normalize()?;
+    let up = (m.y_axis - backward * backward.dot(m.y_axis)).try_normalize()?;
+    let right = up.cross(backward);
+    (right.is_finite() && up.is_finite() && backward.is_finite()).then_some((right, up, backward))
+}
+
 /// The film point on a plane whose top edge is y = 1 and bottom edge y = −1, centre 0, x to the right in the same unit.
 #[inline]
 fn film_plane(pixel: (u32, u32), fraction: Vec2, size: (u32, u32)) -> DVec2 {
@@ -102,6 +126,7 @@ mod tests {
             backward: Vec3::Z,
             projection,
             lens,
+            motion: None,
         }
     }
 

@@ -3,19 +3,23 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shutter {
     /// When the shutter opens, s.
-    pub open: f32,
+    pub open: f64,
     /// When the shutter closes, s.
-    pub close: f32,
+    pub close: f64,
 }
 impl Shutter {
-    /// Time in seconds for u in \[0,1), uniform over the exposure: open·(1 − u) + close·u, which hits both ends exactly
-    /// and stays between them.
+    /// How long it is open, s; 0 for an instant.
+    pub fn seconds(&self) -> f32 {
+        (self.close - self.open).max(0.0) as f32
+    }
+    /// Seconds since it opened, for u in \[0,1), uniform over the exposure. Counted from the opening, so that a short
+    /// exposure late in an animation keeps all digits of u.
     #[inline]
     pub fn time(&self, u: f32) -> f32 {
-        (self.open * (1.0 - u) + self.close * u).clamp(self.open, self.close.max(self.open))
+        self.seconds() * u
     }
     /// Whether nothing can move while the shutter is open.
     pub fn is_instant(&self) -> bool {
-        self.close <= self.open
+        self.seconds() <= 0.0
     }
 }

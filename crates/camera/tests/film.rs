@@ -116,14 +116,22 @@ fn merging_is_associative_to_rounding() {
 
 #[test]
 fn times_stay_within_the_shutter() {
-    let shutter = Shutter { open: -0.1, close: 0.3 };
-    assert_eq!((shutter.time(0.0), shutter.time(1.0)), (-0.1, 0.3));
+    let shutter = Shutter { open: 1e6 - 0.1, close: 1e6 + 0.3 };
+    let seconds = shutter.seconds();
+    assert!((f64::from(seconds) - 0.4).abs() < 1e-7);
+    assert_eq!((shutter.time(0.0), shutter.time(1.0)), (0.0, seconds));
     let (mut rng, mut sum) = (Rng::new(6), 0.0);
     for _ in 0..100_000 {
         let t = shutter.time(rng.f32());
-        assert!((-0.1..=0.3).contains(&t));
+        assert!((0.0..=seconds).contains(&t));
         sum += t as f64;
     }
-    assert!((sum / 1e5 - 0.1).abs() < 4.0 * 0.4 / 12f64.sqrt() / 1e5f64.sqrt());
-    assert!(Shutter::default().is_instant() && Shutter { open: 2.0, close: 2.0 }.time(0.7) == 2.0);
+    assert!((sum / 1e5 - 0.2).abs() < 4.0 * 0.4 / 12f64.sqrt() / 1e5f64.sqrt());
+    // A millisecond a day into the animation keeps the digits of u.
+    let late = Shutter { open: 86_400.0, close: 86_400.001 };
+    assert!(late.time(0.5) < late.time(0.5f32.next_up()));
+    assert!(Shutter::default().is_instant() && Shutter { open: 2.0, close: 2.0 }.time(0.7) == 0.0);
+    assert!(
+        Shutter { open: 2.0, close: 1.0 }.is_instant() && Shutter { open: 2.0, close: 1.0 }.time(0.7) == 0.0
+    );
 }

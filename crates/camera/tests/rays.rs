@@ -4,7 +4,15 @@ use dapple_testkit::{Rng, chi_square::ChiSquare};
 use glam::{DVec3, Vec2, Vec3};
 
 fn camera(projection: Projection, lens: Option<Lens>) -> Camera {
-    Camera { origin: Vec3::ZERO, right: Vec3::X, up: Vec3::Y, backward: Vec3::Z, projection, lens }
+    Camera {
+        origin: Vec3::ZERO,
+        right: Vec3::X,
+        up: Vec3::Y,
+        backward: Vec3::Z,
+        projection,
+        lens,
+        motion: None,
+    }
 }
 
 fn perspective(yfov_degrees: f64) -> Projection {

@@ -3,6 +3,7 @@
 use crate::args::InfoArgs;
 use crate::error::Failure;
 use crate::load::Source;
+use crate::options::RenderOptions;
 use crate::report;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -47,7 +48,7 @@ fn file(path: &Path, _: bool) -> Result<Value, Failure> {
 
 /// Built-in scenes have no file to look into: what they hold once built.
 fn builtin(source: &Source) -> Result<Value, Failure> {
-    let scene = source.read(0.0, false)?.build()?;
+    let scene = source.read(&RenderOptions::default())?.build()?;
     let materials: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
     let cameras: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
     let lights: Vec<String> = scene.lights.iter().map(|l| kind(l).to_string()).collect();
@@ -63,6 +64,7 @@ fn kind(light: &dapple_integrator::lights::Light) -> &'static str {
     match light {
         Light::Point(_) => "point",
         Light::Spot(_) => "spot",
+        Light::Moving(_) => "moving",
         Light::Distant(_) => "distant",
         Light::Area(_) => "area",
         Light::Environment(_) => "environment",

@@ -83,8 +83,7 @@ fn draw(loaded: &Loaded, view: &NamedCamera, settings: &Settings, options: &Rend
 }
 
 fn finish(mut outcome: Outcome, loaded: &Loaded, view: &NamedCamera, settings: &Settings) -> Outcome {
-    outcome.layers.metadata =
-        metadata::attributes(settings, &outcome.stats, &view.camera, &loaded.scene.space);
+    outcome.layers.metadata = metadata::attributes(settings, &outcome.stats, &view.camera, &loaded.scene);
     outcome
 }
 

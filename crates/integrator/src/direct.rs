@@ -43,7 +43,7 @@ impl<V: Visibility> Beam<'_, V> {
         let Some(choice) = &scene.light_choice else { return Vec3::ZERO };
         let Some(chosen) = choice.sample(p, self.vertex.choice_normal(), aim.uc) else { return Vec3::ZERO };
         let light = &scene.lights[chosen.index];
-        let Some(sample) = light.sample_as(aim.aiming, p, aim.u) else { return Vec3::ZERO };
+        let Some(sample) = light.sample_as(aim.aiming, p, aim.u, self.time) else { return Vec3::ZERO };
         let pdf = sample.pdf * chosen.pmf;
         let f_cos = self.received(light, &sample, pdf, aim.followed);
         self.arriving(chosen.index, &sample, pdf, f_cos, rays)

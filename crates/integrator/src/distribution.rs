@@ -101,7 +101,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         let absorbed = transmittance(sigma_a, distance);
         let beta = beta * absorbed;
         let le = emission::surface(scene, &hit, &surface, wo, distance, arrival, settings.strategy);
-        let mut vertex = Vertex::new(scene, ray, &hit, &surface, wo);
+        let mut vertex = Vertex::new(scene, ray, &hit, &surface, wo, self.time);
         vertex.sharpen(self.job.sharp);
         self.follow.vertex(place.depth, &vertex, beta, le);
         if vertex.shading.unlit || place.depth >= settings.max_bounces {
@@ -140,7 +140,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         let mut sum = Vec3::ZERO;
         for s in 0..n {
             let u = place.point_2d(plan, Dimension::LightPoint, i, s);
-            let Some(sample) = light.sample_as(aiming, vertex.surface.p, u) else { continue };
+            let Some(sample) = light.sample_as(aiming, vertex.surface.p, u, self.time) else { continue };
             let beam = self.beam(vertex, place.ray_key(Dimension::ShadowAlpha, i, s), sigma_a);
             let f_cos = self.received(&beam, place, light, &sample, n as f32);
             sum += beam.arriving(i as usize, &sample, sample.pdf, f_cos, self.rays);
@@ -235,6 +235,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             pdf: n * scattered.sample.pdf,
             rival: if delta { Rival::Nothing } else { Rival::Each { points, aiming } },
             lights_are_points: off,
+            time: self.time,
         }
     }
 }
@@ -245,17 +246,17 @@ pub(crate) fn light_plan(light: &Light, plans: &Plans) -> Plan {
         Light::Environment(e) if !e.is_sampled() => Plan::OFF,
         // Switched off, the light integral leaves the environment as it is: one random point.
         Light::Environment(_) if plans.is_off(Effect::Light) => ONE_AT_RANDOM,
-        Light::Point(_) | Light::Spot(_) | Light::Distant(_) => ONE,
-        Light::Area(_) if plans.is_off(Effect::Light) => ONE,
+        light if light.is_delta() || (light.is_area() && plans.is_off(Effect::Light)) => ONE,
         _ => plans.light,
     }
 }
 
 /// A grid is a set of point lights; other points are spread where they make the least noise.
 fn aiming(light: &Light, plans: &Plans) -> Aiming {
-    match light {
-        Light::Area(_) if plans.is_off(Effect::Light) => Aiming::Centroid,
-        Light::Area(_) if plans.light.pattern == Pattern::Grid => Aiming::Surface,
+    match plans.light.pattern {
+        _ if !light.is_area() => Aiming::SolidAngle,
+        _ if plans.is_off(Effect::Light) => Aiming::Centroid,
+        Pattern::Grid => Aiming::Surface,
         _ => Aiming::SolidAngle,
     }
 }

@@ -19,6 +19,8 @@ pub(crate) struct Arrival {
     pub rival: Rival,
     /// Area lights are points at their centroids: what is met of their surfaces counts nothing.
     pub lights_are_points: bool,
+    /// Seconds since the shutter opened: lights are weighed where they are then.
+    pub time: f32,
 }
 
 /// What else could have found the light that a ray meets.
@@ -33,8 +35,14 @@ pub(crate) enum Rival {
 }
 
 impl Arrival {
-    pub const CAMERA: Self =
-        Self { p: Vec3::ZERO, n: Vec3::ZERO, pdf: 1.0, rival: Rival::Nothing, lights_are_points: false };
+    pub const CAMERA: Self = Self {
+        p: Vec3::ZERO,
+        n: Vec3::ZERO,
+        pdf: 1.0,
+        rival: Rival::Nothing,
+        lights_are_points: false,
+        time: 0.0,
+    };
 }
 
 /// Radiance of the environment along `d`.
@@ -85,11 +93,14 @@ fn bsdf_weight(
         Rival::Nothing => return 1.0,
         Rival::Choice => match &scene.light_choice {
             Some(choice) => {
-                choice.pmf(arrival.p, arrival.n, light as usize) * of.pdf(arrival.p, wi, distance, n)
+                choice.pmf(arrival.p, arrival.n, light as usize)
+                    * of.pdf(arrival.p, wi, distance, n, arrival.time)
             }
             None => return 1.0,
         },
-        Rival::Each { points, aiming } => points * of.pdf_as(aiming, arrival.p, wi, distance, n),
+        Rival::Each { points, aiming } => {
+            points * of.pdf_as(aiming, arrival.p, wi, distance, n, arrival.time)
+        }
     };
     match strategy {
         Strategy::LightOnly if pdf > 0.0 => 0.0,

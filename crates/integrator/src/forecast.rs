@@ -52,8 +52,8 @@ pub fn present(scene: &Scene, camera: &Camera) -> Vec<Effect> {
         Effect::Lens => camera.lens.is_some_and(|lens| lens.radius > 0.0),
         Effect::Time => crate::places::moves(scene),
         Effect::Light => scene.lights.iter().any(|light| match light {
-            Light::Area(_) => true,
             Light::Environment(e) => e.is_sampled(),
+            light if light.is_area() => true,
             _ => false,
         }),
         Effect::Glossy => kinds.iter().any(|k| k.reflection == Width::Rough),

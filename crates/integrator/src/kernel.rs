@@ -36,7 +36,7 @@ pub(crate) struct Job<'a> {
 impl<'a> Job<'a> {
     pub fn new(scene: &'a Scene, camera: &Camera, settings: &'a Settings) -> Self {
         let off = |effect| settings.plans.is_off(effect);
-        let mut camera = *camera;
+        let mut camera = camera.clone();
         camera.lens = camera.lens.filter(|lens| lens.radius > 0.0 && !off(Effect::Lens));
         if settings.general {
             // A lens of radius 0 is a pinhole to the last bit.
@@ -51,11 +51,11 @@ impl<'a> Job<'a> {
         }
         let unfollowed = if off(Effect::Diffuse) { Lobes::of(Lobe::Diffuse) } else { Lobes::NONE };
         Self {
+            needs: Needs::new(scene, &camera, settings),
+            integrals: Integrals::new(scene, &camera, settings),
             scene,
             camera,
             settings,
-            needs: Needs::new(scene, &camera, settings),
-            integrals: Integrals::new(scene, &camera, settings),
             sharp,
             followed: Lobes::ALL.without(unfollowed),
             aiming: if off(Effect::Light) { Aiming::Centroid } else { Aiming::SolidAngle },
@@ -157,7 +157,7 @@ fn path_sample<V: Visibility, F: Follow>(
     follow: &mut F,
     rays: &mut u64,
 ) -> (Vec3, f32) {
-    let sample = Sample::new(job.settings, pixel, index);
+    let sample = Sample::new(job.settings, pixel, index).timed(job);
     let (ray, weight) = sample.camera_ray(job, pixel);
     (path::li(job, visibility, ray, &sample, follow, rays), weight)
 }

@@ -26,7 +26,7 @@ pub(crate) struct Needs {
 impl Needs {
     pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Self {
         if settings.general {
-            return Self::ALL;
+            return Self { pixel: !settings.plans.is_off(Effect::Pixel), ..Self::ALL };
         }
         let kinds = Kinds::used(scene);
         let off = |effect| settings.plans.is_off(effect);

@@ -60,7 +60,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         state.beta *= transmittance(state.sigma_a, distance);
         let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
         radiance += state.beta * le;
-        let mut vertex = Vertex::new(scene, &ray, &hit, &surface, wo);
+        let mut vertex = Vertex::new(scene, &ray, &hit, &surface, wo, sample.time);
         vertex.sharpen(job.sharp);
         follow.vertex(depth, &vertex, state.beta, le);
         if vertex.shading.unlit || depth >= settings.max_bounces {
@@ -73,7 +73,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         let u = if job.needs.direction { sample.point_2d(depth, Dimension::Direction) } else { Vec2::ZERO };
         let Some(next) = vertex.scatter(uc, u, job.followed) else { return radiance };
         follow.scattered(depth, &next.sample);
-        state.go(job, &vertex, &next);
+        state.go(job, &vertex, &next, sample.time);
         ray = next.ray;
         if settings.roulette
             && depth >= ROULETTE_FROM
@@ -149,7 +149,7 @@ impl PathState {
     }
 
     /// On along `next`.
-    fn go(&mut self, job: &Job<'_>, vertex: &Vertex, next: &Scattered) {
+    fn go(&mut self, job: &Job<'_>, vertex: &Vertex, next: &Scattered, time: f32) {
         self.beta *= next.sample.weight;
         self.eta *= next.sample.eta;
         self.arrival = Arrival {
@@ -158,6 +158,7 @@ impl PathState {
             pdf: next.sample.pdf,
             rival: if next.sample.lobe.is_delta() { Rival::Nothing } else { Rival::Choice },
             lights_are_points: job.lights_are_points(),
+            time,
         };
         self.sigma_a = next.absorption(vertex, self.sigma_a);
     }

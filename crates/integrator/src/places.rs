@@ -54,8 +54,8 @@ impl Integrals {
 }
 
 /// Whether anything moves while the shutter is open.
-pub(crate) fn moves(_: &Scene) -> bool {
-    false
+pub(crate) fn moves(scene: &Scene) -> bool {
+    scene.survey.has_motion
 }
 
 /// A place in the tree of rays.

@@ -2,6 +2,7 @@
 
 use crate::effects::Effect;
 use crate::kernel::Job;
+use crate::places::moves;
 use crate::settings::Settings;
 use dapple_geometry::Ray;
 use dapple_sampling::{Dimension, Key, Pattern, padded_1d, padded_2d};
@@ -14,7 +15,7 @@ pub(crate) struct Sample {
     pub s: u32,
     pub n: u32,
     pub pattern: Pattern,
-    /// Seconds within the shutter.
+    /// Seconds since the shutter opened.
     pub time: f32,
 }
 
@@ -38,6 +39,15 @@ impl Sample {
         }
     }
 
+    /// The sample at its instant of the shutter: every ray of its path sees the scene as it is then. Nothing is drawn
+    /// when nothing moves.
+    pub fn timed(self, job: &Job<'_>) -> Self {
+        if !job.needs.time {
+            return self;
+        }
+        Self { time: job.time(self.point_1d(0, Dimension::Time)), ..self }
+    }
+
     pub fn point_1d(&self, depth: u32, dimension: Dimension) -> f32 {
         padded_1d(self.pattern, self.s, self.n, self.key.at(depth, dimension))
     }
@@ -48,24 +58,32 @@ impl Sample {
 
     /// The camera ray through a pixel, and the weight the pixel filter gives it.
     pub fn camera_ray(&self, job: &Job<'_>, pixel: (u32, u32)) -> (Ray, f32) {
-        let (offset, weight) = match job.settings.plans.is_off(Effect::Pixel) {
-            true => (Vec2::ZERO, 1.0),
-            false => job.settings.filter.sample(self.point_2d(0, Dimension::Pixel)),
+        let (offset, weight) = match job.needs.pixel {
+            true => job.settings.filter.sample(self.point_2d(0, Dimension::Pixel)),
+            false => (Vec2::ZERO, 1.0),
         };
-        let lens =
-            if job.camera.lens.is_some() { self.point_2d(0, Dimension::Lens) } else { Vec2::splat(0.5) };
+        let lens = if job.needs.lens { self.point_2d(0, Dimension::Lens) } else { Vec2::splat(0.5) };
         (job.camera_ray(pixel, offset, lens, self.time), weight)
     }
 }
 
 impl Job<'_> {
     /// The ray through the point `offset` from a pixel's centre, at an instant.
-    pub fn camera_ray(&self, pixel: (u32, u32), offset: Vec2, lens: Vec2, _time: f32) -> Ray {
-        self.camera.ray(pixel, offset + Vec2::splat(0.5), self.settings.size, lens)
+    pub fn camera_ray(&self, pixel: (u32, u32), offset: Vec2, lens: Vec2, time: f32) -> Ray {
+        let fraction = offset + Vec2::splat(0.5);
+        match &self.camera.motion {
+            None => self.camera.ray(pixel, fraction, self.settings.size, lens),
+            Some(_) => self.camera.at(time).ray(pixel, fraction, self.settings.size, lens),
+        }
     }
 
-    /// The instant at `u` of the shutter's time.
-    pub fn time(&self, _u: f32) -> f32 {
-        0.0
+    /// The instant at `u` of the shutter's time, in seconds since it opened.
+    pub fn time(&self, u: f32) -> f32 {
+        if self.is_blurred_by_motion() { self.scene.shutter.time(u) } else { 0.0 }
+    }
+
+    /// Whether something moves, and its integral is not off.
+    fn is_blurred_by_motion(&self) -> bool {
+        moves(self.scene) && !self.settings.plans.is_off(Effect::Time)
     }
 }

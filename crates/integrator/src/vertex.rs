@@ -18,9 +18,9 @@ pub(crate) struct Vertex {
 }
 
 impl Vertex {
-    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit, surface: &Surface, wo: Vec3) -> Self {
+    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit, surface: &Surface, wo: Vec3, time: f32) -> Self {
         debug_assert!(ray.d.is_finite());
-        let shading = scene.shading(hit, surface);
+        let shading = scene.shading(hit, surface, time);
         let frame = facing_frame(&shading.frame, surface.ng, wo);
         let bsdf = Bsdf::new(&shading.material, frame.to_local(wo));
         Self { hit: *hit, surface: *surface, shading, frame, wo, bsdf }

@@ -38,22 +38,23 @@ pub(crate) struct Cutout {
 
 impl Visibility for Cutout {
     fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit> {
-        scene.world.closest(ray, time, &self.filter(scene, ray, key))
+        scene.world.closest(ray, time, &self.filter(scene, ray, time, key))
     }
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool {
-        scene.world.blocked(ray, time, &self.filter(scene, ray, key))
+        scene.world.blocked(ray, time, &self.filter(scene, ray, time, key))
     }
 }
 
 impl Cutout {
-    fn filter<'a>(self, scene: &'a Scene, ray: &Ray, key: Key) -> CutoutFilter<'a> {
-        CutoutFilter { scene, d: ray.d, bits: key.bits(), cull_backfaces: self.cull_backfaces }
+    fn filter<'a>(self, scene: &'a Scene, ray: &Ray, time: f32, key: Key) -> CutoutFilter<'a> {
+        CutoutFilter { scene, d: ray.d, time, bits: key.bits(), cull_backfaces: self.cull_backfaces }
     }
 }
 
 struct CutoutFilter<'a> {
     scene: &'a Scene,
     d: Vec3,
+    time: f32,
     bits: u64,
     cull_backfaces: bool,
 }
@@ -71,8 +72,7 @@ impl Filter for CutoutFilter<'_> {
 
 impl CutoutFilter<'_> {
     fn is_back(&self, hit: &Hit) -> bool {
-        let [a, b, c] = self.scene.world.corners(hit.object, hit.primitive);
-        (b - a).cross(c - a).dot(self.d) > 0.0
+        self.scene.world.is_from_behind(hit, self.d, self.time)
     }
 }
 

@@ -21,20 +21,22 @@ pub enum Aiming {
 impl Light {
     /// As [`Light::sample`], aimed as `aiming` says. The centroid's sample is delta: its radiance is the irradiance on a
     /// surface that faces it.
-    pub fn sample_as(&self, aiming: Aiming, p: Vec3, u: Vec2) -> Option<LightSample> {
+    pub fn sample_as(&self, aiming: Aiming, p: Vec3, u: Vec2, time: f32) -> Option<LightSample> {
         match (self, aiming) {
             (Self::Area(area), Aiming::Surface) => area.sample_surface(p, u),
             (Self::Area(area), Aiming::Centroid) => area.sample_centroid(p),
-            _ => self.sample(p, u),
+            (Self::Moving(light), _) => light.sample_as(aiming, p, u, time),
+            _ => self.sample(p, u, time),
         }
     }
 
     /// Solid-angle density at `p` of [`Light::sample_as`] for a direction `wi` that reaches the light at `distance`.
-    pub fn pdf_as(&self, aiming: Aiming, p: Vec3, wi: Vec3, distance: f32, n: Vec3) -> f32 {
+    pub fn pdf_as(&self, aiming: Aiming, p: Vec3, wi: Vec3, distance: f32, n: Vec3, time: f32) -> f32 {
         match (self, aiming) {
             (Self::Area(area), Aiming::Surface) => area.pdf_surface(p, wi, distance),
             (Self::Area(_), Aiming::Centroid) => 0.0,
-            _ => self.pdf(p, wi, distance, n),
+            (Self::Moving(light), _) => light.pdf_as(aiming, p, wi, distance, n, time),
+            _ => self.pdf(p, wi, distance, n, time),
         }
     }
 }
@@ -152,9 +154,9 @@ mod tests {
         let mut sum = 0.0;
         for i in 0..n * n {
             let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
-            if let Some(s) = light.sample_as(aiming, Vec3::ZERO, u) {
+            if let Some(s) = light.sample_as(aiming, Vec3::ZERO, u, 0.0) {
                 sum += f64::from(s.radiance.x * s.wi.z.max(0.0) / s.pdf);
-                let again = light.pdf_as(aiming, Vec3::ZERO, s.wi, s.distance, s.point.unwrap().n);
+                let again = light.pdf_as(aiming, Vec3::ZERO, s.wi, s.distance, s.point.unwrap().n, 0.0);
                 // At grazing angles the density runs off with the rounding of the cosine.
                 let close = (again / s.pdf - 1.0).abs() < 1e-3 + 1e-6 * s.pdf;
                 assert!(close, "{again} {}", s.pdf);
@@ -179,13 +181,13 @@ mod tests {
         for shape in shapes() {
             let light = Light::Area(Area { shape, radiance: Vec3::ONE, two_sided: false });
             let p = Vec3::new(0.0, 0.0, -3000.0);
-            let point = light.sample_as(Aiming::Centroid, p, Vec2::ZERO).unwrap();
-            assert!(point.delta && light.pdf_as(Aiming::Centroid, p, point.wi, 1.0, Vec3::Z) == 0.0);
+            let point = light.sample_as(Aiming::Centroid, p, Vec2::ZERO, 0.0).unwrap();
+            assert!(point.delta && light.pdf_as(Aiming::Centroid, p, point.wi, 1.0, Vec3::Z, 0.0) == 0.0);
             let n = 64;
             let mean: f32 = (0..n * n)
                 .filter_map(|i| {
                     let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
-                    light.sample_as(Aiming::Surface, p, u).map(|s| 1.0 / s.pdf)
+                    light.sample_as(Aiming::Surface, p, u, 0.0).map(|s| 1.0 / s.pdf)
                 })
                 .sum::<f32>()
                 / (n * n) as f32;
@@ -198,7 +200,7 @@ mod tests {
         for shape in shapes() {
             let light = Light::Area(Area { shape, radiance: Vec3::ONE, two_sided: true });
             let place = |p: Vec3| {
-                light.sample_as(Aiming::Surface, p, Vec2::new(0.125, 0.375)).unwrap().point.unwrap().p
+                light.sample_as(Aiming::Surface, p, Vec2::new(0.125, 0.375), 0.0).unwrap().point.unwrap().p
             };
             assert!((place(Vec3::ZERO) - place(Vec3::new(0.5, -0.3, 0.2))).length() < 1e-6);
         }
@@ -208,8 +210,8 @@ mod tests {
     fn inside_a_sphere_its_middle_is_seen_unobstructed() {
         let shape = AreaShape::Sphere { centre: Vec3::ZERO, radius: 2.0 };
         let light = Light::Area(Area { shape, radiance: Vec3::ONE, two_sided: true });
-        let s = light.sample_as(Aiming::Centroid, Vec3::X, Vec2::ZERO).unwrap();
+        let s = light.sample_as(Aiming::Centroid, Vec3::X, Vec2::ZERO, 0.0).unwrap();
         assert!(s.point.is_none() && s.distance == 1.0);
-        assert!(light.sample_as(Aiming::Centroid, Vec3::ZERO, Vec2::ZERO).is_none());
+        assert!(light.sample_as(Aiming::Centroid, Vec3::ZERO, Vec2::ZERO, 0.0).is_none());
     }
 }

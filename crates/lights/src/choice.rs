@@ -189,6 +189,7 @@ impl Far {
             Light::Environment(l) if l.is_sampled() => {
                 Self { irradiance: mean(l.mean()) * std::f64::consts::PI, towards: None }
             }
+            Light::Moving(l) => Self { irradiance: mean(l.distant_irradiance()?), towards: None },
             _ => return None,
         };
         (far.irradiance > 0.0).then_some(far)

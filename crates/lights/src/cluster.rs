@@ -66,14 +66,15 @@ impl Bounds {
                 Self { low: l.p, high: l.p, cone, intensity: mean(l.intensity) }
             }
             Light::Area(l) => {
-                let (low, high, axis) = surface(&l.shape);
+                let ((low, high), axis) = (l.shape.bounds(), normal(&l.shape));
                 let flat = |axis| Cone { axis, theta_o: 0.0, theta_e: FRAC_PI_2, two_sided: l.two_sided };
                 // A sphere shows a quarter of its area from everywhere.
                 let shown = if axis.is_some() { 1.0 } else { 0.25 };
                 let intensity = mean(l.radiance) * l.shape.area() * shown;
                 Self { low, high, cone: axis.map_or(all, flat), intensity }
             }
-            Light::Distant(_) | Light::Environment(_) => return None,
+            Light::Moving(l) if l.distant_irradiance().is_none() => return l.cluster(),
+            Light::Distant(_) | Light::Environment(_) | Light::Moving(_) => return None,
         };
         (bounds.intensity > 0.0).then_some(bounds)
     }
@@ -97,22 +98,34 @@ impl Bounds {
     }
 }
 
-/// Box and normal; no normal for what emits in all directions.
-fn surface(shape: &AreaShape) -> (Vec3, Vec3, Option<DVec3>) {
-    let normal = |e1: Vec3, e2: Vec3| e1.as_dvec3().cross(e2.as_dvec3()).try_normalize();
+impl AreaShape {
+    /// Its box.
+    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
+        match *self {
+            Self::Triangle([a, b, c]) => (a.min(b).min(c), a.max(b).max(c)),
+            Self::Quad { corner, e1, e2 } => {
+                let ends = [corner + e1, corner + e2, corner + e1 + e2];
+                let low = ends.iter().fold(corner, |low, p| low.min(*p));
+                (low, ends.iter().fold(corner, |high, p| high.max(*p)))
+            }
+            Self::Sphere { centre, radius } => (centre - radius, centre + radius),
+            Self::Disk { centre, normal, radius } => {
+                let extent = (Vec3::ONE - normal * normal).max(Vec3::ZERO);
+                let extent = Vec3::new(extent.x.sqrt(), extent.y.sqrt(), extent.z.sqrt()) * radius;
+                (centre - extent, centre + extent)
+            }
+        }
+    }
+}
+
+/// Of its front; none for what emits in all directions.
+fn normal(shape: &AreaShape) -> Option<DVec3> {
+    let across = |e1: Vec3, e2: Vec3| e1.as_dvec3().cross(e2.as_dvec3()).try_normalize();
     match *shape {
-        AreaShape::Triangle([a, b, c]) => (a.min(b).min(c), a.max(b).max(c), normal(b - a, c - a)),
-        AreaShape::Quad { corner, e1, e2 } => {
-            let ends = [corner + e1, corner + e2, corner + e1 + e2];
-            let low = ends.iter().fold(corner, |low, p| low.min(*p));
-            (low, ends.iter().fold(corner, |high, p| high.max(*p)), normal(e1, e2))
-        }
-        AreaShape::Sphere { centre, radius } => (centre - radius, centre + radius, None),
-        AreaShape::Disk { centre, normal, radius } => {
-            let extent = (Vec3::ONE - normal * normal).max(Vec3::ZERO);
-            let extent = Vec3::new(extent.x.sqrt(), extent.y.sqrt(), extent.z.sqrt()) * radius;
-            (centre - extent, centre + extent, Some(normal.as_dvec3()))
-        }
+        AreaShape::Triangle([a, b, c]) => across(b - a, c - a),
+        AreaShape::Quad { e1, e2, .. } => across(e1, e2),
+        AreaShape::Sphere { .. } => None,
+        AreaShape::Disk { normal, .. } => Some(normal.as_dvec3()),
     }
 }
 

@@ -13,6 +13,7 @@ pub mod distant;
 pub mod environment;
 mod lanes;
 pub mod light;
+pub mod moving;
 pub mod point;
 mod polygon;
 mod rectangle;
@@ -26,6 +27,7 @@ pub use choice::LightChoice;
 pub use distant::Distant;
 pub use environment::{BadTexel, Environment};
 pub use light::{Light, LightPoint, LightSample};
+pub use moving::Moving;
 pub use point::{Point, Spot};
 
 #[cfg(doctest)]

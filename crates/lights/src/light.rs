@@ -1,5 +1,5 @@
 //! One light of any kind: sample towards it, density of a direction that reaches it.
-use crate::{Area, Distant, Environment, Point, Spot};
+use crate::{Aiming, Area, Distant, Environment, Moving, Point, Spot};
 use glam::{Vec2, Vec3};
 
 /// One light.
@@ -15,6 +15,8 @@ pub enum Light {
     Area(Area),
     /// Everything around the scene.
     Environment(Environment),
+    /// Any of the others but the environment, on the way somewhere.
+    Moving(Box<Moving>),
 }
 
 /// A place on an area light.
@@ -52,29 +54,31 @@ pub struct LightSample {
 }
 
 impl Light {
-    /// A direction from `p` towards the light for `u` in \[0,1)².
+    /// A direction from `p` towards the light for `u` in \[0,1)², `time` seconds after the shutter opened.
     /// None when the light cannot reach `p` (behind a one-sided emitter, in its plane, density 0).
     #[inline]
-    pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+    pub fn sample(&self, p: Vec3, u: Vec2, time: f32) -> Option<LightSample> {
         match self {
             Self::Point(light) => light.sample(p),
             Self::Spot(light) => light.sample(p),
             Self::Distant(light) => Some(light.sample()),
             Self::Area(light) => light.sample(p, u),
             Self::Environment(light) => light.sample(u),
+            Self::Moving(light) => light.sample_as(Aiming::SolidAngle, p, u, time),
         }
     }
 
     /// Solid-angle density at `p` with which `sample` gives the direction `wi` (unit) that was seen to reach this light
-    /// at distance `distance` with geometric normal `n` there. 0 for delta lights.
+    /// at distance `distance` with geometric normal `n` there, at the same `time`. 0 for delta lights.
     ///
     /// Area lights know their own shape: their density follows from `p` and `distance`, and `n` is not looked at.
     #[inline]
-    pub fn pdf(&self, p: Vec3, wi: Vec3, distance: f32, _n: Vec3) -> f32 {
+    pub fn pdf(&self, p: Vec3, wi: Vec3, distance: f32, n: Vec3, time: f32) -> f32 {
         match self {
             Self::Point(_) | Self::Spot(_) | Self::Distant(_) => 0.0,
             Self::Area(light) => light.pdf(p, distance),
             Self::Environment(light) => light.pdf(wi),
+            Self::Moving(light) => light.pdf_as(Aiming::SolidAngle, p, wi, distance, n, time),
         }
     }
 
@@ -87,11 +91,25 @@ impl Light {
             Self::Distant(light) => light.irradiance * disk,
             Self::Area(light) => light.power(),
             Self::Environment(light) => light.mean() * (4.0 * std::f32::consts::PI * disk),
+            Self::Moving(light) => light.power(scene_radius),
+        }
+    }
+
+    /// Whether this is an emitting surface.
+    pub fn is_area(&self) -> bool {
+        match self {
+            Self::Area(_) => true,
+            Self::Moving(light) => !light.is_delta(),
+            _ => false,
         }
     }
 
     /// Whether only `sample` can find this light, never a ray.
     pub fn is_delta(&self) -> bool {
-        matches!(self, Self::Point(_) | Self::Spot(_) | Self::Distant(_))
+        match self {
+            Self::Point(_) | Self::Spot(_) | Self::Distant(_) => true,
+            Self::Area(_) | Self::Environment(_) => false,
+            Self::Moving(light) => light.is_delta(),
+        }
     }
 }

@@ -148,7 +148,7 @@ fn irradiance(lights: &[Light], p: Vec3, n: Vec3, count: u32, seen: impl Fn(usiz
     mean(count, 6, |u| {
         let c = choice.sample(p, n, point_1d(Pattern::Sobol, s, count, key)).unwrap();
         s += 1;
-        let sample = lights[c.index].sample(p, u).filter(|_| seen(c.index));
+        let sample = lights[c.index].sample(p, u, 0.0).filter(|_| seen(c.index));
         sample.map_or(0.0, |s| (s.radiance.x * s.wi.dot(n).max(0.0)) as f64 / (s.pdf * c.pmf) as f64)
     })
 }

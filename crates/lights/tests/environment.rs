@@ -24,7 +24,7 @@ fn irradiance(env: &Environment, n: Vec3, count: u32) -> (f64, f64) {
     let mut rng = Rng::new(99);
     mean(count, 4, |u| {
         let mut e = 0.0;
-        if let Some(s) = light.sample(Vec3::ZERO, u) {
+        if let Some(s) = light.sample(Vec3::ZERO, u, 0.0) {
             let cos = s.wi.dot(n).max(0.0);
             let weight = mis::power(s.pdf, warp::hemisphere_cosine_pdf(cos));
             e += (s.radiance.x * cos * weight) as f64 / s.pdf as f64;
@@ -32,7 +32,7 @@ fn irradiance(env: &Environment, n: Vec3, count: u32) -> (f64, f64) {
         let local = warp::hemisphere_cosine(rng.vec2());
         let wi = to_world * local;
         let pdf = warp::hemisphere_cosine_pdf(local.z);
-        let aimed = light.pdf(Vec3::ZERO, wi, f32::INFINITY, Vec3::ZERO);
+        let aimed = light.pdf(Vec3::ZERO, wi, f32::INFINITY, Vec3::ZERO, 0.0);
         e + (env.radiance(wi).x * std::f32::consts::PI * mis::power(pdf, aimed)) as f64
     })
 }

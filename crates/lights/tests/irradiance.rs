@@ -94,7 +94,7 @@ fn mean_of_one_over_pdf_is_the_solid_angle() {
             [1.0, 1.0],
             1e-9,
         );
-        let got = mean(N, 3, |u| light.sample(Vec3::ZERO, u).map_or(0.0, |s| 1.0 / s.pdf as f64));
+        let got = mean(N, 3, |u| light.sample(Vec3::ZERO, u, 0.0).map_or(0.0, |s| 1.0 / s.pdf as f64));
         agree(&format!("size {s}"), got, omega, 1e-6);
     }
 }
@@ -133,8 +133,8 @@ fn a_sphere_from_near_on_and_inside() {
             agree("inside", irradiance(&area(sphere, true), Vec3::ZERO, n, 200_000), PI, 1e-6);
         }
         let light = area(sphere, false);
-        assert!(light.sample(Vec3::ZERO, Vec2::splat(0.3)).is_none(), "it emits outward only");
-        assert_eq!(light.pdf(Vec3::ZERO, Vec3::Z, 1.0, Vec3::Z), 0.0);
+        assert!(light.sample(Vec3::ZERO, Vec2::splat(0.3), 0.0).is_none(), "it emits outward only");
+        assert_eq!(light.pdf(Vec3::ZERO, Vec3::Z, 1.0, Vec3::Z, 0.0), 0.0);
     }
 }
 
@@ -150,12 +150,12 @@ fn a_spherical_room_from_its_own_wall() {
         let p = centre + d * radius;
         let rounded_in = (p - centre).as_dvec3().length() < radius as f64;
         *if rounded_in { &mut inside } else { &mut outside } += 1;
-        let s = light.sample(p, rng.vec2()).unwrap();
+        let s = light.sample(p, rng.vec2(), 0.0).unwrap();
         assert!(s.wi.dot(d) < 1e-5, "never to the outside, where the wall itself is");
         let reached = (p + s.wi * s.distance - centre).length();
         assert!((reached - radius).abs() < 1e-5 * radius, "{reached}");
         assert!(s.distance > radius * s.wi.dot(-d), "the far side");
-        assert_eq!(s.pdf, light.pdf(p, s.wi, s.distance, Vec3::Z));
+        assert_eq!(s.pdf, light.pdf(p, s.wi, s.distance, Vec3::Z, 0.0));
     }
     assert!(inside > 100 && outside > 100);
     let p = centre + Vec3::X * radius;
@@ -195,19 +195,19 @@ fn in_the_plane_behind_and_on_the_edge() {
             for p in
                 [Vec3::ZERO, Vec3::X, Vec3::new(-1.0, -1.0, 0.0), Vec3::X * 5.0, Vec3::new(0.5, 0.2, 0.0)]
             {
-                assert!(light.sample(p, u).is_none());
-                assert_eq!(light.pdf(p, Vec3::X, 1.0, Vec3::Z), 0.0);
+                assert!(light.sample(p, u, 0.0).is_none());
+                assert_eq!(light.pdf(p, Vec3::X, 1.0, Vec3::Z, 0.0), 0.0);
                 for z in [f32::MIN_POSITIVE, 1e-30, 1e-10, -f32::MIN_POSITIVE, -1e-10] {
                     let above = p + Vec3::Z * z;
                     let n = Vec3::Z * if z < 0.0 { 1.0 } else { -1.0 };
                     let e = irradiance(&light, above, n, 2000).0;
                     assert!((0.0..=PI * 1.3).contains(&e), "{shape:?} {above}: {e}");
-                    assert!(!light.pdf(above, Vec3::X, 1.0, Vec3::Z).is_nan());
+                    assert!(!light.pdf(above, Vec3::X, 1.0, Vec3::Z, 0.0).is_nan());
                 }
             }
-            let behind = light.sample(Vec3::new(0.1, 0.1, 1.0), u);
+            let behind = light.sample(Vec3::new(0.1, 0.1, 1.0), u, 0.0);
             assert_eq!(behind.is_some(), two_sided);
-            assert_eq!(light.pdf(Vec3::new(0.1, 0.1, 1.0), Vec3::NEG_Z, 1.0, Vec3::Z) > 0.0, two_sided);
+            assert_eq!(light.pdf(Vec3::new(0.1, 0.1, 1.0), Vec3::NEG_Z, 1.0, Vec3::Z, 0.0) > 0.0, two_sided);
         }
     }
 }
@@ -224,7 +224,7 @@ fn degenerate_shapes_are_dark() {
     ];
     for shape in shapes {
         for two_sided in [false, true] {
-            assert!(area(shape, two_sided).sample(p, Vec2::splat(0.5)).is_none(), "{shape:?}");
+            assert!(area(shape, two_sided).sample(p, Vec2::splat(0.5), 0.0).is_none(), "{shape:?}");
         }
     }
 }

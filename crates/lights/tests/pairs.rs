@@ -99,7 +99,7 @@ fn sphere_directions(test: &ChiSquare, light: &Light, shape: &AreaShape, p: Vec3
         Vec2::ZERO,
         Vec2::ONE,
         |u, _| {
-            let wi = light.sample(p, u)?.wi.as_dvec3();
+            let wi = light.sample(p, u, 0.0)?.wi.as_dvec3();
             let rise = 0.5 * (wi - z).length_squared() / height;
             let turn = 0.5 + (-wi.dot(y)).atan2(-wi.dot(x)) / TAU;
             Some(DVec2::new(rise, turn).min(DVec2::ONE).as_vec2())
@@ -110,7 +110,7 @@ fn sphere_directions(test: &ChiSquare, light: &Light, shape: &AreaShape, p: Vec3
             let wi = (x * (sin * phi.cos()) + y * (sin * phi.sin()) + z * (1.0 - v)).as_vec3();
             // A direction on the very edge may round past it.
             let (t, n) = hit(shape, p, wi).unwrap_or((to.length(), z));
-            (light.pdf(p, wi, t as f32, n.as_vec3()) as f64 * TAU * height) as f32
+            (light.pdf(p, wi, t as f32, n.as_vec3(), 0.0) as f64 * TAU * height) as f32
         },
     )
 }
@@ -127,14 +127,14 @@ fn area_lights_follow_their_density() {
                 Vec2::ZERO,
                 Vec2::ONE,
                 |u, _| {
-                    let wi = light.sample(p, u)?.wi.as_dvec3();
+                    let wi = light.sample(p, u, 0.0)?.wi.as_dvec3();
                     Some(back(p64 + wi * ((place(Vec2::ZERO).0 - p64).dot(n) / wi.dot(n))))
                 },
                 |s| {
                     let (q, stretch) = place(s);
                     let d = (q - p64).length();
                     let wi = (q - p64) / d;
-                    let pdf = light.pdf(p, wi.as_vec3(), d as f32, n.as_vec3()) as f64;
+                    let pdf = light.pdf(p, wi.as_vec3(), d as f32, n.as_vec3(), 0.0) as f64;
                     (pdf * wi.dot(n).abs() / (d * d) * stretch) as f32
                 },
             ),
@@ -152,8 +152,8 @@ fn samples_carry_their_density_and_their_place() {
     for (shape, p, two_sided) in cases() {
         let light = area(shape, two_sided);
         for _ in 0..2000 {
-            let s = light.sample(p, rng.vec2()).unwrap();
-            let pdf = light.pdf(p, s.wi, s.distance, Vec3::Z);
+            let s = light.sample(p, rng.vec2(), 0.0).unwrap();
+            let pdf = light.pdf(p, s.wi, s.distance, Vec3::Z, 0.0);
             assert!((s.pdf / pdf - 1.0).abs() < 1e-6, "{shape:?} from {p}: {} {pdf}", s.pdf);
             assert!((s.wi.length() - 1.0).abs() < 1e-6);
             let point = s.point.unwrap();
@@ -173,7 +173,7 @@ fn barycentrics_name_the_place() {
     for (shape, p, two_sided) in cases() {
         let light = area(shape, two_sided);
         for _ in 0..2000 {
-            let point = light.sample(p, rng.vec2()).unwrap().point.unwrap();
+            let point = light.sample(p, rng.vec2(), 0.0).unwrap().point.unwrap();
             let corners = match shape {
                 AreaShape::Triangle(corners) => corners,
                 AreaShape::Quad { corner, e1, e2 } if point.triangle == 0 => {
@@ -200,7 +200,7 @@ fn ends_of_the_unit_square_are_fine() {
     let end = 1.0 - f32::EPSILON / 2.0;
     for (shape, p, two_sided) in cases() {
         for u in [Vec2::ZERO, Vec2::splat(end), Vec2::new(0.0, end), Vec2::new(end, 0.0), Vec2::splat(0.5)] {
-            if let Some(s) = area(shape, two_sided).sample(p, u) {
+            if let Some(s) = area(shape, two_sided).sample(p, u, 0.0) {
                 let point = s.point.unwrap();
                 assert!(
                     s.wi.is_finite() && s.distance.is_finite() && point.p.is_finite() && point.n.is_finite()
@@ -233,8 +233,8 @@ fn environments_follow_their_density() {
                 let env = if compensated { env } else { env.without_compensation() };
                 let light = Light::Environment(env.clone());
                 let result = test.sphere(
-                    |u, _| light.sample(Vec3::ZERO, u).map(|s| s.wi),
-                    |wi| light.pdf(Vec3::ZERO, wi, f32::INFINITY, Vec3::Z),
+                    |u, _| light.sample(Vec3::ZERO, u, 0.0).map(|s| s.wi),
+                    |wi| light.pdf(Vec3::ZERO, wi, f32::INFINITY, Vec3::Z, 0.0),
                 );
                 assert!(result.passed(), "filtered {filtered}, compensated {compensated}: {result}");
                 assert!((result.integral - 1.0).abs() < 2e-3, "{result}");

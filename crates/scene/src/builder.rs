@@ -2,14 +2,17 @@
 use crate::{
     AlphaMode, NamedCamera, Object, Placement, Scene, SceneError, Space, Survey, TexturedMaterial, Warning,
     bake,
-    emission::{AreaLights, Emitter, Form},
-    framing, punctual,
+    emission::{AreaLights, Emitter, Form, Movement},
+    framing,
+    moving::{self, Body, Exposure, OwnSpaces},
+    punctual,
     punctual::Punctual,
     scene, tangent,
 };
-use dapple_camera::{Camera, Projection};
+use dapple_camera::{Camera, Projection, camera::axes};
 use dapple_geometry::{
     Mesh, World, WorldBuilder,
+    motion::Node,
     shapes::{Disk, Sphere},
 };
 use dapple_imaging::Texture;
@@ -31,9 +34,12 @@ pub struct SceneBuilder {
     textures: Vec<Texture>,
     materials: Vec<TexturedMaterial>,
     placed: Vec<Placed>,
-    punctual: Vec<Punctual>,
+    /// With the chain of nodes that moves it, if one does.
+    pub(crate) punctual: Vec<(Punctual, Option<Vec<Node>>)>,
     environment: Option<Environment>,
-    cameras: Vec<(String, CameraPose)>,
+    /// Likewise.
+    pub(crate) cameras: Vec<(String, CameraPose, Option<Vec<Node>>)>,
+    pub(crate) exposure: Exposure,
     warnings: Vec<Warning>,
 }
 
@@ -46,10 +52,11 @@ struct Placed {
 }
 
 #[derive(Debug)]
-enum Geometry {
+pub(crate) enum Geometry {
     Mesh { mesh: Arc<Mesh>, placement: Placement },
     Sphere { centre: DVec3, radius: f64 },
     Disk { centre: DVec3, normal: DVec3, radius: f64 },
+    Moving { body: Body, chain: Vec<Node> },
 }
 
 /// A camera in world space: looks along the −z of its transform, +y up; scale and shear of the transform are ignored.
@@ -129,6 +136,10 @@ impl SceneBuilder {
         self.place(name, material, Geometry::Disk { centre, normal, radius })
     }
 
+    pub(crate) fn place_moving(&mut self, name: &str, material: u32, body: Body, chain: Vec<Node>) -> u32 {
+        self.place(name, material, Geometry::Moving { body, chain })
+    }
+
     fn place(&mut self, name: &str, material: u32, geometry: Geometry) -> u32 {
         self.placed.push(Placed { name: name.to_owned(), material, geometry });
         self.placed.len() as u32 - 1
@@ -136,17 +147,17 @@ impl SceneBuilder {
 
     /// Adds a point light of `intensity` in W/sr per channel that ends at `range` world units (infinite: never).
     pub fn point_light(&mut self, p: DVec3, intensity: Vec3, range: f64) {
-        self.punctual.push(Punctual::Point { p, intensity, range });
+        self.punctual.push((Punctual::Point { p, intensity, range }, None));
     }
 
     /// Adds a spot light along `axis`; `inner` and `outer` are the cone's half angles in radians.
     pub fn spot_light(&mut self, p: DVec3, axis: DVec3, intensity: Vec3, range: f64, inner: f64, outer: f64) {
-        self.punctual.push(Punctual::Spot { p, axis, intensity, range, inner, outer });
+        self.punctual.push((Punctual::Spot { p, axis, intensity, range, inner, outer }, None));
     }
 
     /// Adds a light in the direction `towards`; `irradiance` in W/m² per channel on a surface that faces it.
     pub fn distant_light(&mut self, towards: DVec3, irradiance: Vec3) {
-        self.punctual.push(Punctual::Distant { towards, irradiance });
+        self.punctual.push((Punctual::Distant { towards, irradiance }, None));
     }
 
     /// Sets what surrounds the scene; replaces an earlier one. A constant black one is "nothing, on purpose".
@@ -161,7 +172,7 @@ impl SceneBuilder {
 
     /// Adds a camera; the first one is the default.
     pub fn camera(&mut self, name: &str, pose: CameraPose) {
-        self.cameras.push((name.to_owned(), pose));
+        self.cameras.push((name.to_owned(), pose, None));
     }
 
     /// Adds something to tell the user.
@@ -177,27 +188,30 @@ impl SceneBuilder {
     /// disagree, a radius that is not positive, a camera or light without direction.
     pub fn build(mut self) -> Result<Scene, SceneError> {
         self.check()?;
+        self.settle();
         let bounds = self.bounds()?;
         let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));
         self.simplify_alpha();
         let mut cameras = self.cameras(&space)?;
-        let mut lights = punctual::lights(&self.punctual, &space)
+        let mut lights = punctual::lights(&self.punctual, &space, &self.exposure)
             .map_err(|(i, what)| self.invalid(format!("light {i}"), what))?;
-        let (world, mut objects, forms) = self.world(&space);
+        let (world, mut objects, forms) = self.world(&space)?;
         if cameras.is_empty() {
-            let counts = forms.iter().map(|form| form.triangles()).collect();
+            let counts = forms.iter().map(|form| form.0.triangles()).collect();
             let camera = framing::frame(&world, counts).in_render_space(&Space::IDENTITY);
             let camera = camera.map_err(|what| self.invalid("camera 'auto'", what))?;
             cameras.push(NamedCamera { name: "auto".into(), camera, aspect: None });
         }
+        let Exposure { at, shutter } = self.exposure;
         let Self { name, textures, mut materials, environment, mut warnings, .. } = self;
         for m in &mut materials {
             m.sigma_a = (m.sigma_a.as_dvec3() / space.scale).as_vec3();
         }
         let mut area = AreaLights::default();
-        for (i, (object, &form)) in objects.iter_mut().zip(&forms).enumerate() {
+        for (i, (object, (form, movement))) in objects.iter_mut().zip(&forms).enumerate() {
             let material = &materials[object.material as usize];
-            area.add(&Emitter { world: &world, textures: &textures, material }, i as u32, form);
+            let emitter = Emitter { world: &world, textures: &textures, material };
+            area.add(&emitter, i as u32, *form, movement.as_ref());
             object.first_light = area.first(i as u32, form.primitives());
         }
         lights.splice(0..0, area.lights.drain(..));
@@ -218,10 +232,13 @@ impl SceneBuilder {
         let mut survey = Survey {
             triangles: world.triangle_count(),
             objects: objects.len(),
-            shapes: forms.iter().filter(|f| !matches!(f, Form::Triangles(_))).count(),
+            shapes: forms.iter().filter(|(form, _)| !matches!(form, Form::Triangles(_))).count(),
             materials: materials.len(),
             textures: textures.len(),
             lights: lights.len(),
+            has_motion: world.has_motion()
+                || lights.iter().any(|light| matches!(light, Light::Moving(_)))
+                || moving::any_moves(cameras.iter().map(|c| &c.camera)),
             ..Survey::default()
         };
         scene::survey(&objects, &materials, &mut survey);
@@ -237,10 +254,24 @@ impl SceneBuilder {
             light_choice,
             environment,
             cameras,
+            at,
+            shutter,
             survey,
             warnings,
             area,
         })
+    }
+
+    /// What hangs on a chain but stands still while the shutter is open becomes a thing that stands still.
+    fn settle(&mut self) {
+        let exposure = self.exposure;
+        for placed in &mut self.placed {
+            if let Geometry::Moving { body, chain } = &placed.geometry
+                && !exposure.is_moving(&exposure.motion(chain, &Space::IDENTITY))
+            {
+                placed.geometry = body.standing(&exposure.placement(chain));
+            }
+        }
     }
 
     fn invalid(&self, place: impl Into<String>, what: impl Into<String>) -> SceneError {
@@ -272,11 +303,12 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// World box of everything that can be hit.
+    /// World box of everything that can be hit, when the shutter opens: a thing that then flies off changes nothing about
+    /// the space the rest is rendered in.
     fn bounds(&self) -> Result<Option<(DVec3, DVec3)>, SceneError> {
         let mut all: Option<(DVec3, DVec3)> = None;
         for (i, placed) in self.placed.iter().enumerate() {
-            let Some((min, max)) = placed.bounds() else { continue };
+            let Some((min, max)) = placed.bounds(&self.exposure) else { continue };
             if !(min.min_element() >= -FARTHEST && max.max_element() <= FARTHEST) {
                 let what = "is placed beyond every number dapple can work with";
                 return Err(self.invalid(format!("object {i} '{}'", placed.name), what));
@@ -300,7 +332,7 @@ impl SceneBuilder {
         let mut solid: Vec<bool> = self.materials.iter().map(covers).collect();
         for placed in &self.placed {
             let solid = &mut solid[placed.material as usize];
-            if let (true, Geometry::Mesh { mesh, .. }) = (*solid, &placed.geometry) {
+            if let (true, Some(mesh)) = (*solid, placed.mesh()) {
                 *solid = mesh.colors.iter().all(|c| c.w >= 1.0);
             }
         }
@@ -310,13 +342,16 @@ impl SceneBuilder {
     }
 
     /// Moves the objects into the world.
-    fn world(&mut self, space: &Space) -> (World, Vec<Object>, Vec<Form>) {
+    fn world(
+        &mut self,
+        space: &Space,
+    ) -> Result<(World, Vec<Object>, Vec<(Form, Option<Movement>)>), SceneError> {
         let mut world = WorldBuilder::default();
         let (mut objects, mut forms) = (Vec::new(), Vec::new());
-        let (mut dropped, mut mended) = (0, 0);
-        for placed in std::mem::take(&mut self.placed) {
+        let (mut dropped, mut mended, mut own) = (0, 0, OwnSpaces::default());
+        for (i, placed) in std::mem::take(&mut self.placed).into_iter().enumerate() {
             let material = &self.materials[placed.material as usize];
-            forms.push(match placed.geometry {
+            let form = match placed.geometry {
                 Geometry::Mesh { mesh, placement } => {
                     let baked = bake::bake(&mesh, &placement, space);
                     drop(mesh);
@@ -338,7 +373,24 @@ impl SceneBuilder {
                     world.add_disk(Disk { centre, normal, radius });
                     Form::Disk { centre, normal, radius }
                 }
-            });
+                Geometry::Moving { body, chain } => {
+                    let shared = own.get(&body, placed.material, material);
+                    dropped += shared.as_ref().map_or(0, |own| own.dropped);
+                    mended += shared.as_ref().map_or(0, |own| own.mended);
+                    let entered = self.exposure.enter(&mut world, &body, chain, shared, space);
+                    let (form, movement) = entered.map_err(|what| {
+                        SceneError::invalid(&self.label, format!("object {i} '{}'", placed.name), what)
+                    })?;
+                    forms.push((form, Some(movement)));
+                    objects.push(Object {
+                        name: placed.name,
+                        material: placed.material,
+                        first_light: u32::MAX,
+                    });
+                    continue;
+                }
+            };
+            forms.push((form, None));
             objects.push(Object { name: placed.name, material: placed.material, first_light: u32::MAX });
         }
         if dropped > 0 {
@@ -349,22 +401,28 @@ impl SceneBuilder {
                 "{mended} texture coordinates or vertex colours are not usable numbers: zero or white instead"
             )));
         }
-        (world.build(), objects, forms)
+        let seconds = self.exposure.shutter.seconds();
+        Ok((world.build_for(0.0, seconds), objects, forms))
     }
 
     fn cameras(&self, space: &Space) -> Result<Vec<NamedCamera>, SceneError> {
-        let convert = |(i, (name, pose)): (usize, &(String, CameraPose))| {
+        let convert = |(i, (name, pose, chain)): (usize, &(String, CameraPose, Option<Vec<Node>>))| {
+            let mut pose = *pose;
+            let motion = chain.as_ref().and_then(|c| self.exposure.camera(c, &pose.transform, space));
+            if let Some(chain) = chain {
+                pose.transform = DAffine3::from(self.exposure.placement(chain)) * pose.transform;
+            }
             let camera = pose
                 .in_render_space(space)
                 .map_err(|what| self.invalid(format!("camera {i} '{name}'"), what))?;
-            Ok(NamedCamera { name: name.clone(), camera, aspect: pose.aspect })
+            Ok(NamedCamera { name: name.clone(), camera: Camera { motion, ..camera }, aspect: pose.aspect })
         };
         self.cameras.iter().enumerate().map(convert).collect()
     }
 }
 
 /// Tangents only where a normal map needs them: generated if missing, dropped if useless.
-fn for_material(mut mesh: Mesh, material: &TexturedMaterial) -> Mesh {
+pub(crate) fn for_material(mut mesh: Mesh, material: &TexturedMaterial) -> Mesh {
     match &material.normal_texture {
         None => {
             mesh.tangents = Vec::new();
@@ -406,16 +464,9 @@ impl CameraPose {
             backward: backward.as_vec3(),
             projection,
             lens: None,
+            motion: None,
         })
     }
-}
-
-/// Right, up and backward of a transform without its scale and shear; None when it has no direction of view.
-fn axes(m: &DMat3) -> Option<(DVec3, DVec3, DVec3)> {
-    let backward = m.z_axis.try_normalize()?;
-    let up = (m.y_axis - backward * backward.dot(m.y_axis)).try_normalize()?;
-    let right = up.cross(backward);
-    (right.is_finite() && up.is_finite() && backward.is_finite()).then_some((right, up, backward))
 }
 
 impl Placed {
@@ -424,6 +475,14 @@ impl Placed {
             Geometry::Mesh { mesh, .. } => Form::Triangles(mesh.triangles.len()),
             Geometry::Sphere { .. } => Form::Sphere { centre: Vec3::ZERO, radius: 1.0 },
             Geometry::Disk { .. } => Form::Disk { centre: Vec3::ZERO, normal: Vec3::Z, radius: 1.0 },
+            Geometry::Moving { body, .. } => body.form(),
+        }
+    }
+
+    fn mesh(&self) -> Option<&Mesh> {
+        match &self.geometry {
+            Geometry::Mesh { mesh, .. } | Geometry::Moving { body: Body::Mesh(mesh), .. } => Some(mesh),
+            _ => None,
         }
     }
 
@@ -436,7 +495,13 @@ impl Placed {
             Geometry::Mesh { placement, .. } if !placement.is_finite() => {
                 Some("its transform is not finite".into())
             }
-            Geometry::Mesh { mesh, .. } => bake::fault(mesh),
+            Geometry::Mesh { mesh, .. } | Geometry::Moving { body: Body::Mesh(mesh), .. } => {
+                bake::fault(mesh)
+            }
+            Geometry::Moving { body, .. } => {
+                let bad = body.radius().is_some_and(|radius| !(radius > 0.0 && radius.is_finite()));
+                bad.then(|| "its radius must be finite and above 0".into())
+            }
             Geometry::Sphere { centre, radius } | Geometry::Disk { centre, radius, .. }
                 if !(centre.is_finite() && *radius > 0.0 && radius.is_finite()) =>
             {
@@ -449,8 +514,10 @@ impl Placed {
         }
     }
 
-    fn bounds(&self) -> Option<(DVec3, DVec3)> {
+    /// In the world, when the shutter opens.
+    fn bounds(&self, exposure: &Exposure) -> Option<(DVec3, DVec3)> {
         match &self.geometry {
+            Geometry::Moving { body, chain } => body.bounds(&exposure.placement(chain)),
             Geometry::Mesh { mesh, placement } => bake::bounds(mesh, placement),
             // The disk's box is taken as the sphere's: an *approximation* that only makes render space a little
             // roomier.

@@ -7,10 +7,11 @@
 //!
 //! Shadeless (unlit) surfaces are no lights: they are found by chance only.
 use crate::{AlphaMode, TexturedMaterial};
-use dapple_geometry::{Hit, World};
+use dapple_geometry::{Hit, Motion, World};
 use dapple_imaging::Texture;
-use dapple_lights::{Area, AreaShape, Light};
+use dapple_lights::{Area, AreaShape, Light, Moving};
 use glam::{DVec3, Vec3};
+use std::sync::Arc;
 
 /// No light.
 pub(crate) const DARK: u32 = u32::MAX;
@@ -19,8 +20,27 @@ pub(crate) const DARK: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Form {
     Triangles(usize),
-    Sphere { centre: Vec3, radius: f32 },
-    Disk { centre: Vec3, normal: Vec3, radius: f32 },
+    Sphere {
+        centre: Vec3,
+        radius: f32,
+    },
+    Disk {
+        centre: Vec3,
+        normal: Vec3,
+        radius: f32,
+    },
+    /// A round shape that does not stay round on its way: if it emits, it is found by chance only.
+    Unaimed,
+}
+
+/// How an object moves while the shutter is open; its form is then given in its own space.
+#[derive(Clone, Debug)]
+pub(crate) struct Movement {
+    pub motion: Arc<Motion>,
+    /// How long the shutter is open.
+    pub seconds: f32,
+    /// Box that the object stays in meanwhile.
+    pub whole: (DVec3, DVec3),
 }
 
 impl Form {
@@ -47,6 +67,7 @@ pub(crate) struct AreaLights {
 }
 
 /// What the emission of an object depends on.
+#[derive(Clone, Copy)]
 pub(crate) struct Emitter<'a> {
     pub world: &'a World,
     pub textures: &'a [Texture],
@@ -94,21 +115,21 @@ fn centroids(n: u32) -> impl Iterator<Item = (f32, f32)> {
 
 impl AreaLights {
     /// Adds the lights of the next object (objects come in order); `object` is its index.
-    pub fn add(&mut self, emitter: &Emitter<'_>, object: u32, form: Form) {
+    pub fn add(&mut self, emitter: &Emitter<'_>, object: u32, form: Form, movement: Option<&Movement>) {
         let material = emitter.material;
         if material.unlit || material.emission == Vec3::ZERO {
             return self.starts.push(DARK);
         }
         let before = self.lights.len();
         let start = self.of_primitive.len() as u32;
+        let source = Source { emitter, object, movement };
         match form {
-            Form::Triangles(count) => self.triangles(emitter, object, count),
-            Form::Sphere { centre, radius } => {
-                self.shape(emitter, object, AreaShape::Sphere { centre, radius });
-            }
+            Form::Triangles(count) => self.triangles(&source, count),
+            Form::Sphere { centre, radius } => self.shape(&source, AreaShape::Sphere { centre, radius }),
             Form::Disk { centre, normal, radius } => {
-                self.shape(emitter, object, AreaShape::Disk { centre, normal, radius });
+                self.shape(&source, AreaShape::Disk { centre, normal, radius });
             }
+            Form::Unaimed => self.of_primitive.push(DARK),
         }
         let dark = self.lights.len() == before;
         self.starts.push(if dark { DARK } else { start });
@@ -135,45 +156,60 @@ impl AreaLights {
             + (self.starts.capacity() + self.of_primitive.capacity()) * 4
     }
 
-    fn shape(&mut self, emitter: &Emitter<'_>, object: u32, shape: AreaShape) {
-        let radiance = emitter.radiance(&Hit { t: 0.0, u: 0.0, v: 0.0, primitive: 0, object });
-        let light = self.push(emitter, object, 0, shape, radiance);
+    fn shape(&mut self, source: &Source<'_>, shape: AreaShape) {
+        let hit = Hit { t: 0.0, u: 0.0, v: 0.0, primitive: 0, object: source.object };
+        let light = self.push(source, 0, shape, source.emitter.radiance(&hit));
         self.of_primitive.push(light);
     }
 
-    fn triangles(&mut self, emitter: &Emitter<'_>, object: u32, count: usize) {
+    fn triangles(&mut self, source: &Source<'_>, count: usize) {
+        let (emitter, object) = (source.emitter, source.object);
         // A few million lookups in all, whatever the size of the mesh.
         let cells = libm::sqrt(4e6 / count.max(1) as f64).clamp(2.0, 64.0) as u32;
         let mut primitive = 0;
         while (primitive as usize) < count {
-            let corners = emitter.world.corners(object, primitive);
+            let corners = source.corners(primitive);
             let mean = emitter.mean(object, primitive, cells);
             let pair = (emitter.is_constant() && primitive as usize + 1 < count)
-                .then(|| parallelogram(corners, emitter.world.corners(object, primitive + 1)))
+                .then(|| parallelogram(corners, source.corners(primitive + 1)))
                 .flatten();
-            let light =
-                self.push(emitter, object, primitive, pair.unwrap_or(AreaShape::Triangle(corners)), mean);
+            let light = self.push(source, primitive, pair.unwrap_or(AreaShape::Triangle(corners)), mean);
             let covered = if pair.is_some() { 2 } else { 1 };
             self.of_primitive.extend((0..covered).map(|_| light));
             primitive += covered;
         }
     }
 
-    fn push(
-        &mut self,
-        emitter: &Emitter<'_>,
-        object: u32,
-        primitive: u32,
-        shape: AreaShape,
-        radiance: Vec3,
-    ) -> u32 {
+    fn push(&mut self, source: &Source<'_>, primitive: u32, shape: AreaShape, radiance: Vec3) -> u32 {
         if radiance == Vec3::ZERO {
             return DARK;
         }
-        let two_sided = emitter.material.double_sided;
-        self.lights.push(Light::Area(Area { shape, radiance, two_sided }));
-        self.sources.push((object, primitive));
+        let area = Area { shape, radiance, two_sided: source.emitter.material.double_sided };
+        self.lights.push(match source.movement {
+            None => Light::Area(area),
+            Some(m) => {
+                Light::Moving(Box::new(Moving::area(area, m.motion.clone(), m.seconds, Some(m.whole))))
+            }
+        });
+        self.sources.push((source.object, primitive));
         self.lights.len() as u32 - 1
+    }
+}
+
+/// An object that emits.
+struct Source<'a> {
+    emitter: &'a Emitter<'a>,
+    object: u32,
+    movement: Option<&'a Movement>,
+}
+
+impl Source<'_> {
+    /// In the object's own space if it moves.
+    fn corners(&self, primitive: u32) -> [Vec3; 3] {
+        match self.movement {
+            None => self.emitter.world.corners(self.object, primitive),
+            Some(_) => self.emitter.world.own_corners(self.object, primitive),
+        }
     }
 }
 

@@ -13,6 +13,7 @@ mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
 pub mod material;
+mod moving;
 mod punctual;
 pub mod scene;
 pub mod space;

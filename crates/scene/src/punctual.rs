@@ -2,9 +2,11 @@
 //!
 //! Units as in KHR_lights_punctual with photometric numbers read as radiometric ones, per channel: 1 cd is 1 W/sr,
 //! 1 lx is 1 W/m². Irradiance I/d² does not depend on the unit of length, so I goes to render space times scale².
-use crate::Space;
-use dapple_lights::{Distant, Light, Point, Spot};
+use crate::{Space, moving::Exposure};
+use dapple_geometry::motion::Node;
+use dapple_lights::{Distant, Light, Moving, Point, Spot};
 use glam::{DVec3, Vec3};
+use std::sync::Arc;
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Punctual {
@@ -13,55 +15,96 @@ pub(crate) enum Punctual {
     Distant { towards: DVec3, irradiance: Vec3 },
 }
 
-/// The lights that shine; or the index of a bad one and what is wrong with it.
-pub(crate) fn lights(all: &[Punctual], space: &Space) -> Result<Vec<Light>, (usize, &'static str)> {
+/// The lights that shine; or the index of a bad one and what is wrong with it. Those with a chain move along it.
+pub(crate) fn lights(
+    all: &[(Punctual, Option<Vec<Node>>)],
+    space: &Space,
+    exposure: &Exposure,
+) -> Result<Vec<Light>, (usize, &'static str)> {
     let mut lights = Vec::with_capacity(all.len());
-    for (i, light) in all.iter().enumerate() {
-        lights.extend(light.to_render(space).map_err(|what| (i, what))?);
+    for (i, (light, chain)) in all.iter().enumerate() {
+        let light = match chain {
+            None => light.to_render(space),
+            Some(chain) => light.on_its_way(chain, space, exposure),
+        };
+        lights.extend(light.map_err(|what| (i, what))?);
     }
     Ok(lights)
 }
 
 impl Punctual {
     fn to_render(self, space: &Space) -> Result<Option<Light>, &'static str> {
-        let strength = match self {
-            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
-            Self::Distant { irradiance, .. } => irradiance,
+        self.strengths(space)?.map_or(Ok(None), |strength| {
+            let p = |p| place(space.to_render(p));
+            self.light(strength, p).map(Some)
+        })
+    }
+
+    /// Place and direction stay in the space at the end of the chain.
+    fn on_its_way(
+        self,
+        chain: &[Node],
+        space: &Space,
+        exposure: &Exposure,
+    ) -> Result<Option<Light>, &'static str> {
+        let Some(strength) = self.strengths(space)? else { return Ok(None) };
+        let light = self.light(strength, |p| place(p.as_vec3()))?;
+        let (motion, seconds) = (Arc::new(exposure.motion(chain, space)), exposure.shutter.seconds());
+        let is_moving = exposure.is_moving(&motion);
+        let moving = match light {
+            Light::Point(l) => Moving::point(l, motion, seconds),
+            Light::Spot(l) => Moving::spot(l, motion, seconds),
+            Light::Distant(l) => Moving::distant(l, motion, seconds),
+            other => return Ok(Some(other)),
+        };
+        if is_moving { Ok(Some(Light::Moving(Box::new(moving)))) } else { Ok(moving.at(0.0)) }
+    }
+
+    /// Intensity (or irradiance) and range in render units; None for a light that does not shine.
+    fn strengths(self, space: &Space) -> Result<Option<(Vec3, f32)>, &'static str> {
+        let (strength, range) = match self {
+            Self::Point { intensity, range, .. } | Self::Spot { intensity, range, .. } => (intensity, range),
+            Self::Distant { irradiance, .. } => (irradiance, f64::INFINITY),
         };
         if !(strength.is_finite() && strength.min_element() >= 0.0) {
             return Err("its intensity must be finite and not negative");
         }
+        let range = reach(range, space)?;
         let per_area = |intensity: Vec3| (intensity.as_dvec3() * (space.scale * space.scale)).as_vec3();
-        let light = match self {
-            Self::Point { p, intensity, range } => Light::Point(Point {
-                p: place(p, space)?,
-                intensity: per_area(intensity),
-                range: reach(range, space)?,
-            }),
-            Self::Spot { p, axis, intensity, range, inner, outer } => {
+        let in_render_units = if let Self::Distant { .. } = self { strength } else { per_area(strength) };
+        Ok((strength != Vec3::ZERO).then_some((in_render_units, range)))
+    }
+
+    fn light(
+        self,
+        (strength, range): (Vec3, f32),
+        place: impl Fn(DVec3) -> Result<Vec3, &'static str>,
+    ) -> Result<Light, &'static str> {
+        Ok(match self {
+            Self::Point { p, .. } => Light::Point(Point { p: place(p)?, intensity: strength, range }),
+            Self::Spot { p, axis, inner, outer, .. } => {
                 let right_angle = std::f64::consts::FRAC_PI_2;
                 if !(0.0 <= inner && inner <= outer && outer <= right_angle) {
                     return Err("its cone needs 0 ≤ inner ≤ outer ≤ 90 degrees");
                 }
                 Light::Spot(Spot {
-                    p: place(p, space)?,
+                    p: place(p)?,
                     axis: direction(axis)?,
-                    intensity: per_area(intensity),
+                    intensity: strength,
                     cos_inner: libm::cos(inner) as f32,
                     cos_outer: libm::cos(outer) as f32,
-                    range: reach(range, space)?,
+                    range,
                 })
             }
-            Self::Distant { towards, irradiance } => {
-                Light::Distant(Distant { towards: direction(towards)?, irradiance })
+            Self::Distant { towards, .. } => {
+                Light::Distant(Distant { towards: direction(towards)?, irradiance: strength })
             }
-        };
-        Ok((strength != Vec3::ZERO).then_some(light))
+        })
     }
 }
 
-fn place(p: DVec3, space: &Space) -> Result<Vec3, &'static str> {
-    Some(space.to_render(p)).filter(|p| p.is_finite()).ok_or("it is not at a place that numbers can express")
+fn place(p: Vec3) -> Result<Vec3, &'static str> {
+    Some(p).filter(|p| p.is_finite()).ok_or("it is not at a place that numbers can express")
 }
 
 fn direction(d: DVec3) -> Result<Vec3, &'static str> {
@@ -81,7 +124,9 @@ mod tests {
         let space = Space { centre: DVec3::new(3.0, 0.0, 0.0), scale: 64.0 };
         let light =
             Punctual::Point { p: DVec3::new(3.0, 2.0, 0.0), intensity: Vec3::splat(5.0), range: 10.0 };
-        let Light::Point(p) = &lights(&[light], &space).unwrap()[0] else { panic!() };
+        let Light::Point(p) = &lights(&[(light, None)], &space, &Exposure::default()).unwrap()[0] else {
+            panic!()
+        };
         assert_eq!(p.intensity.x / p.p.length_squared(), 5.0 / 4.0);
         assert_eq!(p.range, 640.0);
     }
@@ -95,9 +140,9 @@ mod tests {
             Punctual::Distant { towards: DVec3::ZERO, irradiance: Vec3::ONE },
         ];
         for (i, light) in bad.into_iter().enumerate() {
-            assert!(lights(&[light], &Space::IDENTITY).is_err(), "{i}");
+            assert!(lights(&[(light, None)], &Space::IDENTITY, &Exposure::default()).is_err(), "{i}");
         }
         let dark = Punctual::Distant { towards: DVec3::Y, irradiance: Vec3::ZERO };
-        assert!(lights(&[dark], &Space::IDENTITY).unwrap().is_empty());
+        assert!(lights(&[(dark, None)], &Space::IDENTITY, &Exposure::default()).unwrap().is_empty());
     }
 }

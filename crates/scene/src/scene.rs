@@ -3,7 +3,7 @@ use crate::{
     AlphaMode, Space, Survey, TexturedMaterial, Warning,
     emission::{AreaLights, Emitter},
 };
-use dapple_camera::Camera;
+use dapple_camera::{Camera, Shutter};
 use dapple_geometry::{Frame, Hit, Surface, World};
 use dapple_imaging::Texture;
 use dapple_lights::{Light, LightChoice, LightPoint};
@@ -56,6 +56,10 @@ pub struct Scene {
     pub environment: Option<u32>,
     /// At least one.
     pub cameras: Vec<NamedCamera>,
+    /// Seconds of the animation from which the shutter counts.
+    pub at: f64,
+    /// When the picture is exposed. Times of rays count in seconds from its opening.
+    pub shutter: Shutter,
     /// What there is, and what there is not.
     pub survey: Survey,
     /// What will look different from what was asked for.
@@ -82,11 +86,11 @@ impl Scene {
         &self.materials[self.objects[object as usize].material as usize]
     }
 
-    /// Material and shading frame at a hit.
-    pub fn shading(&self, hit: &Hit, surface: &Surface) -> Shading {
+    /// Material and shading frame at a hit at a time.
+    pub fn shading(&self, hit: &Hit, surface: &Surface, time: f32) -> Shading {
         let material = self.material(hit.object);
         Shading {
-            frame: self.frame(material, hit, surface),
+            frame: self.frame(material, hit, surface, time),
             material: material.at(&self.world, &self.textures, hit),
             sigma_a: material.sigma_a,
             unlit: material.unlit,
@@ -96,11 +100,11 @@ impl Scene {
     /// Frame about the shading normal. The mapped normal is x·T + y·B + z·N with T the tangent made orthogonal to N
     /// and B = w·(N × T), as the glTF specification has it. One that dips below the surface is folded back above it
     /// (z·ng > 0 always); a degenerate one gives way to the interpolated normal.
-    fn frame(&self, material: &TexturedMaterial, hit: &Hit, surface: &Surface) -> Frame {
+    fn frame(&self, material: &TexturedMaterial, hit: &Hit, surface: &Surface, time: f32) -> Frame {
         if material.normal_texture.is_none() {
             return Frame::from_z(surface.ns);
         }
-        let Some(tangent) = self.world.tangent(hit) else { return Frame::from_z(surface.ns) };
+        let Some(tangent) = self.world.tangent_at(hit, time) else { return Frame::from_z(surface.ns) };
         let base = Frame::from_z_tangent(surface.ns, tangent.truncate(), tangent.w);
         let Some(mapped) = material.normal(&self.world, &self.textures, hit) else { return base };
         let n = base.to_world(mapped);

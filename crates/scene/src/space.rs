@@ -47,6 +47,18 @@ impl Space {
         p.as_dvec3() / self.scale + self.centre
     }
 
+    /// World to render space as a transform.
+    pub(crate) fn to_render_affine(self) -> DAffine3 {
+        let scale = DMat3::from_diagonal(DVec3::splat(self.scale));
+        DAffine3 { matrix3: scale, translation: -self.centre * self.scale }
+    }
+
+    /// Render space to the world as a transform.
+    pub(crate) fn to_world_affine(self) -> DAffine3 {
+        let scale = DMat3::from_diagonal(DVec3::splat(1.0 / self.scale));
+        DAffine3 { matrix3: scale, translation: self.centre }
+    }
+
     /// World length to render units.
     pub fn length_to_render(&self, length: f64) -> f32 {
         (length * self.scale) as f32
@@ -107,6 +119,12 @@ impl Placement {
     /// Whether every number is finite.
     pub fn is_finite(&self) -> bool {
         self.linear.is_finite() && self.translation.is_finite() && self.residual.is_finite()
+    }
+}
+
+impl From<Placement> for DAffine3 {
+    fn from(p: Placement) -> Self {
+        Self { matrix3: p.linear, translation: p.point(DVec3::ZERO) }
     }
 }
 

@@ -27,4 +27,6 @@ pub struct Survey {
     pub has_normal_maps: bool,
     /// Some used material is shadeless.
     pub has_unlit: bool,
+    /// An object, a light or a camera moves while the shutter is open.
+    pub has_motion: bool,
 }

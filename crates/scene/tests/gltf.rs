@@ -2,13 +2,15 @@
 #![cfg(feature = "gltf")]
 mod file;
 
+use dapple_camera::Shutter;
 use dapple_scene::{AlphaMode, Scene, gltf};
 use file::{File, json};
 use glam::{DVec3, Vec3};
 use serde_json::Value;
 use std::path::Path;
 
-const OPTIONS: gltf::Options = gltf::Options { at: 0.0, allow_path: false };
+const OPTIONS: gltf::Options =
+    gltf::Options { at: 0.0, shutter: Shutter { open: 0.0, close: 0.0 }, allow_path: false };
 
 fn read(bytes: &[u8]) -> Result<Scene, dapple_scene::SceneError> {
     gltf::read_bytes(Path::new("test.gltf"), bytes, &OPTIONS)?.build()
@@ -443,7 +445,7 @@ fn files_stay_in_their_folder() {
         let mut file = square();
         file.uri = Some(uri.to_owned());
         std::fs::write(&path, file.gltf()).unwrap();
-        gltf::read(&path, &gltf::Options { at: 0.0, allow_path }).and_then(|b| b.build())
+        gltf::read(&path, &gltf::Options { allow_path, ..OPTIONS }).and_then(|b| b.build())
     };
     assert!(try_uri("data/with%20space.bin", false).is_ok());
     assert!(try_uri("data/../data/with space.bin", false).is_ok());
@@ -524,6 +526,7 @@ fn shapes_lights_and_cameras_arrive() {
             Light::Area(_) => "area",
             Light::Point(_) => "point",
             Light::Spot(_) => "spot",
+            Light::Moving(_) => "moving",
             Light::Distant(_) => "distant",
             Light::Environment(_) => "environment",
         })

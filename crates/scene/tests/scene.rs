@@ -56,7 +56,7 @@ fn normal_mapped(texel: [u8; 4], transform: DAffine3) -> (Vec3, Vec3) {
     let centre = transform.transform_point3(DVec3::new(0.4, 0.3, 0.0));
     let up = (transform.matrix3 * DVec3::Z).normalize();
     let (hit, surface) = shoot(&scene, centre + up, -up.as_vec3());
-    let frame = scene.shading(&hit, &surface).frame;
+    let frame = scene.shading(&hit, &surface, 0.0).frame;
     let (x, y, z) = (frame.x, frame.y, frame.z);
     assert!(x.dot(y).abs().max(y.dot(z).abs()).max(z.dot(x).abs()) < 1e-5 && (x.length() - 1.0).abs() < 1e-5);
     (frame.z, surface.ng)
@@ -109,7 +109,7 @@ fn textures_and_vertex_colours_multiply_the_factors() {
     let mesh = Mesh { colors: vec![Vec4::new(0.5, 0.5, 0.5, 1.0); 4], ..square() };
     let scene = scene_of_mesh(mesh, material, textures, DAffine3::IDENTITY);
     let (hit, surface) = shoot(&scene, DVec3::new(0.3, 0.6, 1.0), Vec3::NEG_Z);
-    let m = scene.shading(&hit, &surface).material;
+    let m = scene.shading(&hit, &surface, 0.0).material;
     assert!((m.base_color - Vec3::new(0.25, 0.25, 0.0)).length() < 0.003, "{}", m.base_color);
     assert!((m.metallic - 0.2).abs() < 1e-6 && (m.roughness - 0.2).abs() < 1e-6);
 }

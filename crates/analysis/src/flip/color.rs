@@ -1,5 +1,8 @@
 //! The colour spaces of ꟻLIP: linear Rec.709, the opponent space YCxCz, and L*a*b*, all for the white of D65.
 
+// Constants as published.
+#![allow(clippy::excessive_precision)]
+
 use glam::{Mat3, Vec3};
 
 /// Linear Rec.709 to CIE XYZ for the white (0.3127, 0.3290), column by column.

@@ -131,7 +131,7 @@ pub fn mean(n: u32, seed: u64, mut f: impl FnMut(Vec2) -> f64) -> (f64, f64) {
 /// Irradiance at `p` by aiming at `light`.
 pub fn irradiance(light: &Light, p: Vec3, n: Vec3, count: u32) -> (f64, f64) {
     mean(count, 7, |u| {
-        light.sample(p, u).map_or(0.0, |s| (s.radiance.x * s.wi.dot(n).max(0.0)) as f64 / s.pdf as f64)
+        light.sample(p, u, 0.0).map_or(0.0, |s| (s.radiance.x * s.wi.dot(n).max(0.0)) as f64 / s.pdf as f64)
     })
 }
 

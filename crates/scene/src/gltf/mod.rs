@@ -19,6 +19,7 @@ mod texture;
 
 use crate::{SceneBuilder, SceneError};
 use container::Required;
+use dapple_camera::Shutter;
 use document::Document;
 pub use info::{AnimationInfo, Counts, ExtensionInfo, Info, TextureInfo};
 use std::path::Path;
@@ -28,6 +29,8 @@ use std::path::Path;
 pub struct Options {
     /// Seconds at which animation is evaluated.
     pub at: f64,
+    /// When the picture is exposed, counted from `at`; what moves meanwhile is blurred.
+    pub shutter: Shutter,
     /// Read files outside the scene's folder.
     pub allow_path: bool,
 }

@@ -7,8 +7,10 @@ use super::{
     document::{Document, label},
 };
 use crate::{Placement, SceneError};
+use dapple_geometry::motion::{self, Channel, Trs};
 use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
 use serde_json::Value;
+use std::sync::Arc;
 
 /// The nodes of the scene that is shown, parents before children.
 pub(super) struct Hierarchy {
@@ -98,23 +100,75 @@ impl Hierarchy {
         }
         out
     }
+
+    /// Whether each node, or one that it hangs on, moves between two times.
+    pub fn moving(&self, open: f64, close: f64) -> Vec<bool> {
+        let mut out = vec![false; self.nodes.len()];
+        for &i in &self.order {
+            let node = &self.nodes[i];
+            out[i] = node.parent.is_some_and(|p| out[p]) || node.moves(open, close);
+        }
+        out
+    }
+
+    /// The nodes that a node hangs on, from the root down to itself.
+    pub fn chain(&self, index: usize) -> Vec<motion::Node> {
+        let mut chain: Vec<_> = std::iter::successors(Some(index), |&i| self.nodes[i].parent)
+            .map(|i| self.nodes[i].in_time())
+            .collect();
+        chain.reverse();
+        chain
+    }
 }
 
 impl Node {
     /// Placement in the parent at a time; tracks replace what the node says, and make a matrix irrelevant.
     fn at(&self, time: f64) -> Placement {
         let tracks = &self.tracks;
-        let animated = tracks.translation.is_some() || tracks.rotation.is_some() || tracks.scale.is_some();
         let (translation, rotation, scale) = match self.local {
-            Local::Matrix(matrix) if !animated => return matrix.into(),
-            Local::Matrix(_) => (DVec3::ZERO, DQuat::IDENTITY, DVec3::ONE),
-            Local::Trs { translation, rotation, scale } => (translation, rotation, scale),
+            Local::Matrix(matrix) if tracks.is_empty() => return matrix.into(),
+            local => local.parts(),
         };
         trs(
-            tracks.translation.as_ref().map_or(translation, |t| t.vector(time)),
-            tracks.rotation.as_ref().map_or(rotation, |t| t.quaternion(time)),
-            tracks.scale.as_ref().map_or(scale, |t| t.vector(time)),
+            tracks.translation.as_ref().map_or(translation, |t| t.at(time)),
+            tracks.rotation.as_ref().map_or(rotation, |t| t.at(time)),
+            tracks.scale.as_ref().map_or(scale, |t| t.at(time)),
         )
+    }
+
+    fn moves(&self, open: f64, close: f64) -> bool {
+        let tracks = &self.tracks;
+        close > open
+            && (tracks.translation.as_ref().is_some_and(|t| !t.is_constant_within(open, close))
+                || tracks.rotation.as_ref().is_some_and(|t| !t.is_constant_within(open, close))
+                || tracks.scale.as_ref().is_some_and(|t| !t.is_constant_within(open, close)))
+    }
+
+    /// The node with its tracks.
+    fn in_time(&self) -> motion::Node {
+        fn channel<T: motion::Value>(track: &Option<Arc<motion::Track<T>>>, constant: T) -> Channel<T> {
+            track.as_ref().map_or(Channel::Constant(constant), |t| Channel::Track(t.clone()))
+        }
+        let tracks = &self.tracks;
+        let (translation, rotation, scale) = match self.local {
+            Local::Matrix(matrix) if tracks.is_empty() => return motion::Node::Fixed(matrix),
+            local => local.parts(),
+        };
+        motion::Node::Trs(Trs {
+            translation: channel(&tracks.translation, translation),
+            rotation: channel(&tracks.rotation, rotation),
+            scale: channel(&tracks.scale, scale),
+        })
+    }
+}
+
+impl Local {
+    /// Translation, rotation and scale; those of the identity for a matrix, which animation makes irrelevant.
+    fn parts(self) -> (DVec3, DQuat, DVec3) {
+        match self {
+            Self::Matrix(_) => (DVec3::ZERO, DQuat::IDENTITY, DVec3::ONE),
+            Self::Trs { translation, rotation, scale } => (translation, rotation, scale),
+        }
     }
 }
 

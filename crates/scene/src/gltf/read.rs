@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{CameraPose, Placement, SceneBuilder, SceneError};
 use dapple_camera::Projection;
-use dapple_geometry::Mesh;
+use dapple_geometry::{Mesh, motion};
 use glam::{DAffine3, DVec3, Vec3};
 use gltf::json::{
     self, Index, camera, extensions::scene::khr_lights_punctual as punctual, validation::Checked,
@@ -18,19 +18,24 @@ use std::{f64::consts::FRAC_PI_2, sync::Arc};
 
 /// Bytes an object takes besides its mesh, about.
 const OBJECT: u64 = 400;
+/// And for each node it hangs on, if it moves.
+const LINK: u64 = 300;
+
+const SHAPES: &str = "extras.dapple.shape must be \"sphere\" or \"disk\"";
 
 /// Everything the default scene shows.
 pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let hierarchy = Hierarchy::new(doc)?;
-    let placements = hierarchy.placements(doc.options.at);
-    let mut assembly = Assembly {
-        doc,
-        builder: SceneBuilder::from_file(&name(doc), &doc.file),
-        materials: Materials::default(),
-        meshes: vec![None; doc.root.meshes.len()],
-    };
+    let (at, shutter) = (doc.options.at, doc.options.shutter);
+    let placements = hierarchy.placements(at + shutter.open);
+    let moving = hierarchy.moving(at + shutter.open, at + shutter.close);
+    let mut builder = SceneBuilder::from_file(&name(doc), &doc.file);
+    builder.exposure(at, shutter);
+    let mut assembly =
+        Assembly { doc, builder, materials: Materials::default(), meshes: vec![None; doc.root.meshes.len()] };
     for &index in &hierarchy.order {
-        assembly.node(index, &placements[index])?;
+        let chain = moving[index].then(|| hierarchy.chain(index));
+        assembly.node(index, &Whereabouts { placement: placements[index], chain })?;
     }
     let mut builder = assembly.builder;
     doc.take_warnings().into_iter().for_each(|w| builder.warn(w));
@@ -45,6 +50,12 @@ fn name(doc: &Document<'_>) -> String {
 /// Primitives of one mesh, each with its material in the builder.
 type Primitives = Vec<(Arc<Mesh>, u32)>;
 
+/// Where a node is: when the shutter opens and, if it moves while it is open, at every time.
+struct Whereabouts {
+    placement: Placement,
+    chain: Option<Vec<motion::Node>>,
+}
+
 struct Assembly<'a, 'o> {
     doc: &'a Document<'o>,
     builder: SceneBuilder,
@@ -54,8 +65,8 @@ struct Assembly<'a, 'o> {
 }
 
 impl Assembly<'_, '_> {
-    fn node(&mut self, index: usize, placement: &Placement) -> Result<(), SceneError> {
-        let doc = self.doc;
+    fn node(&mut self, index: usize, whereabouts: &Whereabouts) -> Result<(), SceneError> {
+        let (doc, placement) = (self.doc, &whereabouts.placement);
         let node = &doc.root.nodes[index];
         let place = node::place(doc, index);
         if !placement.is_finite() {
@@ -63,16 +74,16 @@ impl Assembly<'_, '_> {
         }
         let shape = doc.dapple(&node.extras, &place)?.filter(|d| d.get("shape").is_some());
         match (shape, node.mesh) {
-            (Some(shape), mesh) => self.shape(&shape, mesh, index, placement)?,
-            (None, Some(mesh)) => self.instances(mesh, index, placement)?,
+            (Some(shape), mesh) => self.shape(&shape, mesh, index, whereabouts)?,
+            (None, Some(mesh)) => self.instances(mesh, index, whereabouts)?,
             (None, None) => {}
         }
         if let Some(camera) = node.camera {
-            self.camera(camera, node.name.as_deref(), placement)?;
+            self.camera(camera, node.name.as_deref(), whereabouts)?;
         }
         let light = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(light) = light {
-            self.light(light.light, &place, placement)?;
+            self.light(light.light, &place, whereabouts)?;
         }
         if node.skin.is_some() {
             doc.warn("skins are not applied: skinned meshes stand in their rest pose".into());
@@ -84,7 +95,7 @@ impl Assembly<'_, '_> {
         &mut self,
         mesh: Index<json::Mesh>,
         index: usize,
-        placement: &Placement,
+        whereabouts: &Whereabouts,
     ) -> Result<(), SceneError> {
         let doc = self.doc;
         let (_, mesh_place) = mesh::named(doc, mesh, &node::place(doc, index))?;
@@ -93,17 +104,24 @@ impl Assembly<'_, '_> {
             Some(name) if !name.is_empty() => name.to_owned(),
             _ => mesh_place,
         };
-        let places = match instancing::placements(doc, index)? {
-            Some(all) => all.iter().map(|local| placement.child(local)).collect(),
-            None => vec![*placement],
-        };
-        doc.keep(
-            places.len() as u64 * OBJECT * doc.root.meshes[mesh.value()].primitives.len() as u64,
-            &name,
-        )?;
-        for placement in places {
+        let instances = instancing::placements(doc, index)?.unwrap_or_else(|| vec![Placement::IDENTITY]);
+        let links = whereabouts.chain.as_ref().map_or(0, |chain| chain.len() as u64 + 1);
+        let objects = instances.len() as u64 * doc.root.meshes[mesh.value()].primitives.len() as u64;
+        doc.keep(objects.saturating_mul(OBJECT + links * LINK), &name)?;
+        for instance in instances {
             for (mesh, material) in self.meshes[mesh.value()].iter().flatten() {
-                self.builder.mesh(&name, mesh.clone(), placement, *material);
+                let (mesh, material) = (mesh.clone(), *material);
+                match &whereabouts.chain {
+                    None => {
+                        let placement = whereabouts.placement.child(&instance);
+                        self.builder.mesh(&name, mesh, placement, material)
+                    }
+                    Some(chain) => {
+                        let last = motion::Node::Fixed(instance.into());
+                        let chain = chain.iter().cloned().chain([last]).collect();
+                        self.builder.moving_mesh(&name, mesh, chain, material)
+                    }
+                };
             }
         }
         Ok(())
@@ -135,7 +153,7 @@ impl Assembly<'_, '_> {
         shape: &Value,
         mesh: Option<Index<json::Mesh>>,
         index: usize,
-        placement: &Placement,
+        whereabouts: &Whereabouts,
     ) -> Result<(), SceneError> {
         let doc = self.doc;
         let place = node::place(doc, index);
@@ -156,11 +174,19 @@ impl Assembly<'_, '_> {
         let Some(radius) = radius else {
             return Err(doc.invalid(place, "extras.dapple.radius must be a number above 0"));
         };
+        let kind = shape.get("shape").and_then(Value::as_str);
+        if let Some(chain) = &whereabouts.chain {
+            let name = doc.root.nodes[index].name.as_deref().unwrap_or(&place);
+            return self
+                .moving_shape(kind, name, radius, chain.clone(), material)
+                .map_err(|w| doc.invalid(&*place, w));
+        }
+        let placement = &whereabouts.placement;
         let m = &placement.linear;
         let lengths = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
         let (centre, name) = (placement.point(DVec3::ZERO), doc.root.nodes[index].name.as_deref());
         let name = name.unwrap_or(&place);
-        match shape.get("shape").and_then(Value::as_str) {
+        match kind {
             Some("sphere") => {
                 self.uniform(&lengths, &place);
                 let scale = (lengths[0] + lengths[1] + lengths[2]) / 3.0;
@@ -174,8 +200,24 @@ impl Assembly<'_, '_> {
                 let facing = if facing.dot(m.z_axis) < 0.0 { -facing } else { facing };
                 self.builder.disk(name, centre, facing, radius * scale, material);
             }
-            _ => return Err(doc.invalid(place, "extras.dapple.shape must be \"sphere\" or \"disk\"")),
+            _ => return Err(doc.invalid(place, SHAPES)),
         }
+        Ok(())
+    }
+
+    fn moving_shape(
+        &mut self,
+        kind: Option<&str>,
+        name: &str,
+        radius: f64,
+        chain: Vec<motion::Node>,
+        material: u32,
+    ) -> Result<(), &'static str> {
+        match kind {
+            Some("sphere") => self.builder.moving_sphere(name, radius, chain, material),
+            Some("disk") => self.builder.moving_disk(name, radius, chain, material),
+            _ => return Err(SHAPES),
+        };
         Ok(())
     }
 
@@ -191,15 +233,18 @@ impl Assembly<'_, '_> {
         &mut self,
         index: Index<json::Camera>,
         node: Option<&str>,
-        placement: &Placement,
+        whereabouts: &Whereabouts,
     ) -> Result<(), SceneError> {
         let doc = self.doc;
         let camera = doc.get(&doc.root.cameras, index, "camera", node.unwrap_or("a node"))?;
         let place = label("camera", index.value(), camera.name.as_deref());
         let (projection, aspect) = projection(camera).map_err(|what| doc.invalid(&*place, what))?;
         let name = camera_name(index, camera, node);
-        let transform = DAffine3 { matrix3: placement.linear, translation: placement.point(DVec3::ZERO) };
-        self.builder.camera(&name, CameraPose { transform, projection, aspect });
+        let pose = |transform| CameraPose { transform, projection, aspect };
+        match &whereabouts.chain {
+            None => self.builder.camera(&name, pose(whereabouts.placement.into())),
+            Some(chain) => self.builder.moving_camera(&name, pose(DAffine3::IDENTITY), chain.clone()),
+        }
         Ok(())
     }
 
@@ -207,7 +252,7 @@ impl Assembly<'_, '_> {
         &mut self,
         index: Index<punctual::Light>,
         place: &str,
-        placement: &Placement,
+        whereabouts: &Whereabouts,
     ) -> Result<(), SceneError> {
         let doc = self.doc;
         let lights = doc.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
@@ -218,6 +263,11 @@ impl Assembly<'_, '_> {
         if !(strength.is_finite() && strength.min_element() >= 0.0) {
             return Err(doc.invalid(place, "its colour and intensity must be finite and not negative"));
         }
+        // A light that moves stands at the origin of its node and shines along its −z.
+        let placement = match whereabouts.chain {
+            None => whereabouts.placement,
+            Some(_) => Placement::IDENTITY,
+        };
         let p = placement.point(DVec3::ZERO);
         let range = light.range.map_or(f64::INFINITY, f64::from);
         if range.is_nan() || range <= 0.0 {
@@ -232,18 +282,26 @@ impl Assembly<'_, '_> {
             Checked::Valid(punctual::Type::Point) => self.builder.point_light(p, strength, range),
             Checked::Valid(punctual::Type::Directional) => self.builder.distant_light(-forward, strength),
             Checked::Valid(punctual::Type::Spot) => {
-                let spot = light.spot.clone().unwrap_or(punctual::Spot {
-                    inner_cone_angle: 0.0,
-                    outer_cone_angle: std::f32::consts::FRAC_PI_4,
-                });
-                let outer = f64::from(spot.outer_cone_angle).clamp(0.0, FRAC_PI_2);
-                let inner = f64::from(spot.inner_cone_angle).clamp(0.0, outer);
+                let (inner, outer) = cone(light);
                 self.builder.spot_light(p, forward, strength, range, inner, outer);
             }
             Checked::Invalid => return Err(doc.invalid(place, "has an unknown type")),
         }
+        if let Some(chain) = &whereabouts.chain {
+            self.builder.moving_light(chain.clone());
+        }
         Ok(())
     }
+}
+
+/// Inner and outer half angle of a spot light.
+fn cone(light: &punctual::Light) -> (f64, f64) {
+    let spot = light
+        .spot
+        .clone()
+        .unwrap_or(punctual::Spot { inner_cone_angle: 0.0, outer_cone_angle: std::f32::consts::FRAC_PI_4 });
+    let outer = f64::from(spot.outer_cone_angle).clamp(0.0, FRAC_PI_2);
+    (f64::from(spot.inner_cone_angle).clamp(0.0, outer), outer)
 }
 
 /// A camera is called like its node, else like itself.

@@ -1,0 +1,266 @@
+//! What moves while the shutter is open, and how does it get to render space at a time?
+//!
+//! A thing that moves hangs on a chain of nodes, root first, some of them key-framed; every node is evaluated at the
+//! time of the ray and the chain is composed in f64 ([`Motion`]). Things that stand still never come here.
+use crate::builder::{Geometry, for_material};
+use crate::emission::{Form, Movement};
+use crate::{Placement, SceneBuilder, Space, TexturedMaterial, bake};
+use dapple_camera::{Camera, Shutter};
+use dapple_geometry::motion::{Channel, Node, Trs};
+use dapple_geometry::shapes::{Disk, Shape, Sphere};
+use dapple_geometry::{Mesh, Motion, WorldBuilder};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use std::{collections::HashMap, sync::Arc};
+
+/// How unequal the scales of a round shape may be, in parts of their size.
+const EVEN: f64 = 1e-6;
+
+/// When the picture is taken.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Exposure {
+    /// Seconds of the animation.
+    pub at: f64,
+    /// Counted from `at`.
+    pub shutter: Shutter,
+}
+
+impl Exposure {
+    /// Motion along a chain, in seconds from the opening.
+    pub fn motion(&self, chain: &[Node], space: &Space) -> Motion {
+        Motion::new(chain.to_vec(), space.to_render_affine(), self.at + self.shutter.open)
+    }
+
+    /// Where the end of a chain stands in the world when the shutter opens.
+    pub fn placement(&self, chain: &[Node]) -> Placement {
+        self.motion(chain, &Space::IDENTITY).at(0.0).into()
+    }
+
+    pub fn is_moving(&self, motion: &Motion) -> bool {
+        motion.is_moving_within(0.0, self.shutter.seconds().into())
+    }
+
+    /// Puts a body on a chain into the world. `own`: the body's mesh, made ready. In words what is wrong, if something is.
+    pub fn enter(
+        &self,
+        world: &mut WorldBuilder,
+        body: &Body,
+        mut chain: Vec<Node>,
+        own: Option<Own>,
+        space: &Space,
+    ) -> Result<(Form, Movement), &'static str> {
+        let round = stays_round(&chain);
+        let to_node = match (&own, body.radius()) {
+            (Some(own), _) => own.to_node,
+            (None, radius) => DAffine3::from_scale(DVec3::splat(radius.unwrap_or(1.0))),
+        };
+        chain.push(Node::Fixed(to_node));
+        let motion = self.motion(&chain, space);
+        let (lo, hi) = own.as_ref().map_or((-DVec3::ONE, DVec3::ONE), |own| own.bounds);
+        let seconds = self.shutter.seconds();
+        let whole = motion.bounds(lo, hi, 0.0, seconds.into());
+        if !(whole.0.is_finite() && whole.1.is_finite()) {
+            return Err("moves beyond every number dapple can work with");
+        }
+        let form = match (body.unit_shape(), own) {
+            (Some(shape), _) => {
+                world.add_moving_shape(shape, motion.clone());
+                if round { body.form() } else { Form::Unaimed }
+            }
+            (None, own) => {
+                let mesh = own.map(|own| own.mesh).unwrap_or_default();
+                let form = Form::Triangles(mesh.triangles.len());
+                world.add_moving(mesh, motion.clone());
+                form
+            }
+        };
+        Ok((form, Movement { motion: Arc::new(motion), seconds, whole }))
+    }
+
+    /// The camera in motion; none when it stands still.
+    pub fn camera(&self, chain: &[Node], own: &DAffine3, space: &Space) -> Option<Arc<Motion>> {
+        let chain: Vec<_> = chain.iter().cloned().chain([Node::Fixed(*own)]).collect();
+        Some(self.motion(&chain, space)).filter(|motion| self.is_moving(motion)).map(Arc::new)
+    }
+}
+
+/// What hangs on a chain.
+#[derive(Debug)]
+pub(crate) enum Body {
+    Mesh(Arc<Mesh>),
+    /// About the origin.
+    Sphere {
+        radius: f64,
+    },
+    /// About the origin, facing +z.
+    Disk {
+        radius: f64,
+    },
+}
+
+impl Body {
+    /// Of the round ones.
+    pub fn radius(&self) -> Option<f64> {
+        match self {
+            Self::Mesh(_) => None,
+            Self::Sphere { radius } | Self::Disk { radius } => Some(*radius),
+        }
+    }
+
+    /// As its light has it, in its own space.
+    pub fn form(&self) -> Form {
+        match self {
+            Self::Mesh(mesh) => Form::Triangles(mesh.triangles.len()),
+            Self::Sphere { .. } => Form::Sphere { centre: Vec3::ZERO, radius: 1.0 },
+            Self::Disk { .. } => Form::Disk { centre: Vec3::ZERO, normal: Vec3::Z, radius: 1.0 },
+        }
+    }
+
+    /// The body placed once and for all; a round one by the mean of its scales.
+    pub fn standing(&self, placement: &Placement) -> Geometry {
+        let (m, centre) = (&placement.linear, placement.point(DVec3::ZERO));
+        let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
+        match self {
+            Self::Mesh(mesh) => Geometry::Mesh { mesh: mesh.clone(), placement: *placement },
+            Self::Sphere { radius } => Geometry::Sphere { centre, radius: radius * ((x + y + z) / 3.0) },
+            Self::Disk { radius } => {
+                let normal = m.x_axis.cross(m.y_axis);
+                let normal = if normal.dot(m.z_axis) < 0.0 { -normal } else { normal };
+                Geometry::Disk { centre, normal, radius: radius * ((x + y) / 2.0) }
+            }
+        }
+    }
+
+    /// Its box in the world, placed.
+    pub fn bounds(&self, placement: &Placement) -> Option<(DVec3, DVec3)> {
+        let Some(radius) = self.radius() else {
+            let Self::Mesh(mesh) = self else { return None };
+            return bake::bounds(mesh, placement);
+        };
+        let m = &placement.linear;
+        let longest = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
+        let (centre, half) = (placement.point(DVec3::ZERO), DVec3::splat(radius * longest));
+        Some((centre - half, centre + half))
+    }
+
+    /// Of size 1.
+    pub fn unit_shape(&self) -> Option<Shape> {
+        match self {
+            Self::Mesh(_) => None,
+            Self::Sphere { .. } => Some(Shape::Sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 })),
+            Self::Disk { .. } => Some(Shape::Disk(Disk { centre: Vec3::ZERO, normal: Vec3::Z, radius: 1.0 })),
+        }
+    }
+}
+
+/// Whether a round thing at the end of the chain stays round at all times.
+pub(crate) fn stays_round(chain: &[Node]) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() <= EVEN * a.abs().max(b.abs());
+    let equal = |v: DVec3| near(v.x, v.y) && near(v.y, v.z) && near(v.x, v.z);
+    chain.iter().all(|node| match node {
+        Node::Fixed(m) => is_even(&m.matrix3),
+        Node::Trs(Trs { scale: Channel::Constant(scale), .. }) => equal(scale.abs()),
+        Node::Trs(Trs { scale: Channel::Track(track), .. }) => track.values().iter().all(|v| equal(*v)),
+    })
+}
+
+fn is_even(m: &DMat3) -> bool {
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    let size = x.length_squared().max(y.length_squared()).max(z.length_squared());
+    let small = |value: f64| value.abs() <= EVEN * size;
+    let equal =
+        small(x.length_squared() - y.length_squared()) && small(y.length_squared() - z.length_squared());
+    equal && small(x.dot(y)) && small(y.dot(z)) && small(z.dot(x))
+}
+
+/// Meshes made ready for their own space, each once per material.
+#[derive(Default)]
+pub(crate) struct OwnSpaces {
+    /// By address; only looked up, so its order does not matter.
+    known: HashMap<(usize, u32), Own>,
+}
+
+/// A mesh near unit scale about its own middle, and the way back.
+#[derive(Clone)]
+pub(crate) struct Own {
+    pub mesh: Arc<Mesh>,
+    pub to_node: DAffine3,
+    /// Its box.
+    pub bounds: (DVec3, DVec3),
+    pub dropped: usize,
+    pub mended: usize,
+}
+
+impl OwnSpaces {
+    /// The mesh of a body; None for what has none.
+    pub fn get(&mut self, body: &Body, index: u32, material: &TexturedMaterial) -> Option<Own> {
+        let Body::Mesh(mesh) = body else { return None };
+        let key = (Arc::as_ptr(mesh) as usize, index);
+        Some(self.known.entry(key).or_insert_with(|| Own::new(mesh, material)).clone())
+    }
+}
+
+impl Own {
+    /// As far from the origin and of whatever size the vertices are, rays meet them near unit scale (SCIENCE A02).
+    fn new(mesh: &Mesh, material: &TexturedMaterial) -> Self {
+        let bounds = bake::bounds(mesh, &Placement::IDENTITY);
+        let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));
+        let baked = bake::bake(mesh, &Placement::IDENTITY, &space);
+        let bounds = bake::bounds(&baked.mesh, &Placement::IDENTITY);
+        Self {
+            mesh: Arc::new(for_material(baked.mesh, material)),
+            to_node: space.to_world_affine(),
+            bounds: bounds.unwrap_or_default(),
+            dropped: baked.dropped,
+            mended: baked.mended,
+        }
+    }
+}
+
+impl SceneBuilder {
+    /// When the picture is taken: at `at` seconds of the animation, while the shutter is open (counted from there).
+    /// Without it: at the instant 0.
+    pub fn exposure(&mut self, at: f64, shutter: Shutter) {
+        self.exposure = Exposure { at, shutter };
+    }
+
+    /// Adds a mesh at the end of a chain of nodes, root first; returns the object's index. A shared mesh (`Arc`) may be
+    /// added many times.
+    pub fn moving_mesh(
+        &mut self,
+        name: &str,
+        mesh: impl Into<Arc<Mesh>>,
+        chain: Vec<Node>,
+        material: u32,
+    ) -> u32 {
+        self.place_moving(name, material, Body::Mesh(mesh.into()), chain)
+    }
+
+    /// Adds an exact sphere about the origin of the space at the end of a chain; returns the object's index.
+    pub fn moving_sphere(&mut self, name: &str, radius: f64, chain: Vec<Node>, material: u32) -> u32 {
+        self.place_moving(name, material, Body::Sphere { radius }, chain)
+    }
+
+    /// Adds an exact disk about the origin of the space at the end of a chain, facing its +z; returns the object's
+    /// index.
+    pub fn moving_disk(&mut self, name: &str, radius: f64, chain: Vec<Node>, material: u32) -> u32 {
+        self.place_moving(name, material, Body::Disk { radius }, chain)
+    }
+
+    /// Adds a camera whose pose is meant in the space at the end of a chain.
+    pub fn moving_camera(&mut self, name: &str, pose: crate::CameraPose, chain: Vec<Node>) {
+        self.cameras.push((name.to_owned(), pose, Some(chain)));
+    }
+
+    /// Lets the light that was added last (point, spot or distant) move: its place and direction are meant in the space
+    /// at the end of the chain. Its intensity and range keep world units.
+    pub fn moving_light(&mut self, chain: Vec<Node>) {
+        if let Some((_, slot)) = self.punctual.last_mut() {
+            *slot = Some(chain);
+        }
+    }
+}
+
+/// Whether any camera is on its way.
+pub(crate) fn any_moves<'a>(mut cameras: impl Iterator<Item = &'a Camera>) -> bool {
+    cameras.any(|camera| camera.motion.is_some())
+}
