@@ -59,6 +59,9 @@ pub(crate) enum Geometry {
     Moving { body: Body, chain: Vec<Node> },
 }
 
+/// What an object looks like to a light, and how it moves if it does.
+type Seen = (Form, Option<Movement>);
+
 /// A camera in world space: looks along the −z of its transform, +y up; scale and shear of the transform are ignored.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraPose {
@@ -342,10 +345,7 @@ impl SceneBuilder {
     }
 
     /// Moves the objects into the world.
-    fn world(
-        &mut self,
-        space: &Space,
-    ) -> Result<(World, Vec<Object>, Vec<(Form, Option<Movement>)>), SceneError> {
+    fn world(&mut self, space: &Space) -> Result<(World, Vec<Object>, Vec<Seen>), SceneError> {
         let mut world = WorldBuilder::default();
         let (mut objects, mut forms) = (Vec::new(), Vec::new());
         let (mut dropped, mut mended, mut own) = (0, 0, OwnSpaces::default());
