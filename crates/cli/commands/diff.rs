@@ -66,7 +66,7 @@ impl Pair {
 }
 
 /// A picture that can be compared with `image`, read from `path`; or a complaint that names both files.
-fn read_like(image: &Picture, image_path: &Path, path: &PathBuf) -> Result<Picture, Failure> {
+fn read_like(image: &Picture, image_path: &Path, path: &Path) -> Result<Picture, Failure> {
     let picture = read::picture(path)?;
     let (a, b) = (image_path.display(), path.display());
     if let Err(e) = metrics::same_size(image, &picture) {
