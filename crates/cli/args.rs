@@ -19,6 +19,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Say what is in a scene file
     Info(InfoArgs),
+    /// Say what a render of a scene needs, what is left out and why
+    Plan(PlanArgs),
     /// Trace one sample again and print the vertices of its path
     Replay(ReplayArgs),
     /// Measure how far a picture is from a reference
@@ -43,6 +45,17 @@ pub struct InfoArgs {
     /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// A .gltf or .glb file, or builtin:NAME
+    pub scene: String,
+    /// Time the plan against the general one, in interleaved runs
+    #[arg(long)]
+    pub measure: bool,
+    #[command(flatten)]
+    pub options: RenderOptions,
 }
 
 #[derive(Debug, Args)]

@@ -12,6 +12,7 @@ mod error;
 mod interrupt;
 mod load;
 mod machine;
+mod measure;
 mod metadata;
 mod options;
 mod output;
@@ -47,6 +48,7 @@ fn run() -> Result<ExitCode, Failure> {
         Some(Command::Render(a)) => commands::render::run(a.scene.as_deref(), subcommand(&matches)),
         Some(Command::Info(a)) => commands::info::run(&a).map(done),
         Some(Command::Diff(a)) => commands::diff::run(&a).map(done),
+        Some(Command::Plan(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
     }
 }

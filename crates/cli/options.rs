@@ -5,11 +5,12 @@
 //! file is by construction an option of the command line, with the same values and the same complaints.
 
 use crate::error::{self, Failure};
-use crate::values::{self, Color, Crop, Seconds, Size};
+use crate::values::{self, Color, Crop, PlanKind, Seconds, Size};
 use clap::{ArgMatches, Args, FromArgMatches};
 use dapple_integrator::camera::{Aperture, Filter, Shutter};
 use dapple_integrator::imaging::Tone;
 use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::scene::Reads;
 use dapple_integrator::{Aov, Combine, Method};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -148,6 +149,9 @@ pub struct RenderOptions {
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Environment")]
     pub env_smooth: Option<bool>,
 
+    /// smallest: leave out what the scene does not need; general: nothing, for comparison [default: smallest]
+    #[arg(long, value_name = "NAME", value_parser = values::plan_kind, help_heading = "General")]
+    pub plan: Option<PlanKind>,
     /// Settings from a TOML file whose keys are these options
     #[arg(long, value_name = "FILE.toml", help_heading = "General")]
     pub settings: Option<PathBuf>,
@@ -208,6 +212,25 @@ impl RenderOptions {
     /// When the shutter is open; an instant unless something else was asked for.
     pub fn exposure(&self) -> Shutter {
         self.shutter.unwrap_or_default()
+    }
+
+    /// Whether everything is to be kept.
+    pub fn is_general(&self) -> bool {
+        self.plan == Some(PlanKind::General)
+    }
+
+    /// What the render looks at of surfaces.
+    pub fn reads(&self) -> Reads {
+        if self.is_general() {
+            return Reads::EVERYTHING;
+        }
+        let shows = |aov| self.aov.as_ref().is_some_and(|all| all.contains(&aov));
+        Reads {
+            scattering: self.max_bounces != Some(0),
+            albedo: shows(Aov::Albedo),
+            normals: shows(Aov::Normal),
+            everything: false,
+        }
     }
 
     /// A flag that was never mentioned is off.

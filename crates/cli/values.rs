@@ -105,6 +105,22 @@ pub fn non_negative(s: &str) -> Result<f32, String> {
     finite(s).ok().filter(|x| *x >= 0.0).ok_or_else(|| "expected a finite number, zero or more".into())
 }
 
+/// How much of a scene a render keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlanKind {
+    Smallest,
+    General,
+}
+
+/// `smallest` or `general`.
+pub fn plan_kind(s: &str) -> Result<PlanKind, String> {
+    match s {
+        "smallest" => Ok(PlanKind::Smallest),
+        "general" => Ok(PlanKind::General),
+        _ => Err("expected smallest or general".into()),
+    }
+}
+
 /// A distance of focus: more than zero; `inf` is far away.
 pub fn focus(s: &str) -> Result<f32, String> {
     let said = "expected a distance above zero, or inf";

@@ -9,7 +9,7 @@ use dapple_analysis::{flip, heat};
 use dapple_integrator::imaging::sheet::Frame;
 use dapple_integrator::imaging::{Layers, Picture, color, read, write};
 use serde_json::{Map, Value, json};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Compares, writes the map, prints, and fails if a limit does not hold.
 pub fn run(arguments: &DiffArgs) -> Result<(), Failure> {

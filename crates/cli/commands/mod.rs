@@ -2,5 +2,6 @@
 
 pub mod diff;
 pub mod info;
+pub mod plan;
 pub mod render;
 pub mod replay;

@@ -58,6 +58,7 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         threads: Some(machine::threads(options.threads)),
         filter: options.filter.unwrap_or_default(),
         aovs: options.aov.clone().unwrap_or_default(),
+        general: options.is_general(),
         cull_backfaces: RenderOptions::is(options.cull_backfaces),
         ..default
     };

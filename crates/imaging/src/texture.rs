@@ -118,6 +118,12 @@ impl Texture {
         Vec4::new(d[r as usize], d[g as usize], d[b as usize], self.unit[a as usize])
     }
 
+    /// The colour of every lookup, if all texels are the same.
+    pub fn constant(&self) -> Option<Vec4> {
+        let first = self.texels[0];
+        self.texels.iter().all(|texel| *texel == first).then(|| self.texel(0, 0))
+    }
+
     /// Mean of all decoded texels, summed in f64: the integral of the texture over its unit square, whatever the
     /// interpolation under `Repeat` and `Mirror`.
     pub fn mean(&self) -> Vec4 {

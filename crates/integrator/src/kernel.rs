@@ -63,7 +63,7 @@ impl<'a> Job<'a> {
     }
 
     /// Whether rays ask surfaces for holes.
-    fn asks_alpha(&self) -> bool {
+    pub fn asks_alpha(&self) -> bool {
         self.scene.has_alpha() || self.settings.cull_backfaces || self.settings.general
     }
 

@@ -30,7 +30,7 @@ impl Integrals {
         let n = settings.plans.pixel.count().max(1);
         let paired = settings.combine == Combine::Paired;
         let present = |effect| match effect {
-            Effect::Lens => camera.lens.is_some(),
+            Effect::Lens => camera.lens.is_some_and(|lens| lens.radius > 0.0),
             Effect::Time => moves(scene),
             _ => true,
         };

@@ -49,10 +49,14 @@ impl Sample {
     }
 
     pub fn point_1d(&self, depth: u32, dimension: Dimension) -> f32 {
+        #[cfg(test)]
+        drawn::note(depth, dimension);
         padded_1d(self.pattern, self.s, self.n, self.key.at(depth, dimension))
     }
 
     pub fn point_2d(&self, depth: u32, dimension: Dimension) -> Vec2 {
+        #[cfg(test)]
+        drawn::note(depth, dimension);
         padded_2d(self.pattern, self.s, self.n, self.key.at(depth, dimension))
     }
 
@@ -85,5 +89,25 @@ impl Job<'_> {
     /// Whether something moves, and its integral is not off.
     fn is_blurred_by_motion(&self) -> bool {
         moves(self.scene) && !self.settings.plans.is_off(Effect::Time)
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod drawn {
+    //! What tests see of the numbers that are drawn.
+    use dapple_sampling::Dimension;
+    use std::cell::RefCell;
+
+    thread_local! {
+        pub static DRAWN: RefCell<Vec<(u32, Dimension)>> = const { RefCell::new(Vec::new()) };
+    }
+
+    pub fn note(depth: u32, dimension: Dimension) {
+        DRAWN.with_borrow_mut(|all| all.push((depth, dimension)));
+    }
+
+    /// Everything since the last call.
+    pub fn take() -> Vec<(u32, Dimension)> {
+        DRAWN.take()
     }
 }

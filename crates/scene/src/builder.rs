@@ -1,7 +1,7 @@
 //! Scenes built in code: add things in world space, f64; `build` recentres, rescales, finds lights, checks.
 use crate::{
-    AlphaMode, NamedCamera, Object, Placement, Scene, SceneError, Space, Survey, TexturedMaterial, Warning,
-    bake,
+    AlphaMode, NamedCamera, Object, Placement, Scene, SceneError, Space, Survey, TexturedMaterial, Unread,
+    Warning, bake, constants,
     emission::{AreaLights, Emitter, Form, Movement},
     framing,
     moving::{self, Body, Exposure, OwnSpaces},
@@ -17,7 +17,7 @@ use dapple_geometry::{
 };
 use dapple_imaging::Texture;
 use dapple_lights::{Environment, Light, LightChoice};
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 use std::sync::Arc;
 
 /// Most triangles a scene may have once every instance is placed; what lies above would not fit into memory anyway.
@@ -41,6 +41,9 @@ pub struct SceneBuilder {
     pub(crate) cameras: Vec<(String, CameraPose, Option<Vec<Node>>)>,
     pub(crate) exposure: Exposure,
     warnings: Vec<Warning>,
+    unread: Unread,
+    /// Keep attributes that nothing looks at.
+    everything: bool,
 }
 
 /// An object in the world.
@@ -98,6 +101,12 @@ impl SceneBuilder {
     #[cfg(feature = "gltf")]
     pub(crate) fn from_file(name: &str, file: &std::path::Path) -> Self {
         Self { name: name.to_owned(), label: file.display().to_string(), ..Self::default() }
+    }
+
+    /// What the file holds beyond the scene, and whether to keep `everything` of what was read.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn leave_unread(&mut self, unread: Unread, everything: bool) {
+        (self.unread, self.everything) = (unread, everything);
     }
 
     /// Adds a texture; returns its index.
@@ -192,6 +201,7 @@ impl SceneBuilder {
     pub fn build(mut self) -> Result<Scene, SceneError> {
         self.check()?;
         self.settle();
+        let constant_textures = constants::fold(&mut self.materials, &mut self.textures);
         let bounds = self.bounds()?;
         let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));
         self.simplify_alpha();
@@ -206,7 +216,7 @@ impl SceneBuilder {
             cameras.push(NamedCamera { name: "auto".into(), camera, aspect: None });
         }
         let Exposure { at, shutter } = self.exposure;
-        let Self { name, textures, mut materials, environment, mut warnings, .. } = self;
+        let Self { name, textures, mut materials, environment, mut warnings, unread, .. } = self;
         for m in &mut materials {
             m.sigma_a = (m.sigma_a.as_dvec3() / space.scale).as_vec3();
         }
@@ -242,6 +252,8 @@ impl SceneBuilder {
             has_motion: world.has_motion()
                 || lights.iter().any(|light| matches!(light, Light::Moving(_)))
                 || moving::any_moves(cameras.iter().map(|c| &c.camera)),
+            constant_textures,
+            unread,
             ..Survey::default()
         };
         scene::survey(&objects, &materials, &mut survey);
@@ -357,7 +369,7 @@ impl SceneBuilder {
                     drop(mesh);
                     dropped += baked.dropped;
                     mended += baked.mended;
-                    let mesh = for_material(baked.mesh, material);
+                    let mesh = for_material(baked.mesh, material, self.everything);
                     let form = Form::Triangles(mesh.triangles.len());
                     world.add_mesh(mesh);
                     form
@@ -421,9 +433,14 @@ impl SceneBuilder {
     }
 }
 
-/// Tangents only where a normal map needs them: generated if missing, dropped if useless.
-pub(crate) fn for_material(mut mesh: Mesh, material: &TexturedMaterial) -> Mesh {
+/// Tangents only where a normal map needs them: generated if missing, dropped if useless; white vertex colours are
+/// none. `everything` keeps what a file gives.
+pub(crate) fn for_material(mut mesh: Mesh, material: &TexturedMaterial, everything: bool) -> Mesh {
+    if !everything && mesh.colors.iter().all(|c| *c == Vec4::ONE) {
+        mesh.colors = Vec::new();
+    }
     match &material.normal_texture {
+        None if everything => mesh,
         None => {
             mesh.tangents = Vec::new();
             mesh

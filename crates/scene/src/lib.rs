@@ -7,6 +7,7 @@
 mod bake;
 pub mod builder;
 pub mod builtin;
+mod constants;
 mod emission;
 pub mod error;
 mod framing;
@@ -15,6 +16,7 @@ pub mod gltf;
 pub mod material;
 mod moving;
 mod punctual;
+pub mod reads;
 pub mod scene;
 pub mod space;
 pub mod survey;
@@ -22,9 +24,10 @@ mod tangent;
 pub use builder::{CameraPose, SceneBuilder};
 pub use error::{SceneError, Warning};
 pub use material::{AlphaMode, TextureUse, TexturedMaterial};
+pub use reads::Reads;
 pub use scene::{NamedCamera, Object, Scene, Shading};
 pub use space::{Placement, Space};
-pub use survey::Survey;
+pub use survey::{Survey, Unread};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

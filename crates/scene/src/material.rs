@@ -136,6 +136,20 @@ impl TexturedMaterial {
         .flatten()
     }
 
+    pub(crate) fn textures_mut(&mut self) -> impl Iterator<Item = &mut TextureUse> {
+        [
+            &mut self.base_color_texture,
+            &mut self.metallic_roughness_texture,
+            &mut self.normal_texture,
+            &mut self.emissive_texture,
+            &mut self.specular_texture,
+            &mut self.specular_color_texture,
+            &mut self.transmission_texture,
+        ]
+        .into_iter()
+        .flatten()
+    }
+
     /// Name of a factor that is not a finite number ≥ 0, if any.
     pub(crate) fn bad_factor(&self) -> Option<&'static str> {
         let b = &self.base;

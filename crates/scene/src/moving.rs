@@ -207,7 +207,7 @@ impl Own {
         let baked = bake::bake(mesh, &Placement::IDENTITY, &space);
         let bounds = bake::bounds(&baked.mesh, &Placement::IDENTITY);
         Self {
-            mesh: Arc::new(for_material(baked.mesh, material)),
+            mesh: Arc::new(for_material(baked.mesh, material, false)),
             to_node: space.to_world_affine(),
             bounds: bounds.unwrap_or_default(),
             dropped: baked.dropped,

@@ -29,4 +29,23 @@ pub struct Survey {
     pub has_unlit: bool,
     /// An object, a light or a camera moves while the shutter is open.
     pub has_motion: bool,
+    /// Some used material interpolates colours of vertices.
+    pub has_colors: bool,
+    /// Textures of one colour that became factors.
+    pub constant_textures: usize,
+    /// What the file holds and the picture does not need.
+    pub unread: Unread,
+}
+
+/// Parts of a file that were left alone: nothing in the scene refers to them, or this render does not look at them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Unread {
+    /// Nodes outside the scene, or hidden.
+    pub nodes: usize,
+    /// Meshes.
+    pub meshes: usize,
+    /// Materials.
+    pub materials: usize,
+    /// Images, not decoded.
+    pub images: usize,
 }

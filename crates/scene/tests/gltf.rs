@@ -3,14 +3,18 @@
 mod file;
 
 use dapple_camera::Shutter;
-use dapple_scene::{AlphaMode, Scene, gltf};
+use dapple_scene::{AlphaMode, Reads, Scene, gltf};
 use file::{File, json};
 use glam::{DVec3, Vec3};
 use serde_json::Value;
 use std::path::Path;
 
-const OPTIONS: gltf::Options =
-    gltf::Options { at: 0.0, shutter: Shutter { open: 0.0, close: 0.0 }, allow_path: false };
+const OPTIONS: gltf::Options = gltf::Options {
+    at: 0.0,
+    shutter: Shutter { open: 0.0, close: 0.0 },
+    allow_path: false,
+    reads: Reads::EVERYTHING,
+};
 
 fn read(bytes: &[u8]) -> Result<Scene, dapple_scene::SceneError> {
     gltf::read_bytes(Path::new("test.gltf"), bytes, &OPTIONS)?.build()

@@ -208,6 +208,11 @@ impl World {
         self
     }
 
+    /// Objects beside the flat tree: shapes, instances, what moves.
+    pub fn second_level(&self) -> usize {
+        self.second.as_ref().map_or(0, |second| second.len())
+    }
+
     /// Bytes of trees and meshes; a shared mesh counts once.
     pub fn memory_bytes(&self) -> usize {
         let mut meshes: Vec<_> = self.objects.iter().filter_map(Object::mesh).collect();

@@ -134,6 +134,11 @@ impl SecondLevel {
         self.boxes.bounds().map(|b| (b.lo.as_vec3(), b.hi.as_vec3()))
     }
 
+    /// Objects in it.
+    pub fn len(&self) -> usize {
+        self.items.len()
+    }
+
     /// Pins every tree to one kernel.
     pub fn pin(&mut self, kernel: Kernel) {
         let pinned = std::mem::take(&mut self.trees).into_iter().map(|tree| tree.with_kernel(kernel));

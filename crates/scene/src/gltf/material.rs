@@ -24,6 +24,16 @@ pub(super) struct Materials {
 }
 
 impl Materials {
+    /// How many of the file's materials were converted.
+    pub fn count(&self) -> usize {
+        self.made.iter().flatten().count()
+    }
+
+    /// How many images were decoded.
+    pub fn images(&self) -> usize {
+        self.textures.images()
+    }
+
     /// The builder's index of a glTF material; None is glTF's default material.
     pub fn resolve(
         &mut self,
@@ -72,12 +82,15 @@ struct Reader<'a, 'o> {
 }
 
 impl Reader<'_, '_> {
+    /// A texture, unless nothing of it would show.
     fn texture<'t>(
         &mut self,
         pointer: Option<impl Into<Pointer<'t>>>,
         encoding: Encoding,
+        shows: bool,
     ) -> Result<Option<TextureUse>, SceneError> {
-        let Some(pointer) = pointer else { return Ok(None) };
+        let shows = shows || self.doc.options.reads.everything;
+        let Some(pointer) = pointer.filter(|_| shows) else { return Ok(None) };
         self.textures.resolve(self.doc, self.builder, &pointer.into(), encoding, self.place)
     }
 
@@ -94,6 +107,11 @@ impl Reader<'_, '_> {
             set: n.tex_coord,
             transform: transform.as_ref(),
         });
+        let reads = self.doc.options.reads;
+        let matter = reads.matter();
+        let unlit = m.extensions.as_ref().is_some_and(|e| e.unlit.is_some());
+        let base = matter || unlit || alpha_mode(m) != AlphaMode::Opaque;
+        let emits = Vec3::from_array(m.emissive_factor.0) != Vec3::ZERO;
         Ok(TexturedMaterial {
             base: Material {
                 base_color: Vec3::new(r, g, b),
@@ -106,15 +124,20 @@ impl Reader<'_, '_> {
             emission: Vec3::from_array(m.emissive_factor.0),
             double_sided: m.double_sided,
             normal_scale: normal.map_or(1.0, |n| n.scale),
-            base_color_texture: self.texture(pbr.base_color_texture.as_ref(), Srgb)?,
-            metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Linear)?,
-            normal_texture: self.texture(normal_pointer, Linear)?,
-            emissive_texture: self.texture(m.emissive_texture.as_ref(), Srgb)?,
+            base_color_texture: self.texture(pbr.base_color_texture.as_ref(), Srgb, base)?,
+            metallic_roughness_texture: self.texture(
+                pbr.metallic_roughness_texture.as_ref(),
+                Linear,
+                matter && !unlit,
+            )?,
+            normal_texture: self.texture(normal_pointer, Linear, reads.shading_normals() && !unlit)?,
+            emissive_texture: self.texture(m.emissive_texture.as_ref(), Srgb, emits)?,
             ..TexturedMaterial::default()
         })
     }
 
     fn extensions(&mut self, e: &extension::Material, out: &mut TexturedMaterial) -> Result<(), SceneError> {
+        let matter = self.doc.options.reads.matter();
         if let Some(strength) = &e.emissive_strength {
             out.emission *= strength.emissive_strength.0;
         }
@@ -124,12 +147,21 @@ impl Reader<'_, '_> {
         if let Some(specular) = &e.specular {
             out.base.specular = unit(specular.specular_factor.0);
             out.base.specular_color = Vec3::from_array(specular.specular_color_factor.0);
-            out.specular_texture = self.texture(specular.specular_texture.as_ref(), Linear)?;
-            out.specular_color_texture = self.texture(specular.specular_color_texture.as_ref(), Srgb)?;
+            out.specular_texture =
+                self.texture(specular.specular_texture.as_ref(), Linear, matter && out.base.specular > 0.0)?;
+            out.specular_color_texture = self.texture(
+                specular.specular_color_texture.as_ref(),
+                Srgb,
+                matter && out.base.specular > 0.0,
+            )?;
         }
         if let Some(transmission) = &e.transmission {
             out.base.transmission = unit(transmission.transmission_factor.0);
-            out.transmission_texture = self.texture(transmission.transmission_texture.as_ref(), Linear)?;
+            out.transmission_texture = self.texture(
+                transmission.transmission_texture.as_ref(),
+                Linear,
+                matter && out.base.transmission > 0.0,
+            )?;
         }
         if let Some(volume) = e.volume.as_ref().filter(|v| v.thickness_factor.0 > 0.0) {
             // Rays find the true thickness; the factor only tells a volume from a thin wall.

@@ -1,6 +1,6 @@
 //! Primitives to triangle meshes.
 use super::document::{Document, label};
-use crate::{SceneError, TexturedMaterial, bake};
+use crate::{Reads, SceneError, TexturedMaterial, bake};
 use dapple_geometry::Mesh;
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::{
@@ -12,13 +12,20 @@ use gltf::json::{
 /// What is read of one primitive: attributes that its material does not look at are left out.
 pub(super) struct Wanted {
     pub uv: [bool; 2],
+    pub normals: bool,
     pub tangents: bool,
+    pub colors: bool,
 }
 
 impl Wanted {
-    pub fn by(material: &TexturedMaterial) -> Self {
+    pub fn by(material: &TexturedMaterial, reads: &Reads) -> Self {
         let uses = |set| material.textures().any(|t| t.uv_set == set);
-        Self { uv: [uses(0), uses(1)], tangents: material.normal_texture.is_some() }
+        Self {
+            uv: [uses(0), uses(1)],
+            normals: reads.shading_normals() && (reads.everything || !material.unlit),
+            tangents: reads.everything || material.normal_texture.is_some(),
+            colors: reads.base_color(material),
+        }
     }
 }
 
@@ -51,7 +58,7 @@ pub(super) fn read(
     let indices = primitive.indices.map(|i| doc.indices(i, place)).transpose()?;
     let order = Order { indices, vertices: positions.len() as u32 };
     let mut mesh = Mesh { triangles: order.triangles(mode), positions, ..Mesh::default() };
-    if let Some(normals) = attribute(Semantic::Normals) {
+    if let Some(normals) = attribute(Semantic::Normals).filter(|_| wanted.normals) {
         mesh.normals = doc.vectors(normals, place)?.into_iter().map(Vec3::from_array).collect();
     }
     if let Some(tangents) = attribute(Semantic::Tangents).filter(|_| wanted.tangents) {
@@ -63,7 +70,7 @@ pub(super) fn read(
             None => doc.warn(format!("{place} has no TEXCOORD_{set}: its textures show a single texel")),
         }
     }
-    if let Some(colors) = attribute(Semantic::Colors(0)) {
+    if let Some(colors) = attribute(Semantic::Colors(0)).filter(|_| wanted.colors) {
         mesh.colors = doc.colors(colors, place)?.into_iter().map(Vec4::from_array).collect();
     }
     if let Some(what) = bake::fault(&mesh) {

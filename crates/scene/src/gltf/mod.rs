@@ -17,7 +17,7 @@ mod read;
 mod source;
 mod texture;
 
-use crate::{SceneBuilder, SceneError};
+use crate::{Reads, SceneBuilder, SceneError};
 use container::Required;
 use dapple_camera::Shutter;
 use document::Document;
@@ -33,6 +33,8 @@ pub struct Options {
     pub shutter: Shutter,
     /// Read files outside the scene's folder.
     pub allow_path: bool,
+    /// What is looked at; the rest is not read.
+    pub reads: Reads,
 }
 
 /// Reads .gltf or .glb into a builder (to which an environment may still be added).

@@ -6,7 +6,7 @@ use super::{
     mesh::{self, Wanted},
     node::{self, Hierarchy},
 };
-use crate::{CameraPose, Placement, SceneBuilder, SceneError};
+use crate::{CameraPose, Placement, SceneBuilder, SceneError, Unread};
 use dapple_camera::Projection;
 use dapple_geometry::{Mesh, motion};
 use glam::{DAffine3, DVec3, Vec3};
@@ -37,7 +37,9 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
         let chain = moving[index].then(|| hierarchy.chain(index));
         assembly.node(index, &Whereabouts { placement: placements[index], chain })?;
     }
+    let unread = assembly.unread(hierarchy.order.len());
     let mut builder = assembly.builder;
+    builder.leave_unread(unread, doc.options.reads.everything);
     doc.take_warnings().into_iter().for_each(|w| builder.warn(w));
     Ok(builder)
 }
@@ -65,6 +67,17 @@ struct Assembly<'a, 'o> {
 }
 
 impl Assembly<'_, '_> {
+    /// What of the file was left alone.
+    fn unread(&self, nodes: usize) -> Unread {
+        let root = &self.doc.root;
+        Unread {
+            nodes: root.nodes.len() - nodes,
+            meshes: self.meshes.iter().filter(|m| m.is_none()).count(),
+            materials: root.materials.len() - self.materials.count(),
+            images: root.images.len() - self.materials.images(),
+        }
+    }
+
     fn node(&mut self, index: usize, whereabouts: &Whereabouts) -> Result<(), SceneError> {
         let (doc, placement) = (self.doc, &whereabouts.placement);
         let node = &doc.root.nodes[index];
@@ -137,7 +150,7 @@ impl Assembly<'_, '_> {
         for (i, primitive) in doc.root.meshes[index.value()].primitives.iter().enumerate() {
             let place = format!("{place}, primitive {i}");
             let material = self.materials.resolve(doc, &mut self.builder, primitive.material, &place)?;
-            let wanted = Wanted::by(self.builder.material_at(material));
+            let wanted = Wanted::by(self.builder.material_at(material), &doc.options.reads);
             if let Some(mesh) = mesh::read(doc, primitive, &place, &wanted)? {
                 primitives.push((Arc::new(mesh), material));
             }

@@ -40,6 +40,14 @@ impl<'a> From<&'a json::texture::Info> for Pointer<'a> {
 }
 
 impl Textures {
+    /// How many images were decoded.
+    pub fn images(&self) -> usize {
+        let mut all: Vec<usize> = self.made.iter().map(|(key, _)| key.image).collect();
+        all.sort_unstable();
+        all.dedup();
+        all.len()
+    }
+
     /// The texture a material points to, made now if need be. None, with a warning, for what cannot be shown.
     pub fn resolve(
         &mut self,

@@ -1,0 +1,98 @@
+//! The chosen plan against the general one on the user's own scene: paired runs, interleaved, as ratios.
+
+use crate::commands::render;
+use crate::error::Failure;
+use crate::load::{self, Source};
+use crate::options::RenderOptions;
+use dapple_integrator::render as draw;
+use serde::Serialize;
+use std::ops::ControlFlow;
+
+/// Pairs of runs.
+const PAIRS: usize = 7;
+/// Samples per pixel of each, unless the options say fewer.
+const SPP: u32 = 4;
+/// Two-sided 95 % quantile of Student's t with PAIRS − 1 degrees of freedom.
+const T: f64 = 2.447;
+
+/// Chosen over general: below 1 is saved.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Measured {
+    pub seconds: f64,
+    pub general_seconds: f64,
+    /// Geometric mean of the ratios of the pairs, with its 95 % interval.
+    pub time_ratio: f64,
+    pub time_ratio_low: f64,
+    pub time_ratio_high: f64,
+    pub scene_bytes: usize,
+    pub general_scene_bytes: usize,
+    pub load_seconds: f64,
+    pub general_load_seconds: f64,
+}
+
+impl Measured {
+    /// Two lines for people.
+    pub fn as_text(&self) -> String {
+        let bytes = self.scene_bytes as f64 / self.general_scene_bytes.max(1) as f64;
+        format!(
+            "measured against the general plan, {PAIRS} interleaved pairs\n  time        {:.3} of it ({:.3} to {:.3}): {:.3} s \
+             against {:.3} s\n  scene       {:.3} of it: {:.2} MB against {:.2} MB\n  loading     {:.3} s against {:.3} s",
+            self.time_ratio,
+            self.time_ratio_low,
+            self.time_ratio_high,
+            self.seconds,
+            self.general_seconds,
+            bytes,
+            self.scene_bytes as f64 / 1e6,
+            self.general_scene_bytes as f64 / 1e6,
+            self.load_seconds,
+            self.general_load_seconds,
+        )
+    }
+}
+
+/// Renders the same picture by both plans, turn by turn.
+pub fn against_general(source: &Source, options: &RenderOptions) -> Result<Measured, Failure> {
+    let general = RenderOptions { plan: Some(crate::values::PlanKind::General), ..options.clone() };
+    let mut setups = Vec::new();
+    for options in [options, &general] {
+        let loaded = load::load(source, options)?;
+        let view = load::camera(&loaded.scene, options)?;
+        let mut settings = render::settings(options, &view)?;
+        settings.spp = Some(settings.spp.unwrap_or(SPP).min(SPP));
+        settings.time_limit = None;
+        setups.push((loaded, view, settings));
+    }
+    let mut seconds = [Vec::new(), Vec::new()];
+    for _ in 0..=PAIRS {
+        for ((loaded, view, settings), seconds) in setups.iter().zip(&mut seconds) {
+            let outcome = draw(&loaded.scene, &view.camera, settings, &|_| ControlFlow::Continue(()));
+            seconds.push(outcome.stats.seconds);
+        }
+    }
+    // The first pair warms the machine up.
+    let logs: Vec<f64> = (1..=PAIRS).map(|i| ln(seconds[0][i] / seconds[1][i].max(1e-9))).collect();
+    let mean = logs.iter().sum::<f64>() / PAIRS as f64;
+    let variance = logs.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (PAIRS - 1) as f64;
+    let half = T * (variance / PAIRS as f64).sqrt();
+    let median = |all: &[f64]| {
+        let mut sorted = all[1..].to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted[sorted.len() / 2]
+    };
+    Ok(Measured {
+        seconds: median(&seconds[0]),
+        general_seconds: median(&seconds[1]),
+        time_ratio: mean.exp(),
+        time_ratio_low: (mean - half).exp(),
+        time_ratio_high: (mean + half).exp(),
+        scene_bytes: setups[0].0.scene.memory_bytes(),
+        general_scene_bytes: setups[1].0.scene.memory_bytes(),
+        load_seconds: setups[0].0.load_seconds,
+        general_load_seconds: setups[1].0.load_seconds,
+    })
+}
+
+fn ln(x: f64) -> f64 {
+    x.max(f64::MIN_POSITIVE).ln()
+}

@@ -1,0 +1,303 @@
+//! What a render needs of what there could be: random decisions, kernel, data, buffers; what is left out, and why.
+//!
+//! Everything here is read off what the render itself uses ([`Needs`], the kernel table, the survey), so that the page a
+//! user reads is what happens.
+
+use crate::effects::{Combine, Effect};
+use crate::kernel::{self, Job};
+use crate::kinds::{Kinds, Width};
+use crate::settings::{Method, Settings};
+use crate::tile::FirstHits;
+use dapple_camera::Camera;
+use dapple_lights::Light;
+use dapple_scene::Scene;
+
+/// A random decision, how many numbers it takes, and whether this render takes them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Decision {
+    /// As in the table of dimensions.
+    pub name: &'static str,
+    /// Numbers each time.
+    pub size: u32,
+}
+
+/// Something left out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    /// What.
+    pub what: String,
+    /// Why it is not needed.
+    pub why: String,
+}
+
+/// The page. See [`plan`].
+#[derive(Clone, Debug)]
+pub struct RenderPlan {
+    /// Which tracer.
+    pub method: Method,
+    /// Sample kernel and traversal kernel.
+    pub kernel: String,
+    /// Decisions once per camera ray.
+    pub camera: Vec<Decision>,
+    /// Decisions at every vertex (roulette from the fourth on).
+    pub bounce: Vec<Decision>,
+    /// Lobes that surfaces have.
+    pub lobes: Vec<&'static str>,
+    /// How light is looked for.
+    pub lights: String,
+    /// How rays find surfaces.
+    pub geometry: String,
+    /// Bytes of the world per triangle; 0 without triangles.
+    pub bytes_per_triangle: f64,
+    /// Bytes of film and layers per pixel.
+    pub bytes_per_pixel: usize,
+    /// Bytes of the scene.
+    pub scene_bytes: usize,
+    /// What is not there.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Sums and squares of three channels and a count, in f64.
+const FILM_BYTES: usize = 56;
+
+/// The plan of a render with these settings.
+pub fn plan(scene: &Scene, camera: &Camera, settings: &Settings) -> RenderPlan {
+    let job = Job::new(scene, camera, settings);
+    let (_, name) = kernel::choose(&job);
+    let kinds = Kinds::used(scene);
+    let watched = name.contains("first-hit");
+    let triangles = scene.survey.triangles;
+    RenderPlan {
+        method: settings.method,
+        kernel: format!("{name}/{}", scene.world.kernel().name()),
+        camera: camera_decisions(&job),
+        bounce: bounce_decisions(&job),
+        lobes: lobes(&kinds),
+        lights: lights(&job),
+        geometry: geometry(scene),
+        bytes_per_triangle: scene.world.memory_bytes() as f64 / triangles.max(1) as f64,
+        bytes_per_pixel: FILM_BYTES + if watched { size_of::<FirstHits>() } else { 0 },
+        scene_bytes: scene.memory_bytes(),
+        left_out: left_out(&job, &kinds, watched),
+    }
+}
+
+fn chosen(all: &[(bool, &'static str, u32)]) -> Vec<Decision> {
+    all.iter().filter(|(there, ..)| *there).map(|&(_, name, size)| Decision { name, size }).collect()
+}
+
+fn camera_decisions(job: &Job<'_>) -> Vec<Decision> {
+    let n = &job.needs;
+    chosen(&[(n.pixel, "pixel", 2), (n.lens, "lens", 2), (n.time, "time", 1)])
+}
+
+fn bounce_decisions(job: &Job<'_>) -> Vec<Decision> {
+    let n = &job.needs;
+    let path = job.settings.method == Method::Path;
+    let sky = job.has_no_interreflection() && job.scene.environment.is_some();
+    chosen(&[
+        (n.lobe && path, "lobe", 1),
+        (n.direction, "direction", 2),
+        (n.next_event && n.light_choice && path, "light choice", 1),
+        (n.next_event && n.light_point, "light point", 2),
+        (sky, "sky", 2),
+        (n.roulette && path, "roulette", 1),
+    ])
+}
+
+fn lobes(kinds: &[Kinds]) -> Vec<&'static str> {
+    let any = |test: fn(&Kinds) -> bool| kinds.iter().any(test);
+    [
+        (any(|k| k.diffuse), "diffuse"),
+        (any(|k| k.reflection == Width::Smooth), "smooth reflection"),
+        (any(|k| k.reflection == Width::Rough), "rough reflection"),
+        (any(|k| k.transmission == Width::Smooth), "smooth transmission"),
+        (any(|k| k.transmission == Width::Rough), "rough transmission"),
+    ]
+    .into_iter()
+    .filter(|(there, _)| *there)
+    .map(|(_, name)| name)
+    .collect()
+}
+
+fn lights(job: &Job<'_>) -> String {
+    let count = job.scene.lights.len();
+    match (job.needs.next_event, job.settings.method) {
+        (false, _) => "found by rays alone".into(),
+        (true, Method::Distribution) => format!("each of {count} aimed at"),
+        (true, Method::Path) if !job.needs.light_choice => "the one light aimed at".into(),
+        (true, Method::Path) => format!("one of {count} aimed at, chosen by what it could send"),
+    }
+}
+
+fn geometry(scene: &Scene) -> String {
+    match scene.world.second_level() {
+        0 => "one flat tree".into(),
+        n => format!("one flat tree, and {n} shapes, instances or moving objects beside it"),
+    }
+}
+
+fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
+    let mut all = Vec::new();
+    let mut leave = |there: bool, what: &str, why: &str| {
+        if !there {
+            all.push(LeftOut { what: what.into(), why: why.into() });
+        }
+    };
+    let off = |effect| job.settings.plans.is_off(effect);
+    let why = |effect, else_: &'static str| if off(effect) { "switched off" } else { else_ };
+    let (n, survey) = (&job.needs, &job.scene.survey);
+    leave(n.pixel, "pixel dimension", "switched off");
+    leave(n.lens, "lens dimension", why(Effect::Lens, "the camera is a pinhole"));
+    leave(n.time, "time dimension", why(Effect::Time, "nothing moves while the shutter is open"));
+    leave(
+        job.scene.world.second_level() > 0,
+        "second level of the tree",
+        "no shapes, instances or moving objects",
+    );
+    leave(job.asks_alpha(), "alpha tests", "every surface is solid");
+    leave(n.next_event, "next-event estimation and its dimensions", no_next_event(job, kinds));
+    if n.next_event && job.settings.method == Method::Path {
+        leave(n.light_choice, "light-choice dimension, light tree", "there is one light to aim at");
+    }
+    if n.next_event {
+        leave(n.light_point, "light-point dimension", "every light is a point");
+    }
+    if job.settings.method == Method::Path {
+        leave(n.lobe, "lobe dimension", "every surface has one lobe");
+        leave(n.roulette, "roulette dimension", "paths end before it begins, or it is switched off");
+    }
+    leave(n.direction, "direction dimension", "no surface spreads light, or no light is scattered");
+    leave(survey.has_transmission, "transmission and media", "no surface transmits light");
+    leave(survey.has_textures, "textures, texture coordinates", "no material looks one up");
+    leave(survey.has_normal_maps, "tangents", "no normal maps");
+    let environment = job.scene.environment.map(|i| &job.scene.lights[i as usize]);
+    let has_table = matches!(environment, Some(Light::Environment(e)) if !e.is_constant());
+    leave(
+        has_table,
+        "environment tables",
+        if environment.is_some() { "it is constant" } else { "there is none" },
+    );
+    leave(watched, "first-hit buffers", "no layer asks for them");
+    leave(
+        job.settings.combine == Combine::Paired,
+        "pairing of strata",
+        "integrals are nested, or there is one",
+    );
+    all.extend(unread(job.scene));
+    all
+}
+
+fn no_next_event(job: &Job<'_>, kinds: &[Kinds]) -> &'static str {
+    if job.settings.max_bounces == 0 {
+        "no light is scattered"
+    } else if job.scene.light_choice.is_none() {
+        "there is no light that aiming finds better than rays do"
+    } else if !kinds.iter().any(Kinds::spreads) {
+        "no surface spreads light"
+    } else {
+        "every light is black"
+    }
+}
+
+fn unread(scene: &Scene) -> Vec<LeftOut> {
+    let (unread, survey) = (&scene.survey.unread, &scene.survey);
+    [
+        (unread.nodes, "nodes", "not in the scene shown, or hidden"),
+        (unread.meshes, "meshes, not read", "no node of the scene shows them"),
+        (unread.materials, "materials, not read", "no surface has them"),
+        (unread.images, "images, not decoded", "no material of the scene shows them in this render"),
+        (survey.constant_textures, "textures, now factors", "they are of one colour"),
+    ]
+    .into_iter()
+    .filter(|(count, ..)| *count > 0)
+    .map(|(count, what, why)| LeftOut { what: format!("{count} {what}"), why: why.into() })
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::drawn;
+    use dapple_geometry::Mesh;
+    use dapple_sampling::Dimension;
+    use dapple_scene::{CameraPose, SceneBuilder, TexturedMaterial};
+    use glam::{DAffine3, DVec3, Vec3};
+
+    fn quad(a: Vec3, u: Vec3, v: Vec3) -> Mesh {
+        Mesh {
+            positions: vec![a, a + u, a + u + v, a + v],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Mesh::default()
+        }
+    }
+
+    /// A Lambertian floor and wall under one quad light, by a pinhole, nothing moving.
+    fn plain() -> Scene {
+        let mut builder = SceneBuilder::new("plain");
+        builder.camera("eye", CameraPose::look_at(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, DVec3::Y, 0.8));
+        let grey = builder.material(TexturedMaterial::lambert("grey", Vec3::splat(0.5)));
+        let bright = builder.material(TexturedMaterial::emitter("light", Vec3::splat(4.0)));
+        let floor = quad(Vec3::new(-2.0, 0.0, 2.0), Vec3::X * 4.0, Vec3::Z * -4.0);
+        builder.mesh("floor", floor, DAffine3::IDENTITY, grey);
+        let wall = quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::X * 4.0, Vec3::Y * 3.0);
+        builder.mesh("wall", wall, DAffine3::IDENTITY, grey);
+        let light = quad(Vec3::new(-0.5, 2.5, -0.5), Vec3::X, Vec3::Z);
+        builder.mesh("light", light, DAffine3::IDENTITY, bright);
+        builder.build().unwrap()
+    }
+
+    fn names(decisions: &[Decision]) -> Vec<&'static str> {
+        decisions.iter().map(|d| d.name).collect()
+    }
+
+    #[test]
+    fn a_path_draws_exactly_what_the_plan_lists() {
+        let scene = plain();
+        let camera = &scene.cameras[0].camera;
+        let settings = Settings { size: (16, 16), ..Settings::default() };
+        let plan = plan(&scene, camera, &settings);
+        assert_eq!(names(&plan.camera), ["pixel"]);
+        assert_eq!(names(&plan.bounce), ["direction", "light point", "roulette"]);
+        let mut seen = std::collections::HashSet::new();
+        for i in 0..256 {
+            drawn::take();
+            crate::replay(&scene, camera, &settings, (i % 16, i / 16), 0);
+            let all = drawn::take();
+            let mut once = all.clone();
+            once.sort_by_key(|(depth, d)| (*depth, *d as u32));
+            once.dedup();
+            assert_eq!(once.len(), all.len(), "nothing is drawn twice");
+            for (depth, dimension) in all {
+                let listed = match dimension {
+                    Dimension::Pixel => depth == 0,
+                    Dimension::Direction | Dimension::LightPoint => true,
+                    Dimension::Roulette => depth >= crate::path::ROULETTE_FROM,
+                    _ => false,
+                };
+                assert!(listed, "{dimension:?} at {depth}");
+                seen.insert(dimension);
+            }
+        }
+        assert_eq!(seen.len(), 4, "{seen:?}");
+    }
+
+    #[test]
+    fn the_general_plan_draws_all() {
+        let scene = plain();
+        let settings = Settings { size: (16, 16), general: true, ..Settings::default() };
+        let plan = plan(&scene, &scene.cameras[0].camera, &settings);
+        assert_eq!(names(&plan.camera), ["pixel", "lens", "time"]);
+        assert_eq!(names(&plan.bounce), ["lobe", "direction", "light choice", "light point", "roulette"]);
+    }
+
+    #[test]
+    fn what_is_left_out_has_a_reason() {
+        let scene = plain();
+        let camera = &scene.cameras[0].camera;
+        let seen = plan(&scene, camera, &Settings { max_bounces: 0, ..Settings::default() });
+        assert!(seen.bounce.is_empty(), "{:?}", seen.bounce);
+        let event = seen.left_out.iter().find(|l| l.what.starts_with("next-event")).unwrap();
+        assert_eq!(event.why, "no light is scattered");
+    }
+}
