@@ -1,0 +1,88 @@
+//! Nobody carries what they do not need: the direct dependencies of every crate, with and without default features.
+
+use std::path::Path;
+use std::process::Command;
+
+/// Crate, its dependencies without default features, and what the default features add.
+const PINNED: [(&str, &[&str], &[&str]); 8] = [
+    ("dapple-sampling", &["glam", "libm", "rand_pcg"], &[]),
+    ("dapple-geometry", &["bytemuck", "glam", "libm", "obvhs"], &["rayon"]),
+    ("dapple-imaging", &["glam", "libm", "tempfile", "thiserror"], &["exr", "half", "image", "rayon"]),
+    ("dapple-materials", &["dapple-sampling", "glam", "libm"], &[]),
+    ("dapple-lights", &["dapple-geometry", "dapple-imaging", "dapple-sampling", "glam", "libm"], &[]),
+    ("dapple-camera", &["dapple-geometry", "dapple-imaging", "dapple-sampling", "glam", "libm"], &[]),
+    (
+        "dapple-scene",
+        &[
+            "bevy_mikktspace",
+            "dapple-camera",
+            "dapple-geometry",
+            "dapple-imaging",
+            "dapple-lights",
+            "dapple-materials",
+            "dapple-sampling",
+            "glam",
+            "libm",
+            "serde",
+            "thiserror",
+        ],
+        &["base64", "gltf", "percent-encoding", "serde_json"],
+    ),
+    (
+        "dapple-integrator",
+        &[
+            "dapple-camera",
+            "dapple-geometry",
+            "dapple-imaging",
+            "dapple-lights",
+            "dapple-materials",
+            "dapple-sampling",
+            "dapple-scene",
+            "glam",
+            "libm",
+            "thiserror",
+        ],
+        &["rayon"],
+    ),
+];
+
+/// All that the smallest crate brings along.
+#[test]
+fn sampling_brings_three_crates() {
+    let mut all = tree("dapple-sampling", &[]);
+    all.retain(|name| name != "dapple-sampling");
+    assert_eq!(all, ["glam", "libm", "rand_core", "rand_pcg"]);
+}
+
+fn direct(package: &str, default: bool) -> Vec<String> {
+    let features: &[&str] = if default { &[] } else { &["--no-default-features"] };
+    let mut names = tree(package, &[&["--depth", "1"], features].concat());
+    names.retain(|name| name != package);
+    names
+}
+
+/// Names of the crates in the tree, sorted, each once.
+fn tree(package: &str, more: &[&str]) -> Vec<String> {
+    let output = Command::new(env!("CARGO"))
+        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")))
+        .args(["tree", "--offline", "--locked", "-e", "normal", "--prefix", "none", "-p", package])
+        .args(more)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let mut names: Vec<String> = text.lines().filter_map(|l| l.split(' ').next()).map(String::from).collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+#[test]
+fn direct_dependencies_are_pinned() {
+    for (package, bare, added) in PINNED {
+        let mut all: Vec<&str> = bare.iter().chain(added).copied().collect();
+        assert_eq!(direct(package, false), bare, "{package} without default features");
+        all.sort_unstable();
+        assert_eq!(direct(package, true), all, "{package}");
+    }
+}
