@@ -2,7 +2,7 @@
 
 use crate::options::RenderOptions;
 use crate::values::{self, Pixel, Threshold};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// Renders glTF 2.0 scenes on the CPU. Without a command: the built-in Cornell box.
@@ -12,6 +12,15 @@ pub struct Cli {
     #[command(subcommand)]
     pub command: Option<Command>,
 }
+
+/// Everything that can be typed. `replay` names a place with `--pixel`, so the render's option of that name is called
+/// `--pixel-plan` there.
+pub fn command() -> clap::Command {
+    Cli::command().mut_subcommand("replay", |replay| replay.mut_arg("pixel", |a| a.long(PIXEL_PLAN)))
+}
+
+/// What `replay` calls the render's `--pixel`.
+pub const PIXEL_PLAN: &str = "pixel-plan";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -63,7 +72,7 @@ pub struct ReplayArgs {
     /// A .gltf or .glb file, or builtin:NAME
     pub scene: String,
     /// The pixel, counted from the top left
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    #[arg(id = "place", long = "pixel", value_name = "X,Y", allow_hyphen_values = true)]
     pub pixel: Pixel,
     /// Which of the pixel's samples, counted from 0
     #[arg(long, value_name = "I")]
@@ -110,4 +119,12 @@ pub enum ErrorMap {
     Signed,
     /// FLIP from 0 to 1
     Flip,
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn no_two_arguments_clash() {
+        super::command().debug_assert();
+    }
 }

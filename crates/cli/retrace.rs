@@ -1,6 +1,6 @@
 //! The command that traces one sample of a render again.
 
-use crate::options;
+use crate::{args, options};
 use clap::ArgMatches;
 use clap::parser::ValueSource;
 
@@ -24,7 +24,8 @@ pub fn command(scene: Option<&str>, pixel: (u32, u32), sample: u32, typed: &ArgM
         let id = option.replace('-', "_");
         let told = typed.value_source(&id) == Some(ValueSource::CommandLine);
         for value in typed.get_raw(&id).into_iter().flatten().filter(|_| told) {
-            words.push(quoted(&format!("--{option}={}", value.to_string_lossy())));
+            let name = if option == "pixel" { args::PIXEL_PLAN } else { option };
+            words.push(quoted(&format!("--{name}={}", value.to_string_lossy())));
         }
     }
     words.join(" ")
@@ -43,30 +44,31 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
+    use crate::values::Pixel;
+    use dapple_integrator::sampling::Plan;
+
+    fn matches(words: &[&str]) -> ArgMatches {
+        args::command().try_get_matches_from(words).unwrap().subcommand().unwrap().1.clone()
+    }
 
     #[test]
     fn what_shapes_the_path_is_repeated() {
-        let matches = crate::args::Cli::command()
-            .try_get_matches_from([
-                "dapple",
-                "render",
-                "a b.glb",
-                "-o",
-                "x.png",
-                "--spp",
-                "9",
-                "--no-roulette",
-                "--json",
-                "--env-color",
-                "1,1,1",
-            ])
-            .unwrap();
-        let typed = matches.subcommand().unwrap().1;
-        let said = command(Some("a b.glb"), (3, 4), 5, typed);
+        let typed = ["--spp", "9", "--no-roulette", "--json", "--env-color", "1,1,1"];
+        let typed = matches(&[&["dapple", "render", "a b.glb", "-o", "x.png"], &typed[..]].concat());
         assert_eq!(
-            said,
+            command(Some("a b.glb"), (3, 4), 5, &typed),
             "dapple replay 'a b.glb' --pixel 3,4 --sample 5 --spp=9 --no-roulette=true --env-color=1,1,1"
         );
+    }
+
+    #[test]
+    fn what_is_printed_can_be_typed() {
+        let typed =
+            matches(&["dapple", "render", "a.glb", "--pixel", "3x3:grid", "--at=-1.5", "--crop=0,0,9,9"]);
+        let said = command(Some("a.glb"), (3, 4), 5, &typed);
+        let again = matches(&said.split(' ').collect::<Vec<_>>());
+        assert_eq!(again.get_one::<Pixel>("place"), Some(&Pixel(3, 4)));
+        assert_eq!(again.get_one::<Plan>("pixel"), typed.get_one::<Plan>("pixel"));
+        assert_eq!(again.get_one::<f64>("at"), Some(&-1.5));
     }
 }
