@@ -39,7 +39,7 @@ pub fn with_lens(mut camera: Camera, scene: &Scene, options: &EffectOptions) -> 
     let focus = focus.unwrap_or_else(|| {
         let distance = centre_distance(&camera, scene);
         report::say(&format!(
-            "note: focus at {}, the centre of the picture",
+            "note: focus at {:.4}, the centre of the picture",
             f64::from(distance) / scene.space.scale
         ));
         distance
