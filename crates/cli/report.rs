@@ -3,9 +3,9 @@
 use crate::load::Loaded;
 use crate::machine;
 use crate::output::Outputs;
-use dapple_integrator::sampling::Pattern;
-use dapple_integrator::{Settings, Stats};
+use dapple_integrator::{Effect, Method, Settings, Stats};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::io::Write;
 
 /// A line to standard output; a closed pipe is the reader's choice.
@@ -39,20 +39,26 @@ pub struct Report {
     pub seed: u64,
     pub threads: usize,
     pub method: &'static str,
-    #[serde(serialize_with = "as_text")]
-    pub pattern: Pattern,
+    /// How points are laid out: the path tracer's pattern.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pattern: Option<String>,
+    /// How integrals are put together, and the points of each: the distribution tracer's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub combine: Option<String>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub plans: BTreeMap<String, String>,
     pub version: &'static str,
     pub outputs: Vec<String>,
     pub warnings: Vec<String>,
 }
 
-fn as_text<S: serde::Serializer>(value: &impl std::fmt::Display, to: S) -> Result<S::Ok, S::Error> {
-    to.collect_str(value)
-}
-
 impl Report {
     /// Gathers what a finished render has to say.
     pub fn new(loaded: &Loaded, settings: &Settings, stats: &Stats, outputs: &Outputs) -> Self {
+        let is_path = settings.method == Method::Path;
+        let plans = Effect::ALL
+            .iter()
+            .map(|(effect, name)| (name.to_string(), settings.plans.of(*effect).to_string()));
         Self {
             render_seconds: stats.seconds,
             load_seconds: loaded.load_seconds,
@@ -72,7 +78,9 @@ impl Report {
             seed: settings.seed,
             threads: stats.threads,
             method: crate::values::method_name(settings.method),
-            pattern: settings.pattern,
+            pattern: is_path.then(|| settings.pattern.to_string()),
+            combine: (!is_path).then(|| settings.combine.to_string()),
+            plans: plans.filter(|_| !is_path).collect(),
             version: env!("CARGO_PKG_VERSION"),
             outputs: outputs.paths().map(|p| p.display().to_string()).collect(),
             warnings: loaded.scene.warnings.iter().map(|w| w.0.clone()).collect(),
@@ -88,7 +96,7 @@ impl Report {
             self.height,
             self.spp,
             self.method,
-            self.pattern,
+            self.pattern.as_ref().or(self.combine.as_ref()).map_or("", String::as_str),
             self.seed,
             self.threads,
             self.kernel,
