@@ -21,6 +21,8 @@ pub struct Document {
     meshes: Vec<Value>,
     cameras: Vec<Value>,
     nodes: Vec<Value>,
+    /// Samplers and channels of the one animation.
+    tracks: (Vec<Value>, Vec<Value>),
     extensions: BTreeSet<String>,
 }
 
@@ -48,11 +50,17 @@ impl Document {
         push(&mut self.nodes, json!({ "name": name, "mesh": mesh }))
     }
 
+    /// Moves a node's origin.
+    pub fn place(&mut self, node: usize, at: DVec3) {
+        self.nodes[node]["translation"] = json!(at.to_array());
+    }
+
     /// A sphere: exact for dapple (`extras`), the mesh for everyone else.
-    pub fn sphere(&mut self, name: &str, centre: DVec3, radius: f64, detail: u32, material: usize) {
+    pub fn sphere(&mut self, name: &str, centre: DVec3, radius: f64, detail: u32, material: usize) -> usize {
         let node = self.object(name, &Shape::sphere(radius, detail), material);
         self.nodes[node]["translation"] = json!(centre.to_array());
         self.nodes[node]["extras"] = json!({ "dapple": { "shape": "sphere", "radius": radius } });
+        node
     }
 
     /// Adds a camera at `eye` that looks at `target`, +y up; `yfov` in radians.
@@ -65,6 +73,23 @@ impl Document {
         let columns = [right.extend(0.0), up.extend(0.0), backward.extend(0.0), eye.extend(1.0)];
         let matrix: Vec<f64> = columns.iter().flat_map(|c| c.to_array()).collect();
         push(&mut self.nodes, json!({ "name": "camera", "camera": camera, "matrix": matrix }));
+    }
+
+    /// Moves a node: `path` is translation, rotation or scale, with a value for every time in seconds.
+    pub fn track<const N: usize>(&mut self, node: usize, path: &str, times: &[f64], values: &[[f64; N]]) {
+        let input = self.keys(&times.iter().map(|&t| [t]).collect::<Vec<_>>());
+        let (low, high) = (times[0] as f32, times[times.len() - 1] as f32);
+        (self.accessors[input]["min"], self.accessors[input]["max"]) = (json!([low]), json!([high]));
+        let output = self.keys(values);
+        let sampler = push(&mut self.tracks.0, json!({ "input": input, "output": output }));
+        self.tracks.1.push(json!({ "sampler": sampler, "target": { "node": node, "path": path } }));
+    }
+
+    fn keys<const N: usize>(&mut self, values: &[[f64; N]]) -> usize {
+        const FLOAT: u32 = 5126;
+        let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
+        let bytes = values.iter().flatten().flat_map(|&x| (x as f32).to_le_bytes()).collect();
+        self.accessor(bytes, None, FLOAT, values.len(), kind)
     }
 
     fn mesh(&mut self, name: &str, shape: &Shape, material: usize) -> usize {
@@ -87,26 +112,36 @@ impl Document {
         const FLOAT: u32 = 5126;
         const ARRAY_BUFFER: u32 = 34962;
         let bytes: Vec<u8> = values.iter().flatten().flat_map(|&x| (x as f32).to_le_bytes()).collect();
-        self.accessor(bytes, ARRAY_BUFFER, FLOAT, values.len(), kind)
+        self.accessor(bytes, Some(ARRAY_BUFFER), FLOAT, values.len(), kind)
     }
 
     fn indices(&mut self, triangles: &[[u16; 3]]) -> usize {
         const UNSIGNED_SHORT: u32 = 5123;
         const ELEMENT_ARRAY_BUFFER: u32 = 34963;
         let bytes: Vec<u8> = triangles.iter().flatten().flat_map(|i| i.to_le_bytes()).collect();
-        self.accessor(bytes, ELEMENT_ARRAY_BUFFER, UNSIGNED_SHORT, 3 * triangles.len(), "SCALAR")
+        self.accessor(bytes, Some(ELEMENT_ARRAY_BUFFER), UNSIGNED_SHORT, 3 * triangles.len(), "SCALAR")
     }
 
-    fn accessor(&mut self, bytes: Vec<u8>, target: u32, component: u32, count: usize, kind: &str) -> usize {
+    fn accessor(
+        &mut self,
+        bytes: Vec<u8>,
+        target: Option<u32>,
+        component: u32,
+        count: usize,
+        kind: &str,
+    ) -> usize {
         let key = (kind.to_string(), bytes);
         if let Some(&accessor) = self.stored.get(&key) {
             return accessor;
         }
         let bytes = &key.1;
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
-        let view = json!({
-            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(), "target": target,
+        let mut view = json!({
+            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(),
         });
+        if let Some(target) = target {
+            view["target"] = json!(target);
+        }
         self.bytes.extend(bytes);
         let view = push(&mut self.views, view);
         let accessor =
@@ -138,6 +173,10 @@ impl Document {
         ];
         for (key, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
             root[key] = json!(list);
+        }
+        let (samplers, channels) = &self.tracks;
+        if !channels.is_empty() {
+            root["animations"] = json!([{ "name": "motion", "samplers": samplers, "channels": channels }]);
         }
         if !self.extensions.is_empty() {
             root["extensionsUsed"] = json!(self.extensions);

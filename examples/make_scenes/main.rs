@@ -21,6 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("veach_mis", classics::veach_mis()),
         ("furnace", plain::furnace()),
         ("environment", plain::environment()),
+        ("motion_blur", plain::motion_blur()),
         ("antialias", plain::antialias(&png_bytes(&plain::checker())?)),
     ] {
         std::fs::write(folder.join(name).with_extension("gltf"), document.to_text())?;

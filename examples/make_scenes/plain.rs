@@ -1,17 +1,23 @@
 //! Scenes made for one purpose each.
 
-use crate::document::{Document, lambert, metal, plastic};
+use crate::document::{Document, emitter, lambert, metal, plastic};
 use crate::shape::Shape;
 use dapple_imaging::Picture;
 use glam::{DVec3, Vec3};
 use serde_json::json;
+use std::f64::consts::PI;
 
 /// What glTF cannot say, by file.
-pub const SIDECARS: [(&str, &str); 2] = [
+pub const SIDECARS: [(&str, &str); 3] = [
     ("environment.toml", "# The sky that lights the scene.\nenv = \"sky.hdr\"\n"),
     (
         "antialias.toml",
         "# An even sky, so that all there is to see is the pattern.\nenv-color = [1.0, 1.0, 1.0]\n",
+    ),
+    (
+        "motion_blur.toml",
+        "# One second: the ball rolls past, the blade turns by 240 degrees.\nshutter = \"0:1\"\n\
+         # A little light from all sides.\nenv-color = [0.12, 0.14, 0.18]\n",
     ),
 ];
 
@@ -62,6 +68,43 @@ pub fn antialias(checker: &[u8]) -> Document {
     plane.uvs = corners.iter().map(|[x, _, z]| [x + half, z + half]).collect();
     doc.object("plane", &plane, material);
     doc.camera(DVec3::new(0.2, 1.5, 0.0), DVec3::new(0.2, 1.2, -1.0), 50f64.to_radians(), 1.5);
+    doc
+}
+
+/// A ball that slides, a blade that turns by 240° and a block that rests, with their shadows, before a mirror.
+pub fn motion_blur() -> Document {
+    let mut doc = Document::default();
+    let ground = doc.material(lambert("ground", [0.5; 3]));
+    let corners = [[-9.0, 0.0, 9.0], [9.0, 0.0, 9.0], [9.0, 0.0, -9.0], [-9.0, 0.0, -9.0]];
+    doc.object("ground", &Shape::quads(&[corners.map(DVec3::from_array)]), ground);
+    let mut mirror = metal("mirror", [0.85; 3], 0.0);
+    mirror["extras"] = json!({ "dapple": { "mirror": { "kr": [0.85, 0.85, 0.85], "blur": 0.0 } } });
+    let mirror = doc.material(mirror);
+    let glass = [[-3.6, 0.2, -1.8], [3.6, 0.2, -1.8], [3.6, 3.0, -1.8], [-3.6, 3.0, -1.8]];
+    doc.object("mirror", &Shape::quads(&[glass.map(DVec3::from_array)]), mirror);
+    let red = doc.material(lambert("red", [0.7, 0.1, 0.06]));
+    let ball = doc.sphere("ball", DVec3::new(-2.9, 0.5, 0.4), 0.5, 3, red);
+    doc.track(ball, "translation", &[0.0, 1.0], &[[-2.9, 0.5, 0.4], [-1.5, 0.5, 0.4]]);
+    let yellow = doc.material(plastic("yellow", [0.8, 0.55, 0.05], 0.3));
+    let (low, high) = (DVec3::new(0.15, -0.11, -0.04), DVec3::new(0.95, 0.11, 0.04));
+    let blade = doc.object("blade", &Shape::cuboid(low, high, false), yellow);
+    doc.place(blade, DVec3::new(0.2, 1.3, 0.2));
+    // From half past four, clockwise as the camera sees it, through 240 degrees: no two keys more than 80 apart.
+    let turns = [0.0, 1.0, 2.0, 3.0].map(|i| {
+        let (sin, cos) = libm::sincos((-30.0 - 80.0 * i) * PI / 360.0);
+        [0.0, 0.0, sin, cos]
+    });
+    doc.track(blade, "rotation", &[0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0], &turns);
+    let grey = doc.material(plastic("grey", [0.25, 0.26, 0.28], 0.5));
+    let (low, high) = (DVec3::new(0.12, 0.0, 0.02), DVec3::new(0.28, 1.38, 0.12));
+    doc.object("post", &Shape::cuboid(low, high, false), grey);
+    let blue = doc.material(plastic("blue", [0.08, 0.17, 0.42], 0.25));
+    let (low, high) = (DVec3::new(1.7, 0.0, 0.0), DVec3::new(2.5, 0.8, 0.8));
+    doc.object("block", &Shape::cuboid(low, high, false), blue);
+    let lamp = doc.material(emitter("lamp", [170.0, 160.0, 145.0]));
+    let corners = [[1.0, 6.0, 4.0], [1.6, 6.0, 4.0], [1.6, 6.0, 4.6], [1.0, 6.0, 4.6]];
+    doc.object("lamp", &Shape::quads(&[corners.map(DVec3::from_array)]), lamp);
+    doc.camera(DVec3::new(-0.4, 2.3, 6.4), DVec3::new(-0.1, 0.95, -0.2), 36f64.to_radians(), 1.6);
     doc
 }
 

@@ -34,7 +34,12 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let mut assembly =
         Assembly { doc, builder, materials: Materials::default(), meshes: vec![None; doc.root.meshes.len()] };
     for &index in &hierarchy.order {
-        let chain = moving[index].then(|| hierarchy.chain(index));
+        let node = &doc.root.nodes[index];
+        let shows = node.mesh.is_some()
+            || node.camera.is_some()
+            || node.extensions.is_some()
+            || node.extras.is_some();
+        let chain = (moving[index] && shows).then(|| hierarchy.chain(index));
         assembly.node(index, &Whereabouts { placement: placements[index], chain })?;
     }
     let unread = assembly.unread(hierarchy.order.len());

@@ -1,0 +1,184 @@
+//! Animated files through an open shutter: chains of nodes are composed at the time asked for, exactly.
+#![cfg(feature = "gltf")]
+mod file;
+
+use dapple_camera::Shutter;
+use dapple_lights::{AreaShape, Light};
+use dapple_scene::{Scene, gltf};
+use file::{File, json};
+use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
+use std::path::Path;
+
+const AT: f64 = 1.0;
+const SHUTTER: Shutter = Shutter { open: 0.25, close: 2.25 };
+
+fn read(file: &File, shutter: Shutter) -> Scene {
+    let options = gltf::Options { at: AT, shutter, ..Default::default() };
+    gltf::read_bytes(Path::new("test.gltf"), &file.gltf(), &options).unwrap().build().unwrap()
+}
+
+fn half_turn_keys(axis: DVec3, degrees: &[f64]) -> Vec<[f32; 4]> {
+    let key = |d: &f64| {
+        let half = d.to_radians() / 2.0;
+        let v = axis * libm::sin(half);
+        [v.x, v.y, v.z, libm::cos(half)].map(|x| x as f32)
+    };
+    degrees.iter().map(key).collect()
+}
+
+/// Root turned by four linear keys (270° in all), arm that jumps, hand on a spline that swells; card, ball, eye and lamp
+/// on the hand.
+fn machine() -> File {
+    let mut file = File::new();
+    let positions = file.floats(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0_f32]]);
+    let indices = file.indices_u16(&[0, 1, 2, 0, 2, 3]);
+    let times = file.scalars(&[0.0, 1.0, 2.0, 4.0]);
+    let turns = file.floats(&half_turn_keys(DVec3::Y, &[0.0, 90.0, 180.0, 270.0]));
+    let jumps = file.floats(&[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0], [4.0, 0.0, 0.0_f32]]);
+    let ends = file.scalars(&[1.0, 3.0]);
+    let (zero, one, two) = ([0.0_f32; 3], [1.0; 3], [2.0; 3]);
+    let swell = file.floats(&[zero, one, [0.5; 3], [-0.5; 3], two, zero]);
+    file.set("materials", json!([{"emissiveFactor": [1, 1, 1]}]));
+    let attributes = json!({"POSITION": positions});
+    file.set(
+        "meshes",
+        json!([{"primitives": [{"attributes": attributes, "indices": indices, "material": 0}]}]),
+    );
+    file.set("cameras", json!([{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}}]));
+    file.set(
+        "nodes",
+        json!([
+            {"name": "root", "children": [1], "translation": [1e4, 0, 0]},
+            {"name": "arm", "children": [2], "scale": [1, 1, 1]},
+            {"name": "hand", "children": [3, 4, 5, 6], "rotation": [0.6, 0, 0, 0.8]},
+            {"name": "card", "mesh": 0, "translation": [0.5, 0, 0]},
+            {"name": "ball", "extras": {"dapple": {"shape": "sphere", "radius": 0.5, "material": 0}}},
+            {"name": "eye", "camera": 0, "translation": [0, 0, 3]},
+            {"name": "lamp", "extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [0, 2, 0]},
+            {"name": "rest", "mesh": 0, "translation": [9999, 0, 0]},
+        ]),
+    );
+    file.set("scenes", json!([{"nodes": [0, 7]}]));
+    file.set(
+        "animations",
+        json!([{
+            "samplers": [
+                {"input": times, "output": turns},
+                {"input": times, "output": jumps, "interpolation": "STEP"},
+                {"input": ends, "output": swell, "interpolation": "CUBICSPLINE"},
+            ],
+            "channels": [
+                {"sampler": 0, "target": {"node": 0, "path": "rotation"}},
+                {"sampler": 1, "target": {"node": 1, "path": "translation"}},
+                {"sampler": 2, "target": {"node": 2, "path": "scale"}},
+            ],
+        }]),
+    );
+    file.set("extensions", json!({"KHR_lights_punctual": {"lights": [{"type": "spot", "intensity": 3}]}}));
+    file.set("extensionsUsed", json!(["KHR_lights_punctual"]));
+    file
+}
+
+/// The hand's transform at a time of the animation, worked out by hand.
+fn hand(time: f64) -> DAffine3 {
+    let degrees = if time < 2.0 { 90.0 * time } else { (180.0 + 45.0 * (time - 2.0)).min(270.0) };
+    let root = DAffine3::from_rotation_translation(
+        DQuat::from_rotation_y(degrees.to_radians()),
+        DVec3::new(1e4, 0.0, 0.0),
+    );
+    let jump = [1.0, 2.0, 3.0, 4.0][[1.0, 2.0, 4.0].iter().filter(|&&t| time >= t).count()];
+    let s = ((time - 1.0) / 2.0).clamp(0.0, 1.0);
+    // Values 1 and 2, slopes ½ out and −½ in, two seconds apart.
+    let (s2, s3) = (s * s, s * s * s);
+    let swell = (2.0 * s3 - 3.0 * s2 + 1.0) + (s3 - 2.0 * s2 + s) + 2.0 * (3.0 * s2 - 2.0 * s3) - (s3 - s2);
+    let turn = DQuat::from_xyzw(0.6, 0.0, 0.0, 0.8);
+    root * DAffine3::from_translation(DVec3::new(jump, 0.0, 0.0))
+        * DAffine3::from_scale_rotation_translation(DVec3::splat(swell), turn, DVec3::ZERO)
+}
+
+#[track_caller]
+fn near(a: DVec3, b: DVec3) {
+    // f32 of a scene a few units wide; keys and vertices are f32 too.
+    assert!((a - b).length() < 2e-5, "{a} instead of {b}");
+}
+
+#[test]
+fn a_chain_is_composed_at_every_time() {
+    let scene = read(&machine(), SHUTTER);
+    assert!(scene.survey.has_motion && scene.world.has_motion());
+    let moving: Vec<bool> = (0..3).map(|i| scene.world.is_moving(i)).collect();
+    assert_eq!(moving, [true, true, false], "card, ball, and what rests");
+    for i in 0..=40 {
+        let since = 2.0 * i as f32 / 40.0;
+        let hand = hand(AT + SHUTTER.open + f64::from(since));
+        let world = |p: Vec3| scene.space.to_world(p);
+        let corners = scene.world.corners_at(0, 0, since);
+        near(world(corners[1]), hand.transform_point3(DVec3::new(1.5, 0.0, 0.0)));
+        let camera = scene.cameras[0].camera.at(since);
+        near(world(camera.origin), hand.transform_point3(DVec3::Z * 3.0));
+        near(camera.backward.as_dvec3(), hand.transform_vector3(DVec3::Z).normalize());
+        let mut lights = scene.lights.iter().filter_map(|l| match l {
+            Light::Moving(moving) => moving.at(since),
+            _ => None,
+        });
+        let Some(Light::Area(card)) = lights.next() else { panic!() };
+        let AreaShape::Quad { corner, e1, e2 } = card.shape else { panic!("{:?}", card.shape) };
+        let middle = hand.transform_point3(DVec3::new(1.0, 0.5, 0.0));
+        near(world(corner + (e1 + e2) * 0.5), middle);
+        near(e1.cross(e2).normalize().as_dvec3(), hand.transform_vector3(DVec3::Z).normalize());
+        let Some(Light::Area(ball)) = lights.next() else { panic!() };
+        let AreaShape::Sphere { centre, radius } = ball.shape else { panic!("{:?}", ball.shape) };
+        near(world(centre), hand.transform_point3(DVec3::ZERO));
+        let size = hand.matrix3.x_axis.length() * 0.5;
+        assert!((f64::from(radius) / scene.space.scale - size).abs() < 1e-6);
+        let Some(Light::Spot(lamp)) = lights.next() else { panic!() };
+        near(world(lamp.p), hand.transform_point3(DVec3::Y * 2.0));
+        near(lamp.axis.as_dvec3(), hand.transform_vector3(-DVec3::Z).normalize());
+    }
+}
+
+/// The instant the shutter opens is the picture without a shutter.
+#[test]
+fn at_the_opening_it_is_the_picture_of_an_instant() {
+    let (open, still) = (read(&machine(), SHUTTER), read(&machine(), Shutter { close: 0.25, ..SHUTTER }));
+    assert!(!still.survey.has_motion);
+    assert_eq!(open.space, still.space);
+    assert_eq!(open.world.corners(2, 1), still.world.corners(2, 1));
+    near(
+        open.space.to_world(open.world.corners(0, 1)[2]),
+        still.space.to_world(still.world.corners(0, 1)[2]),
+    );
+    let (a, b) = (&open.cameras[0].camera, &still.cameras[0].camera);
+    assert!(a.motion.is_some() && b.motion.is_none());
+    near(open.space.to_world(a.origin), still.space.to_world(b.origin));
+    let rays = [a.at(0.0), b.clone()].map(|c| c.ray((3, 4), Vec2::splat(0.5), (8, 8), Vec2::ZERO));
+    near(rays[0].d.as_dvec3(), rays[1].d.as_dvec3());
+}
+
+/// Nothing is culled that a light reaches at some time of the shutter: every light keeps its share.
+#[test]
+fn lights_that_move_can_be_chosen_wherever_they_go() {
+    let scene = read(&machine(), SHUTTER);
+    let choice = scene.light_choice.as_ref().unwrap();
+    for i in 0..200 {
+        let hand = hand(AT + SHUTTER.open + 0.01 * f64::from(i));
+        let p = scene.space.to_render(hand.transform_point3(DVec3::new(1.0, 0.5, 0.2)));
+        let n = hand.transform_vector3(-DVec3::Z).normalize().as_vec3();
+        let all: f32 = (0..scene.lights.len()).map(|light| choice.pmf(p, n, light)).sum();
+        assert!((all - 1.0).abs() < 1e-5);
+        assert!(choice.pmf(p, n, 0) > 0.1, "a card that nearly touches");
+    }
+}
+
+/// Uneven scales while it moves: exact geometry, found by chance as a light.
+#[test]
+fn a_round_shape_that_does_not_stay_round() {
+    let mut file = machine();
+    let (zero, flat) = ([0.0_f32; 3], [1.0, 2.0, 1.0]);
+    let squeeze = file.floats(&[zero, [1.0; 3], zero, zero, flat, zero]);
+    file.json["animations"][0]["samplers"][2]["output"] = json!(squeeze);
+    let scene = read(&file, SHUTTER);
+    assert!(scene.world.is_moving(1));
+    // The card's quad and the spot are left, and the card at rest.
+    assert_eq!(scene.lights.len(), 3);
+}
