@@ -109,9 +109,9 @@ impl File {
     }
 }
 
-/// A white pixel as PNG.
+/// A red texel and a green one.
 const PNG: &str =
-    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAAC0lEQVR4nGP4DwQACfsD/fteaysAAAAASUVORK5CYII=";
+    "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAYAAAD0In+KAAAADklEQVR4nGP4z8DwHwQBEPgD/U6VwW8AAAAASUVORK5CYII=";
 
 /// One of everything: textures, extensions, extras, a light, a camera, shapes, an animation.
 pub fn showcase() -> File {
