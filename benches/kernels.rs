@@ -13,12 +13,12 @@ fn main() {
     if asked("--smoke") {
         scenes.truncate(1);
     }
-    println!("| scene | time chosen / general | 95 % interval | scene bytes | ratio | instructions |");
+    println!("| scene | time chosen / general | 95 % interval | bytes | ratio | instructions |");
     println!("|---|---|---|---|---|---|");
     for scene in scenes {
         let Some(measured) = measured(&scene) else { continue };
         let number = |key: &str| measured[key].as_f64().unwrap_or(f64::NAN);
-        let bytes = (number("scene_bytes"), number("general_scene_bytes"));
+        let bytes = (number("bytes"), number("general_bytes"));
         let instructions = if asked("--instructions") { instructions(&scene) } else { "-".into() };
         println!(
             "| {} | {:.3} | {:.3} … {:.3} | {:.0} / {:.0} | {:.3} | {instructions} |",

@@ -4,7 +4,8 @@ use crate::commands::render;
 use crate::error::Failure;
 use crate::load::{self, Source};
 use crate::options::RenderOptions;
-use dapple_integrator::render as draw;
+use dapple_integrator::scene::NamedCamera;
+use dapple_integrator::{Settings, plan, render as draw};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
@@ -24,8 +25,9 @@ pub struct Measured {
     pub time_ratio: f64,
     pub time_ratio_low: f64,
     pub time_ratio_high: f64,
-    pub scene_bytes: usize,
-    pub general_scene_bytes: usize,
+    /// Scene, film and layers.
+    pub bytes: usize,
+    pub general_bytes: usize,
     pub load_seconds: f64,
     pub general_load_seconds: f64,
 }
@@ -33,18 +35,18 @@ pub struct Measured {
 impl Measured {
     /// Two lines for people.
     pub fn as_text(&self) -> String {
-        let bytes = self.scene_bytes as f64 / self.general_scene_bytes.max(1) as f64;
+        let bytes = self.bytes as f64 / self.general_bytes.max(1) as f64;
         format!(
             "measured against the general plan, {PAIRS} interleaved pairs\n  time        {:.3} of it ({:.3} to {:.3}): {:.3} s \
-             against {:.3} s\n  scene       {:.3} of it: {:.2} MB against {:.2} MB\n  loading     {:.3} s against {:.3} s",
+             against {:.3} s\n  memory      {:.3} of it: {:.2} MB against {:.2} MB\n  loading     {:.3} s against {:.3} s",
             self.time_ratio,
             self.time_ratio_low,
             self.time_ratio_high,
             self.seconds,
             self.general_seconds,
             bytes,
-            self.scene_bytes as f64 / 1e6,
-            self.general_scene_bytes as f64 / 1e6,
+            self.bytes as f64 / 1e6,
+            self.general_bytes as f64 / 1e6,
             self.load_seconds,
             self.general_load_seconds,
         )
@@ -54,7 +56,7 @@ impl Measured {
 /// Renders the same picture by both plans, turn by turn.
 pub fn against_general(source: &Source, options: &RenderOptions) -> Result<Measured, Failure> {
     let general = RenderOptions { plan: Some(crate::values::PlanKind::General), ..options.clone() };
-    let mut setups = Vec::new();
+    let mut setups: Vec<Setup> = Vec::new();
     for options in [options, &general] {
         let loaded = load::load(source, options)?;
         let view = load::camera(&loaded.scene, options)?;
@@ -86,11 +88,19 @@ pub fn against_general(source: &Source, options: &RenderOptions) -> Result<Measu
         time_ratio: mean.exp(),
         time_ratio_low: (mean - half).exp(),
         time_ratio_high: (mean + half).exp(),
-        scene_bytes: setups[0].0.scene.memory_bytes(),
-        general_scene_bytes: setups[1].0.scene.memory_bytes(),
+        bytes: bytes(&setups[0]),
+        general_bytes: bytes(&setups[1]),
         load_seconds: setups[0].0.load_seconds,
         general_load_seconds: setups[1].0.load_seconds,
     })
+}
+
+type Setup = (load::Loaded, NamedCamera, Settings);
+
+/// What scene and film take, by the plan's own account.
+fn bytes((loaded, view, settings): &Setup) -> usize {
+    let plan = plan(&loaded.scene, &view.camera, settings);
+    plan.scene_bytes + plan.bytes_per_pixel * settings.rect().area()
 }
 
 fn ln(x: f64) -> f64 {

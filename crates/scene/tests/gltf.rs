@@ -553,7 +553,7 @@ fn info_counts_without_reading_meshes() {
     assert_eq!(info.counts.shapes, load(&file::showcase()).survey.shapes);
     assert_eq!(info.cameras, ["eye"]);
     assert_eq!(info.lights, ["spot light 0 'lamp'"]);
-    assert_eq!((info.textures[0].width, info.textures[0].height), (1, 1));
+    assert_eq!((info.textures[0].width, info.textures[0].height), (2, 1));
     assert_eq!((info.animations[0].name.as_str(), info.animations[0].end), ("slide", 2.0));
     assert!(info.extensions.iter().all(|e| e.supported && !e.required));
     assert!(serde_json::to_string(&info).unwrap().contains("\"triangles\":2"));
