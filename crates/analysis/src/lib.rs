@@ -1,12 +1,15 @@
 //! How wrong is a picture, and how fast does a method get it right?
 //!
-//! [`metrics`] compares pictures in linear radiance, [`flip`] as an eye would, [`heat`] shows where the errors are.
+//! [`metrics`] compares pictures in linear radiance, [`flip`] as an eye would, [`heat`] shows where the errors are. [`curve`] says how
+//! fast an error falls with samples and seconds, and [`statistics`] how sure that is.
 //! Pictures are linear Rec.709, row by row from the top left, whoever made them.
 #![forbid(unsafe_code)]
 
+pub mod curve;
 pub mod flip;
 pub mod heat;
 pub mod metrics;
+pub mod statistics;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

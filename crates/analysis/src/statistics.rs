@@ -1,0 +1,172 @@
+//! How sure is a number that was measured a few times?
+//!
+//! Intervals are Student's, over independent repetitions (seeds). Quantities that are ratios or spread over orders of
+//! magnitude — errors, seconds, efficiencies — are averaged as logarithms, so that an interval never reaches below
+//! zero and a ratio and its inverse say the same.
+
+/// A value with the ends of its confidence interval.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Interval {
+    /// The estimate.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Interval {
+    /// Whether `x` lies in it.
+    pub fn contains(&self, x: f64) -> bool {
+        self.low <= x && x <= self.high
+    }
+
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self { value: f(self.value), low: f(self.low), high: f(self.high) }
+    }
+}
+
+/// Confidence of intervals unless said otherwise.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// The mean of independent numbers ± t·s/√k. One number has an interval without end; none has no mean.
+pub fn mean(values: &[f64], confidence: f64) -> Option<Interval> {
+    let k = values.len() as f64;
+    if values.is_empty() || values.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let value = values.iter().sum::<f64>() / k;
+    let squares = values.iter().map(|v| (v - value) * (v - value)).sum::<f64>();
+    let reach = match values.len() {
+        1 => f64::INFINITY,
+        n => student(0.5 + 0.5 * confidence, (n - 1) as f64) * (squares / (k - 1.0) / k).sqrt(),
+    };
+    Some(Interval { value, low: value - reach, high: value + reach })
+}
+
+/// The geometric mean of positive numbers, its interval from that of their logarithms. `None` if one is not positive.
+pub fn geometric_mean(values: &[f64], confidence: f64) -> Option<Interval> {
+    if values.iter().any(|v| *v <= 0.0) {
+        return None;
+    }
+    let logs: Vec<f64> = values.iter().map(|v| libm::log(*v)).collect();
+    mean(&logs, confidence).map(|interval| interval.map(libm::exp))
+}
+
+/// The middle value, or the mean of the two middle ones; `None` without any.
+pub fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len();
+    (n > 0).then(|| 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]))
+}
+
+/// The p-quantile of Student's distribution with `degrees` of freedom, 0 < p < 1, by bisection to 1e-12.
+pub fn student(p: f64, degrees: f64) -> f64 {
+    if p < 0.5 {
+        return -student(1.0 - p, degrees);
+    }
+    let (mut low, mut high) = (0.0, 1.0);
+    while student_below(high, degrees) < p && high < 1e12 {
+        high *= 2.0;
+    }
+    while high - low > 1e-12 * f64::max(1.0, high) {
+        let middle = 0.5 * (low + high);
+        if student_below(middle, degrees) < p { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// The p-quantile of the normal distribution, 0 < p < 1.
+pub fn normal(p: f64) -> f64 {
+    // With 1e9 degrees of freedom they differ by less than 1e-8.
+    student(p, 1e9)
+}
+
+/// P(T ≤ t), t ≥ 0: 1 − ½ I_x(ν/2, ½) with x = ν/(ν + t²).
+fn student_below(t: f64, degrees: f64) -> f64 {
+    1.0 - 0.5 * incomplete_beta(0.5 * degrees, 0.5, degrees / (degrees + t * t))
+}
+
+/// The regularised incomplete beta function I_x(a, b) by its continued fraction, evaluated after Lentz
+/// [Press et al. 2007, §6.4].
+fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
+    if x <= 0.0 || x >= 1.0 {
+        return if x <= 0.0 { 0.0 } else { 1.0 };
+    }
+    let log_front = libm::lgamma(a + b) - libm::lgamma(a) - libm::lgamma(b);
+    let front = libm::exp(log_front + a * libm::log(x) + b * libm::log1p(-x));
+    if x < (a + 1.0) / (a + b + 2.0) {
+        front * beta_fraction(a, b, x) / a
+    } else {
+        1.0 - front * beta_fraction(b, a, 1.0 - x) / b
+    }
+}
+
+fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
+    const TINY: f64 = 1e-300;
+    let away = |v: f64| if v.abs() < TINY { TINY } else { v };
+    let (mut c, mut d) = (1.0, 1.0 / away(1.0 - (a + b) * x / (a + 1.0)));
+    let mut product = d;
+    for m in 1..100_000 {
+        let m = f64::from(m);
+        let even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
+        let odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
+        let mut change = 1.0;
+        for term in [even, odd] {
+            d = 1.0 / away(1.0 + term * d);
+            c = away(1.0 + term / c);
+            change = c * d;
+            product *= change;
+        }
+        if (change - 1.0).abs() < 1e-15 {
+            break;
+        }
+    }
+    product
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dapple_testkit::Rng;
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        for (p, degrees, t) in [
+            (0.975, 1.0, 12.706_204_736),
+            (0.975, 4.0, 2.776_445_105),
+            (0.975, 9.0, 2.262_157_163),
+            (0.95, 2.0, 2.919_985_580),
+            (0.995, 30.0, 2.749_995_654),
+            (0.025, 4.0, -2.776_445_105),
+        ] {
+            assert!((student(p, degrees) - t).abs() < 1e-8, "{p} {degrees}: {}", student(p, degrees));
+        }
+        assert!((normal(0.975) - 1.959_963_985).abs() < 1e-7, "{}", normal(0.975));
+        assert!(student(0.5, 3.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn intervals_by_hand() {
+        let found = mean(&[1.0, 2.0, 3.0], 0.95).unwrap();
+        let reach = 4.302_652_73 / 3f64.sqrt();
+        assert!((found.low - (2.0 - reach)).abs() < 1e-7 && (found.high - (2.0 + reach)).abs() < 1e-7);
+        let ratio = geometric_mean(&[0.5, 2.0], 0.95).unwrap();
+        assert!((ratio.value - 1.0).abs() < 1e-15 && (ratio.low * ratio.high - 1.0).abs() < 1e-9);
+        assert_eq!(mean(&[], 0.95), None);
+        assert_eq!(mean(&[1.0, f64::NAN], 0.95), None);
+        assert_eq!(geometric_mean(&[1.0, 0.0], 0.95), None);
+        assert_eq!(mean(&[7.0], 0.95).unwrap().high, f64::INFINITY);
+        assert_eq!(median(&[3.0, 1.0, 2.0, 9.0]), Some(2.5));
+    }
+
+    /// 95 % of the intervals of five normal numbers hold the truth: ± 4 standard errors of 4000 trials.
+    #[test]
+    fn intervals_hold_what_they_promise() {
+        let mut rng = Rng::new(3);
+        let one = |rng: &mut Rng| mean(&[0; 5].map(|_| 1.0 + rng.normal()), 0.95).unwrap().contains(1.0);
+        let held = (0..4000).filter(|_| one(&mut rng)).count() as f64 / 4000.0;
+        assert!((held - 0.95).abs() < 4.0 * (0.95 * 0.05 / 4000f64).sqrt(), "{held}");
+    }
+}
