@@ -37,7 +37,7 @@ pub use aov::Aov;
 pub use effects::{Combine, Effect, Plans};
 pub use forecast::{Forecast, forecast};
 pub use plan::{RenderPlan, plan};
-pub use render::{BadSample, Outcome, Progress, Stats, render};
+pub use render::{BadSample, Checkpoint, Look, Outcome, Progress, Stats, render, render_watched};
 pub use replay::{PathVertex, replay};
 pub use settings::{Method, Settings};
 

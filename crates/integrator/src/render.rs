@@ -14,7 +14,10 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+mod checkpoint;
 mod layers;
+
+pub use checkpoint::{Checkpoint, Look};
 
 /// How far a render is; told a few times a second.
 #[derive(Clone, Copy, Debug)]
@@ -84,6 +87,30 @@ pub fn render(
     settings: &Settings,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Outcome {
+    run(scene, camera, settings, progress, None)
+}
+
+/// As [`render`], and shows the picture at growing sample counts: at n, n/2, n/4, … of the n samples asked for (rounded
+/// down), or at 1, 2, 4, … where only time limits the render; of the distribution tracer whole pixels alone. Looking
+/// changes no bit of the picture, and its time is not counted as rendering. `look` may say that it is enough; such a
+/// render counts as finished, not as stopped.
+pub fn render_watched(
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    look: &mut Look<'_>,
+) -> Outcome {
+    run(scene, camera, settings, progress, Some(look))
+}
+
+fn run(
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    mut look: Option<&mut Look<'_>>,
+) -> Outcome {
     let job = Job::new(scene, camera, settings);
     let (kernel, name) = kernel::choose(&job);
     let watched = settings.aovs.iter().any(|aov| aov.needs_first_hit());
@@ -91,15 +118,29 @@ pub fn render(
     let threads = thread_count(settings);
     let watch = Watch::new(settings, progress);
     let mut spp = 0;
-    while let Some(end) = watch.next_pass(spp) {
+    let mut looking = Duration::ZERO;
+    while let Some(mut end) = watch.next_pass(spp) {
+        let stop_at = checkpoint::next(settings, spp);
+        if look.is_some() {
+            end = end.min(stop_at);
+        }
         each_tile(threads, &mut tiles, |tile| {
             let before = tile.rays;
             tile.render(&job, kernel, spp, end);
             watch.tile_done(tile, end - spp, tile.rays - before, spp);
         });
         spp = end;
+        if let Some(look) = look.as_mut().filter(|_| spp == stop_at) {
+            let now = Instant::now();
+            let seconds = (now - watch.start - looking).as_secs_f64();
+            let enough = look(&Checkpoint { spp, seconds, rect: settings.rect(), tiles: &tiles }).is_break();
+            looking += now.elapsed();
+            if enough {
+                break;
+            }
+        }
     }
-    let seconds = watch.start.elapsed().as_secs_f64();
+    let seconds = (watch.start.elapsed() - looking).as_secs_f64();
     let kernel = format!("{name}/{}", scene.world.kernel().name());
     let stopped = watch.stopped(spp);
     finish(&job, tiles, Stats { seconds, spp, stopped, threads, kernel, ..Stats::default() })

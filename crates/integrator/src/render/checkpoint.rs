@@ -1,0 +1,69 @@
+//! When can a render be looked at, and what is there to see?
+
+use crate::settings::Settings;
+use crate::tile::Tile;
+use dapple_camera::{Film, PixelRect};
+use std::ops::ControlFlow;
+
+/// A moment at which every pixel has the same number of samples.
+pub struct Checkpoint<'a> {
+    /// Samples per pixel so far.
+    pub spp: u32,
+    /// Wall time of rendering so far, seconds.
+    pub seconds: f64,
+    pub(super) rect: PixelRect,
+    pub(super) tiles: &'a [Tile],
+}
+
+/// Called at every checkpoint; may stop the render.
+pub type Look<'a> = dyn FnMut(&Checkpoint<'_>) -> ControlFlow<()> + 'a;
+
+impl Checkpoint<'_> {
+    /// Means and variances so far.
+    pub fn film(&self) -> Film {
+        let mut film = Film::new(self.rect);
+        self.tiles.iter().for_each(|tile| film.put(&tile.film));
+        film
+    }
+
+    /// Rays traced so far.
+    pub fn rays(&self) -> u64 {
+        self.tiles.iter().map(|tile| tile.rays).sum()
+    }
+}
+
+/// The first count after `spp` at which to look.
+pub(super) fn next(settings: &Settings, spp: u32) -> u32 {
+    let round = settings.round();
+    match settings.samples() {
+        Some(n) => (0..32).rev().map(|k| n >> k).find(|m| *m > spp && m % round == 0).unwrap_or(n),
+        None => (spp / round + 1).checked_next_power_of_two().unwrap_or(u32::MAX).saturating_mul(round),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Method;
+    use std::time::Duration;
+
+    fn all(settings: &Settings, most: usize) -> Vec<u32> {
+        let mut counts = vec![next(settings, 0)];
+        while counts.len() < most && counts.last() != settings.samples().as_ref() {
+            counts.push(next(settings, counts[counts.len() - 1]));
+        }
+        counts
+    }
+
+    #[test]
+    fn counts_double_and_end_at_the_last() {
+        let path = |spp| Settings { spp, time_limit: Some(Duration::from_secs(1)), ..Settings::default() };
+        assert_eq!(all(&path(Some(16)), 9), [1, 2, 4, 8, 16]);
+        assert_eq!(all(&path(Some(100)), 9), [1, 3, 6, 12, 25, 50, 100]);
+        assert_eq!(all(&path(None), 5), [1, 2, 4, 8, 16]);
+        let distribution =
+            |time_limit| Settings { method: Method::Distribution, time_limit, ..Settings::default() };
+        assert_eq!(all(&distribution(None), 9), [16]);
+        assert_eq!(all(&distribution(Some(Duration::from_secs(1))), 3), [16, 32, 64]);
+    }
+}

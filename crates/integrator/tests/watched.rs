@@ -1,0 +1,62 @@
+//! Looking at a render while it runs changes nothing of it.
+
+use dapple_integrator::sampling::Pattern;
+use dapple_integrator::{Settings, render, render_watched, scene};
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+fn settings(pattern: Pattern, spp: u32) -> Settings {
+    Settings { size: (20, 12), spp: Some(spp), pattern, threads: Some(2), ..Settings::default() }
+}
+
+#[test]
+fn no_bit_depends_on_looking() {
+    let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
+    let camera = &scene.cameras[0].camera;
+    for pattern in [Pattern::Sobol, Pattern::Stratified] {
+        let settings = settings(pattern, 24);
+        let plain = render(&scene, camera, &settings, &|_| ControlFlow::Continue(()));
+        let mut seen = Vec::new();
+        let watched = render_watched(&scene, camera, &settings, &|_| ControlFlow::Continue(()), &mut |at| {
+            assert_eq!(at.film().count(3, 3), u64::from(at.spp));
+            seen.push((at.spp, at.film(), at.rays(), at.seconds));
+            ControlFlow::Continue(())
+        });
+        assert_eq!(plain.film, watched.film);
+        assert_eq!(seen.iter().map(|s| s.0).collect::<Vec<_>>(), [1, 3, 6, 12, 24]);
+        assert!(seen[4].1 == plain.film && seen[4].2 == plain.stats.rays);
+        assert!(seen.windows(2).all(|w| w[0].3 < w[1].3));
+    }
+}
+
+/// The first n of more Sobol or random samples are those of n, from 16 on.
+#[test]
+fn sequences_can_be_looked_at() {
+    let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
+    let camera = &scene.cameras[0].camera;
+    for pattern in [Pattern::Sobol, Pattern::Random] {
+        let mut at_16 = None;
+        render_watched(&scene, camera, &settings(pattern, 64), &|_| ControlFlow::Continue(()), &mut |at| {
+            if at.spp == 16 {
+                at_16 = Some(at.film());
+            }
+            ControlFlow::Continue(())
+        });
+        let alone = render(&scene, camera, &settings(pattern, 16), &|_| ControlFlow::Continue(()));
+        assert_eq!(at_16, Some(alone.film));
+    }
+}
+
+/// Enough is no interruption, and looking takes no render time.
+#[test]
+fn enough_is_enough() {
+    let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
+    let camera = &scene.cameras[0].camera;
+    let settings = Settings { spp: None, ..settings(Pattern::Sobol, 1) };
+    let found = render_watched(&scene, camera, &settings, &|_| ControlFlow::Continue(()), &mut |at| {
+        std::thread::sleep(Duration::from_millis(200));
+        if at.spp >= 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert_eq!((found.stats.spp, found.stats.stopped), (4, false));
+    assert!(found.stats.seconds < 0.5, "{}", found.stats.seconds);
+}
