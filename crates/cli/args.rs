@@ -1,8 +1,9 @@
 //! What can be typed: the commands and their arguments. The options of a render are in [`crate::options`].
 
 use crate::options::RenderOptions;
-use crate::values::{self, Pixel, Threshold};
+use crate::values::{self, Pixel, Seconds, Threshold};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use dapple_integrator::Effect;
 use std::path::PathBuf;
 
 /// Renders glTF 2.0 scenes on the CPU. Without a command: the built-in Cornell box.
@@ -14,9 +15,14 @@ pub struct Cli {
 }
 
 /// Everything that can be typed. `replay` names a place with `--pixel`, so the render's option of that name is called
-/// `--pixel-plan` there.
+/// `--pixel-plan` there; what `converge` writes is a folder.
 pub fn command() -> clap::Command {
-    Cli::command().mut_subcommand("replay", |replay| replay.mut_arg("pixel", |a| a.long(PIXEL_PLAN)))
+    let said = "The folder to write into; what is there already is continued";
+    Cli::command()
+        .mut_subcommand("replay", |replay| replay.mut_arg("pixel", |a| a.long(PIXEL_PLAN)))
+        .mut_subcommand("converge", |converge| {
+            converge.mut_arg("output", |a| a.value_name("DIR").help(said).required(true))
+        })
 }
 
 /// What `replay` calls the render's `--pixel`.
@@ -34,6 +40,8 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Measure how far a picture is from a reference
     Diff(DiffArgs),
+    /// Measure how much error is left after how many seconds, method against method
+    Converge(Box<ConvergeArgs>),
 }
 
 #[derive(Debug, Args)]
@@ -119,6 +127,30 @@ pub enum ErrorMap {
     Signed,
     /// FLIP from 0 to 1
     Flip,
+}
+
+#[derive(Debug, Args)]
+pub struct ConvergeArgs {
+    /// .gltf or .glb files, or builtin:NAME
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<String>,
+    /// A method: a name and options of dapple render; may be repeated [default: path and distribution, each with three patterns]
+    #[arg(long = "run", value_name = "NAME: OPTIONS", allow_hyphen_values = true)]
+    pub runs: Vec<String>,
+    /// Wall time of the whole command
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = values::duration)]
+    pub budget: Seconds,
+    /// Independent renders of every run, at least
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub seeds: u32,
+    /// What the pictures should be, taken as exact [default: rendered here, as two independent halves]
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+    /// The integral whose count grows in runs of the distribution tracer
+    #[arg(long, value_name = "EFFECT", default_value = "pixel", value_parser = values::effect)]
+    pub vary: Effect,
+    #[command(flatten)]
+    pub options: RenderOptions,
 }
 
 #[cfg(test)]

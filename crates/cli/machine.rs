@@ -20,6 +20,27 @@ pub fn peak_memory_bytes() -> u64 {
     kilobytes("/proc/self/status", "VmHWM:").unwrap_or(0)
 }
 
+/// All memory of the machine, in bytes; 0 where the system does not say (it is read from Linux).
+pub fn memory_bytes() -> u64 {
+    kilobytes("/proc/meminfo", "MemTotal:").unwrap_or(0)
+}
+
+/// The processor's name; "unknown processor" where the system does not say (it is read from Linux).
+pub fn cpu() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    name.map_or_else(|| "unknown processor".into(), |(_, name)| name.trim().into())
+}
+
+/// Processor seconds that all threads of this process took, in steps of a hundredth; 0 where the system does not say
+/// (it is read from Linux).
+pub fn cpu_seconds() -> f64 {
+    // After the name in parentheses: user and system time are fields 14 and 15 of the line, in 1/100 s.
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields = text.rsplit(')').next().unwrap_or_default().split_whitespace();
+    fields.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
+}
+
 /// The value of a line such as `VmHWM:  1234 kB`, in bytes.
 fn kilobytes(file: &str, key: &str) -> Option<u64> {
     let text = std::fs::read_to_string(file).ok()?;

@@ -9,6 +9,7 @@ mod args;
 mod commands;
 mod effects;
 mod error;
+mod error_watch;
 mod interrupt;
 mod load;
 mod machine;
@@ -47,6 +48,7 @@ fn run() -> Result<ExitCode, Failure> {
         None => commands::render::run(None, &options::empty_matches()),
         Some(Command::Render(a)) => commands::render::run(a.scene.as_deref(), subcommand(&matches)),
         Some(Command::Info(a)) => commands::info::run(&a).map(done),
+        Some(Command::Converge(a)) => commands::converge::run(&a, subcommand(&matches)),
         Some(Command::Diff(a)) => commands::diff::run(&a).map(done),
         Some(Command::Plan(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),

@@ -86,12 +86,18 @@ pub struct RenderOptions {
     /// Which tracer: path or distribution [default: path]
     #[arg(long, value_name = "NAME", value_parser = values::method, help_heading = "Sampling")]
     pub method: Option<Method>,
-    /// Samples per pixel [default: 64, or as many as --time-limit allows]
+    /// Samples per pixel [default: 64, or as many as --time-limit allows or --error-limit needs]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
     pub spp: Option<u32>,
     /// Stop after this much rendering: 30s, 5m, 1h
     #[arg(long, value_name = "TIME", value_parser = values::duration, help_heading = "Sampling")]
     pub time_limit: Option<Seconds>,
+    /// Stop as soon as the relative RMSE of the picture is below X with --confidence; at 64 samples or more
+    #[arg(long, value_name = "X", value_parser = values::positive64, help_heading = "Sampling")]
+    pub error_limit: Option<f64>,
+    /// How sure --error-limit and the stated error bound are [default: 0.95]
+    #[arg(long, value_name = "P", value_parser = values::confidence, help_heading = "Sampling")]
+    pub confidence: Option<f64>,
     /// How sample points are placed: sobol, stratified, random or grid [default: sobol]
     #[arg(long, value_name = "NAME", help_heading = "Sampling")]
     pub pattern: Option<Pattern>,
@@ -158,6 +164,9 @@ pub struct RenderOptions {
     /// Let the scene name files outside its own folder
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "General")]
     pub allow_path: Option<bool>,
+    /// Write seconds, samples, rays and error at each doubling of the samples, one JSON object per line
+    #[arg(long, value_name = "FILE.jsonl", help_heading = "General")]
+    pub log: Option<PathBuf>,
     /// Print one JSON object as the last line of standard output
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "General")]
     pub json: Option<bool>,
@@ -204,9 +213,10 @@ impl RenderOptions {
         self.update_from_arg_matches(matches).map_err(|e| Failure::Arguments(error::clap_line(&e)))
     }
 
-    /// The samples asked for: 64 when neither a count nor a time is given.
+    /// The samples asked for: 64 when neither a count nor a time nor an error is given.
     pub fn samples(&self) -> Option<u32> {
-        self.spp.or(if self.time_limit.is_none() { Some(64) } else { None })
+        let limited = self.time_limit.is_some() || self.error_limit.is_some();
+        self.spp.or(if limited { None } else { Some(64) })
     }
 
     /// When the shutter is open; an instant unless something else was asked for.

@@ -3,6 +3,7 @@
 use crate::load::Loaded;
 use crate::machine;
 use crate::output::Outputs;
+use dapple_analysis::estimate::Estimate;
 use dapple_integrator::{Effect, Method, Settings, Stats};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -36,6 +37,10 @@ pub struct Report {
     pub height: u32,
     pub spp: u32,
     pub stopped: bool,
+    /// Expected relative RMSE of the picture; null where it cannot be known.
+    pub error_estimate: Option<f64>,
+    /// Upper bound of the relative RMSE.
+    pub error_bound: Option<f64>,
     pub seed: u64,
     pub threads: usize,
     pub method: &'static str,
@@ -54,7 +59,13 @@ pub struct Report {
 
 impl Report {
     /// Gathers what a finished render has to say.
-    pub fn new(loaded: &Loaded, settings: &Settings, stats: &Stats, outputs: &Outputs) -> Self {
+    pub fn new(
+        loaded: &Loaded,
+        settings: &Settings,
+        stats: &Stats,
+        error: Option<Estimate>,
+        outputs: &Outputs,
+    ) -> Self {
         let is_path = settings.method == Method::Path;
         let plans = Effect::ALL
             .iter()
@@ -75,6 +86,8 @@ impl Report {
             height: settings.size.1,
             spp: stats.spp,
             stopped: stats.stopped,
+            error_estimate: error.map(|e| e.error),
+            error_bound: error.map(|e| e.bound),
             seed: settings.seed,
             threads: stats.threads,
             method: crate::values::method_name(settings.method),
@@ -89,9 +102,13 @@ impl Report {
 
     /// Two lines for people.
     pub fn summary(&self) -> String {
+        let error = match (self.error_estimate, self.error_bound) {
+            (Some(e), Some(b)) => format!("; error about {:.2} %, below {:.2} %", 100.0 * e, 100.0 * b),
+            _ => String::new(),
+        };
         format!(
             "{}x{}, {} samples per pixel ({}, {}, seed {}), {} threads, {}\n\
-             loaded in {:.2} s, built in {:.2} s, rendered in {:.2} s: {:.1} M rays, {:.2} Mrays/s; peak {:.0} MB",
+             loaded in {:.2} s, built in {:.2} s, rendered in {:.2} s: {:.1} M rays, {:.2} Mrays/s; peak {:.0} MB{error}",
             self.width,
             self.height,
             self.spp,

@@ -63,7 +63,7 @@ fn argument(key: &str, value: &toml::Value, file: &Path, trust: Trust) -> Result
     };
     match key {
         "env" => values = values.iter().map(|v| beside(file, v, trust)).collect::<Result<_, _>>()?,
-        "output" if trust == Trust::Scene => values.iter().try_for_each(|v| stays_below(v))?,
+        "output" | "log" if trust == Trust::Scene => values.iter().try_for_each(|v| stays_below(v))?,
         "output" => {}
         _ => values = vec![values.join(",")],
     }

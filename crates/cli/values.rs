@@ -1,8 +1,8 @@
 //! The values that options take, each with the one sentence said about a wrong one.
 
-use dapple_integrator::Method;
 use dapple_integrator::camera::{PixelRect, Shutter};
 use dapple_integrator::imaging::Tone;
+use dapple_integrator::{Effect, Method};
 use glam::Vec3;
 use std::str::FromStr;
 use std::time::Duration;
@@ -132,6 +132,12 @@ pub fn positive64(s: &str) -> Result<f64, String> {
     finite64(s).ok().filter(|x| *x > 0.0).ok_or_else(|| "expected a finite number above zero".into())
 }
 
+/// A probability between one half and one.
+pub fn confidence(s: &str) -> Result<f64, String> {
+    let said = || "expected a probability of at least 0.5 and below 1, such as 0.95".into();
+    finite64(s).ok().filter(|p| (0.5..1.0).contains(p)).ok_or_else(said)
+}
+
 /// `MEASURE=X`; whether there is such a measure is known to the command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Threshold {
@@ -191,6 +197,13 @@ pub fn method(s: &str) -> Result<Method, String> {
         "distribution" => Ok(Method::Distribution),
         _ => Err("expected path or distribution".into()),
     }
+}
+
+/// The name of an effect.
+pub fn effect(s: &str) -> Result<Effect, String> {
+    let names = || Effect::ALL.map(|(_, name)| name).join(", ");
+    let found = Effect::ALL.iter().find(|(_, name)| *name == s);
+    found.map(|(effect, _)| *effect).ok_or_else(|| format!("expected one of {}", names()))
 }
 
 /// The name under which [`method`] reads it.

@@ -43,6 +43,8 @@ pub enum Over {
     Samples,
     /// Seconds of wall time.
     Seconds,
+    /// Seconds of processor time.
+    CpuSeconds,
 }
 
 impl Point {
@@ -60,6 +62,7 @@ impl Point {
         match over {
             Over::Samples => self.samples,
             Over::Seconds => self.seconds,
+            Over::CpuSeconds => self.cpu_seconds,
         }
     }
 }
@@ -135,8 +138,8 @@ pub fn speed_up(first: &[Curve], seeds: &[Curve]) -> Option<SpeedUp> {
     Some(SpeedUp { ratio, at_error: target })
 }
 
-/// Cost and error over seeds at each sample count that at least two of them (or the only one) have: means of
-/// logarithms, with the interval of the error.
+/// Cost and error over seeds at each sample count that at least two of them (or the only one) have: the mean cost, and
+/// the geometric mean of the error with its interval.
 pub fn band(seeds: &[Curve], over: Over, error: Error) -> Vec<(f64, Interval)> {
     let mut counts: Vec<f64> = seeds.iter().flatten().map(|p| p.samples).collect();
     counts.sort_by(f64::total_cmp);
@@ -146,7 +149,8 @@ pub fn band(seeds: &[Curve], over: Over, error: Error) -> Vec<(f64, Interval)> {
         let points: Vec<&Point> = seeds.iter().filter_map(|c| c.iter().find(|p| p.samples == n)).collect();
         let costs: Vec<f64> = points.iter().map(|p| p.cost(over)).collect();
         let errors: Vec<f64> = points.iter().map(|p| p.error(error)).collect();
-        let cost = statistics::geometric_mean(&costs, statistics::CONFIDENCE)?.value;
+        // Of seconds the mean: processor time may be 0, for systems count it in hundredths.
+        let cost = statistics::mean(&costs, statistics::CONFIDENCE)?.value;
         let error = statistics::geometric_mean(&errors, statistics::CONFIDENCE)?;
         (points.len() >= enough).then_some((cost, error))
     };
@@ -160,18 +164,19 @@ mod tests {
 
     /// MSE = c N^s times a lognormal factor; a sample takes `second` seconds.
     fn curves(seeds: u64, s: f64, c: f64, second: f64, noise: f64) -> Vec<Curve> {
-        let one = |seed: u64| {
-            let mut rng = Rng::new(seed);
-            let point = |k: i32, rng: &mut Rng| {
-                let samples = f64::from(1 << k);
-                let mse = c * samples.powf(s) * (noise * rng.normal()).exp();
-                let seconds = samples * second;
-                let relative_rmse = mse.sqrt() / 2.0;
-                Point { samples, seconds, cpu_seconds: 2.0 * seconds, mse, relmse: mse / 4.0, relative_rmse }
-            };
-            (0..9).map(|k| point(k, &mut rng)).collect()
+        (0..seeds).map(|seed| curve(seed, s, c, second, noise)).collect()
+    }
+
+    fn curve(seed: u64, s: f64, c: f64, second: f64, noise: f64) -> Curve {
+        let mut rng = Rng::new(seed);
+        let point = |k: i32, rng: &mut Rng| {
+            let samples = f64::from(1 << k);
+            let mse = c * samples.powf(s) * (noise * rng.normal()).exp();
+            let seconds = samples * second;
+            let relative_rmse = mse.sqrt() / 2.0;
+            Point { samples, seconds, cpu_seconds: 2.0 * seconds, mse, relmse: mse / 4.0, relative_rmse }
         };
-        (0..seeds).map(one).collect()
+        (0..9).map(|k| point(k, &mut rng)).collect()
     }
 
     #[test]
@@ -193,8 +198,7 @@ mod tests {
     #[test]
     fn the_slope_lies_in_its_interval() {
         let held = (0..1000u64).filter(|i| {
-            let one = |k: u64| curves(6 * i + k + 1, -1.5, 1.0, 0.01, 0.3).pop().unwrap();
-            let seeds: Vec<Curve> = (0..6).map(one).collect();
+            let seeds: Vec<Curve> = (0..6).map(|k| curve(6 * i + k, -1.5, 1.0, 0.01, 0.3)).collect();
             slope(&seeds, Over::Samples, Error::Mse).unwrap().contains(-1.5)
         });
         let share = held.count() as f64 / 1000.0;
@@ -237,7 +241,8 @@ mod tests {
         assert_eq!(found.len(), 9);
         assert!((found[3].0 - 0.08).abs() < 1e-12 && (found[3].1.value - 0.125).abs() < 1e-12);
         let mut uneven = seeds;
-        uneven[0].push(Point { samples: 512.0, ..uneven[0][8] });
+        let more = Point { samples: 512.0, ..uneven[0][8] };
+        uneven[0].push(more);
         assert_eq!(band(&uneven, Over::Samples, Error::Mse).len(), 9);
     }
 }

@@ -3,7 +3,9 @@
 //! The scale of magnitudes is matplotlib's magma in nine steps (dark is small), the scale of signs runs from blue
 //! (negative) over near black to red. Pixels that are not numbers are green, which neither scale has.
 
+use dapple_imaging::Picture;
 use dapple_imaging::sheet::Frame;
+use glam::Vec3;
 
 /// Magma at 0, ⅛, … 1. *Approximation*: straight lines between them, at most three code values off.
 const MAGMA: [[u8; 3]; 9] = [
@@ -37,6 +39,17 @@ pub fn sign(value: f64) -> [u8; 3] {
 /// `values` on a logarithmic scale from `low` (dark) to `high` (bright), row by row, `width` per row.
 pub fn logarithmic(values: &[f64], width: usize, [low, high]: [f64; 2]) -> Frame {
     frame(values, width, |v| magnitude(libm::log(v.max(low) / low) / libm::log(high / low)))
+}
+
+/// The root of each pixel's squared error relative to R² + 0.01, mean of the channels, from 0.001 to 1; both pictures
+/// must have the same size.
+pub fn relative(image: &Picture, reference: &Picture) -> Frame {
+    let one = |(a, b): (&Vec3, &Vec3)| {
+        let (d, r) = ((*a - *b).as_dvec3(), b.as_dvec3());
+        (d * d / (r * r + 0.01)).element_sum() / 3.0
+    };
+    let values: Vec<f64> = image.pixels.iter().zip(&reference.pixels).map(|p| one(p).sqrt()).collect();
+    logarithmic(&values, image.width, [1e-3, 1.0])
 }
 
 /// `values` on a linear scale from 0 (dark) to 1 (bright), row by row.

@@ -1,5 +1,6 @@
 //! One file per command.
 
+pub mod converge;
 pub mod diff;
 pub mod info;
 pub mod plan;

@@ -1,6 +1,7 @@
 //! `dapple render`: check everything, load, render, write, report — in this order.
 
 use crate::error::Failure;
+use crate::error_watch::ErrorWatch;
 use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::output::Outputs;
@@ -8,16 +9,21 @@ use crate::progress::Bar;
 use crate::report::{self, Report};
 use crate::{effects, interrupt, machine, metadata, retrace, settings_file};
 use clap::ArgMatches;
+use dapple_analysis::estimate::Estimate;
 use dapple_integrator::scene::NamedCamera;
-use dapple_integrator::{Outcome, Settings, Stats, render};
+use dapple_integrator::{Method, Outcome, Settings, Stats, render_watched};
 use std::ops::ControlFlow;
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// Most bad samples whose command is printed.
 const SHOWN: usize = 5;
 
 /// Exit code of a render that was stopped early.
 const STOPPED: u8 = 3;
+
+/// No limit of time.
+const CENTURY: Duration = Duration::from_secs(3_200_000_000);
 
 /// Renders `scene` with the sidecar's, the settings file's and the typed options.
 pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure> {
@@ -33,11 +39,12 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
     interrupt::listen();
     tracing::info!(?settings, "rendering");
-    let outcome = finish(draw(&loaded, view, &settings, &options), &loaded, view, &settings);
+    let (outcome, error) = draw(&loaded, view, &settings, &options)?;
+    let outcome = finish(outcome, &loaded, view, &settings);
     outputs.write(&outcome, &outcome.film.mean())?;
     say_bad_samples(&outcome.stats, scene, typed);
     say_stopped(&outcome.stats);
-    tell(&options, &Report::new(&loaded, &settings, &outcome.stats, &outputs));
+    tell(&options, &Report::new(&loaded, &settings, &outcome.stats, error, &outputs));
     Ok(if outcome.stats.stopped { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS })
 }
 
@@ -63,6 +70,10 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         ..default
     };
     effects::lay(options, &mut settings)?;
+    if settings.method == Method::Distribution && options.error_limit.is_some() {
+        // It goes over its points again only while there is time.
+        settings.time_limit = settings.time_limit.or(Some(CENTURY));
+    }
     Ok(settings)
 }
 
@@ -73,14 +84,24 @@ pub fn warn(loaded: &Loaded) {
     }
 }
 
-fn draw(loaded: &Loaded, view: &NamedCamera, settings: &Settings, options: &RenderOptions) -> Outcome {
+/// The picture, and its error by its own account.
+fn draw(
+    loaded: &Loaded,
+    view: &NamedCamera,
+    settings: &Settings,
+    options: &RenderOptions,
+) -> Result<(Outcome, Option<Estimate>), Failure> {
     let bar = Bar::new(RenderOptions::is(options.quiet));
-    let outcome = render(&loaded.scene, &view.camera, settings, &|progress| {
+    let mut watch = ErrorWatch::new(options, settings, &bar)?;
+    let progress = |progress| {
         bar.show(&progress);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+    };
+    let (scene, camera) = (&loaded.scene, &view.camera);
+    let outcome = render_watched(scene, camera, settings, &progress, &mut |at| watch.look(at));
+    let error = watch.finish(scene, camera, settings, &outcome);
     bar.finish();
-    outcome
+    Ok((outcome, error))
 }
 
 fn finish(mut outcome: Outcome, loaded: &Loaded, view: &NamedCamera, settings: &Settings) -> Outcome {

@@ -1,0 +1,72 @@
+//! How much error is left after how many seconds, with which method, and how sure is that?
+//!
+//! A [`Run`] is a method with its settings; [`Reference`] what its pictures should be; [`measure`] one seed of one run:
+//! errors at growing sample counts. [`Clock`] shares the seconds out: reference first, then seed after seed of every
+//! run, so that whatever is finished when time is up is a fair comparison.
+//!
+//! Seeds are independent. The counts of a run are found with its first seed and kept for the others. A curve ends
+//! before the counts whose squared error would be below the reference's own.
+
+mod clock;
+mod measure;
+mod reference;
+
+pub use clock::{Clock, allowance};
+pub use measure::{Allowance, Measurement, measure};
+pub use reference::Reference;
+
+use dapple_integrator::camera::Camera;
+use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::{Effect, Method, Settings};
+
+/// A method whose error is looked at.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// What it is called.
+    pub name: String,
+    /// With its lens.
+    pub camera: Camera,
+    /// All settings but seed and sample count.
+    pub settings: Settings,
+    /// The integral whose count grows with the distribution tracer; the path tracer's samples are of all at once.
+    pub vary: Effect,
+}
+
+impl Run {
+    /// Whether the first n points are the same however many follow: then one render shows all counts.
+    pub fn is_sequence(&self) -> bool {
+        let sequence = matches!(self.settings.pattern, Pattern::Sobol | Pattern::Random);
+        self.settings.method == Method::Path && sequence
+    }
+
+    /// From one count to the next: two-dimensional grids stay square.
+    pub fn growth(&self) -> u32 {
+        if self.settings.method == Method::Distribution { 4 } else { 2 }
+    }
+
+    /// What grows.
+    pub fn varied(&self) -> String {
+        match self.settings.method {
+            Method::Path => "spp".into(),
+            Method::Distribution => self.vary.to_string(),
+        }
+    }
+
+    /// The points' pattern: of the path, or of the integral that varies.
+    pub fn pattern(&self) -> Pattern {
+        match self.settings.method {
+            Method::Path => self.settings.pattern,
+            Method::Distribution => self.settings.plans.of(self.vary).pattern,
+        }
+    }
+
+    /// The settings for `count` samples of independent render `seed`.
+    pub fn settings(&self, count: u32, seed: u64) -> Settings {
+        let mut settings = Settings { seed, spp: Some(count), time_limit: None, ..self.settings.clone() };
+        if settings.method == Method::Distribution {
+            let pattern = self.pattern();
+            *settings.plans.of_mut(self.vary) = Plan::new(count, pattern);
+        }
+        settings
+    }
+}

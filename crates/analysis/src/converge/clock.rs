@@ -1,0 +1,62 @@
+//! Who gets how many seconds?
+
+use std::time::{Duration, Instant};
+
+/// The wall time of a whole command, and what the runs measured so far cost.
+#[derive(Clone, Debug)]
+pub struct Clock {
+    start: Instant,
+    budget: Duration,
+}
+
+impl Clock {
+    /// Started `already` ago.
+    pub fn new(budget: Duration, already: Duration) -> Self {
+        let now = Instant::now();
+        Self { start: now.checked_sub(already).unwrap_or(now), budget }
+    }
+
+    /// Seconds since the start.
+    pub fn elapsed(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    /// Share of the budget that is used up, 0 to 1.
+    pub fn fraction(&self) -> f64 {
+        (self.elapsed() / self.budget.as_secs_f64()).min(1.0)
+    }
+
+    /// Seconds left for rendering: the rest but a twentieth of the budget, at least half a second, for writing.
+    pub fn left(&self) -> f64 {
+        let budget = self.budget.as_secs_f64();
+        budget - f64::max(0.05 * budget, 0.5) - self.elapsed()
+    }
+
+    /// Whether something that takes `seconds` still fits.
+    pub fn has(&self, seconds: f64) -> bool {
+        self.left() >= seconds
+    }
+}
+
+/// Seconds for the first seed of a run: what is left, without the further seeds of the `sized` runs (what one seed of
+/// each took), shared by `seeds` of the `unsized_runs`.
+pub fn allowance(left: f64, sized: &[f64], unsized_runs: usize, seeds: usize) -> f64 {
+    let promised = sized.iter().sum::<f64>() * seeds.saturating_sub(1) as f64;
+    (left - promised).max(0.0) / (unsized_runs.max(1) * seeds.max(1)) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_are_shared() {
+        assert_eq!(allowance(30.0, &[], 3, 5), 2.0);
+        // The first run took 1 s of its 2: 29 are left, 4 of them promised.
+        assert_eq!(allowance(29.0, &[1.0], 2, 5), 2.5);
+        assert_eq!(allowance(-1.0, &[1.0], 2, 5), 0.0);
+        let clock = Clock::new(Duration::from_secs(60), Duration::from_secs(30));
+        assert!((clock.left() - 27.0).abs() < 0.5 && clock.has(20.0) && !clock.has(28.0));
+        assert!((clock.fraction() - 0.5).abs() < 0.01);
+    }
+}

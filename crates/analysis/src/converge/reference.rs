@@ -1,0 +1,83 @@
+//! What should the pictures be?
+
+use crate::metrics::{self, Comparison, Scale, SizeMismatch};
+use dapple_imaging::Picture;
+use dapple_integrator::camera::Camera;
+use dapple_integrator::sampling::Pattern;
+use dapple_integrator::scene::Scene;
+use dapple_integrator::{Method, Progress, Settings, render};
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+/// Seeds of the two halves; those of the runs count from below.
+const SEEDS: [u64; 2] = [0xffff_ffff_0000_0001, 0xffff_ffff_0000_0002];
+
+/// A picture that others are held against.
+#[derive(Clone, Debug)]
+pub enum Reference {
+    /// Taken as the truth.
+    Exact(Picture),
+    /// Two independent renders of equal effort.
+    Halves([Picture; 2]),
+}
+
+impl Reference {
+    /// Renders two halves by the path tracer with Sobol points, whatever the method of `settings`: what a picture
+    /// should be depends on the scene, the view and the effects that are on. The first half takes half of `seconds`,
+    /// the second as many samples. Returns them with the samples per pixel of each; `None` when `stop` said so.
+    pub fn render(
+        scene: &Scene,
+        camera: &Camera,
+        settings: &Settings,
+        seconds: f64,
+        stop: &(dyn Fn(&Progress) -> bool + Sync),
+    ) -> Option<(Self, u32)> {
+        let half = Settings {
+            method: Method::Path,
+            pattern: Pattern::Sobol,
+            spp: None,
+            time_limit: Some(Duration::from_secs_f64(0.5 * seconds.max(1e-3))),
+            ..settings.clone()
+        };
+        let draw = |settings: Settings| {
+            let outcome = render(scene, camera, &settings, &|p| match stop(&p) {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            });
+            (!outcome.stats.stopped).then(|| (outcome.film.mean(), outcome.stats.spp))
+        };
+        let (first, spp) = draw(Settings { seed: SEEDS[0], ..half.clone() })?;
+        let (second, _) = draw(Settings { seed: SEEDS[1], spp: Some(spp), time_limit: None, ..half })?;
+        Some((Self::Halves([first, second]), spp))
+    }
+
+    /// The best guess.
+    pub fn picture(&self) -> Picture {
+        match self {
+            Self::Exact(picture) => picture.clone(),
+            Self::Halves([a, b]) => metrics::mean([a, b]),
+        }
+    }
+
+    /// Mean squared error that the best guess still has; 0 where it is taken as exact.
+    pub fn mse(&self) -> f64 {
+        match self {
+            Self::Exact(_) => 0.0,
+            Self::Halves([a, b]) => metrics::halves_mse([a, b]).unwrap_or(f64::INFINITY),
+        }
+    }
+
+    /// The same as relative RMSE.
+    pub fn relative_rmse(&self) -> f64 {
+        let mean = self.picture().mean();
+        self.mse().sqrt() / f64::from((mean.x + mean.y + mean.z) / 3.0)
+    }
+
+    /// The error of a picture, without the reference's own where there are two halves.
+    pub fn compare(&self, image: &Picture) -> Result<Comparison, SizeMismatch> {
+        match self {
+            Self::Exact(picture) => metrics::compare(image, picture, &Scale::default()),
+            Self::Halves([a, b]) => metrics::compare_halves(image, [a, b], &Scale::default()),
+        }
+    }
+}

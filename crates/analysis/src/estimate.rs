@@ -1,0 +1,91 @@
+//! How large is the error of a picture, by its own account?
+//!
+//! The error is the relative RMSE of the whole picture: the root of the expected squared error, mean over pixels and
+//! channels, divided by the mean radiance. One number over all pixels can be known well although each pixel's own
+//! variance cannot. The variance within pixels is of no use for it: points that are spread evenly have errors far below
+//! it. Two ways look at the error itself:
+//!
+//! - [`Doublings`], at no cost, where the first half of a render's points is such a set itself (independent points,
+//!   Sobol points from 16 on, sets that are repeated while there is time). With D_k the change of the picture from n_{k−1} = n_k/2 to n_k samples, both halves
+//!   alike: E D_k² = V_{k−1} − V_k, so that the error left is the sum of all changes to come, V_k = D²_{k+1} + D²_{k+2} + …
+//!   Independent points have V ∝ 1/n, hence V_k = D_k². For Sobol points the ratio of changes is measured.
+//!   *Approximation*: that they go on falling as they did over the last one or two doublings.
+//! - [`replicate`], for everything else: blocks of the picture, a thirty-second of it, are rendered once more with
+//!   another seed. Half the squared difference of two independent renders is their variance, whatever the points.
+//!
+//! What no sample has seen cannot be in an estimate: bright events that are expected fewer than some thirty times in the
+//! whole picture make estimates and bounds too low.
+
+mod doublings;
+mod replicate;
+
+pub use doublings::Doublings;
+pub use replicate::replicate;
+
+use crate::statistics;
+use dapple_integrator::sampling::Pattern;
+use dapple_integrator::{Effect, Method, Settings};
+
+/// A picture's error by its own account, as relative RMSE.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Estimate {
+    /// The expected one.
+    pub error: f64,
+    /// One that the picture's true error is not above, with the confidence asked for.
+    pub bound: f64,
+}
+
+impl Estimate {
+    /// From the mean squared error, one that it is hardly above but for chance, the relative standard deviation of the
+    /// latter and of the true squared error, and the mean radiance.
+    fn new(mse: f64, high: f64, spread: f64, level: f64, confidence: f64) -> Option<Self> {
+        let chance = 1.0 + statistics::normal(confidence) * spread;
+        let (error, bound) = (mse.sqrt() / level, (high * chance).sqrt() / level);
+        (error.is_finite() && bound.is_finite() && level > 0.0).then_some(Self { error, bound })
+    }
+}
+
+/// How the errors of a render can be known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// By [`Doublings`] from some count on; before it by [`replicate`].
+    Doublings,
+    /// By [`replicate`].
+    Replicate,
+    /// Not at all: cell centres are the same for every seed, and their error is no chance.
+    None,
+}
+
+impl Way {
+    /// For the points of `settings`.
+    pub fn of(settings: &Settings) -> Self {
+        match settings.method {
+            Method::Path => match settings.pattern {
+                Pattern::Grid => Self::None,
+                Pattern::Stratified if settings.spp.is_some() => Self::Replicate,
+                _ => Self::Doublings,
+            },
+            Method::Distribution => {
+                let grid = |e| settings.plans.of(e).pattern == Pattern::Grid && !settings.plans.is_off(e);
+                match settings.time_limit {
+                    _ if Effect::ALL.iter().any(|(effect, _)| grid(*effect)) => Self::None,
+                    // All points again and again, each time others.
+                    Some(_) => Self::Doublings,
+                    None => Self::Replicate,
+                }
+            }
+        }
+    }
+}
+
+/// The mean of three channels.
+fn level(mean: glam::Vec3) -> f64 {
+    f64::from(mean.x + mean.y + mean.z) / 3.0
+}
+
+/// Sum of `values`, and the square of its relative standard deviation when each is a squared error of its own:
+/// Σ v² / (Σ v)², which few large values make large.
+fn sum_and_spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (sum, squares) = values.fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
+    (sum, if sum > 0.0 { squares / (sum * sum) } else { 0.0 })
+}

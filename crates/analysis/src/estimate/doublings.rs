@@ -1,0 +1,168 @@
+//! The error from how the picture changed when its samples doubled.
+
+use super::{Estimate, level, sum_and_spread};
+use dapple_imaging::Picture;
+use dapple_integrator::sampling::Pattern;
+use dapple_integrator::{Method, Settings};
+
+/// From here on the first n Sobol points of a render are a set of their own; a stratified render without a sample count
+/// takes sets of so many.
+const WHOLE: u32 = 16;
+
+/// A change of the picture.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    /// Samples before and after.
+    from: u32,
+    to: u32,
+    /// Mean squared change over pixels and channels.
+    square: f64,
+    /// Square of its relative standard deviation.
+    spread: f64,
+}
+
+/// What is known of a render that is looked at while its samples double.
+pub struct Doublings {
+    sobol: bool,
+    /// The first count whose points are a set of their own.
+    whole: u32,
+    last: Option<(u32, Picture)>,
+    changes: Vec<Change>,
+}
+
+impl Doublings {
+    /// Of a render with these settings, for which [`Way::of`](super::Way::of) says so.
+    pub fn new(settings: &Settings) -> Self {
+        let whole = match (settings.method, settings.pattern) {
+            (Method::Path, Pattern::Sobol | Pattern::Stratified) => WHOLE,
+            _ => 1,
+        };
+        let sobol = settings.method == Method::Path && settings.pattern == Pattern::Sobol;
+        Self { sobol, whole, last: None, changes: Vec::new() }
+    }
+
+    /// The picture at a further count.
+    pub fn add(&mut self, samples: u32, picture: Picture) {
+        if let Some((from, old)) = &self.last {
+            let squares = old.pixels.iter().zip(&picture.pixels).map(|(a, b)| (*b - *a).as_dvec3());
+            let (sum, spread) = sum_and_spread(squares.map(|d| d.length_squared()));
+            let square = sum / (3 * picture.pixels.len()) as f64;
+            self.changes.push(Change { from: *from, to: samples, square, spread });
+        }
+        self.last = Some((samples, picture));
+    }
+
+    /// The error at the last count; `None` while too little is known: with fewer than 2 independent samples, fewer than
+    /// 64 Sobol points.
+    pub fn estimate(&self, confidence: f64) -> Option<Estimate> {
+        let change = self.changes.last().filter(|c| c.from >= self.whole)?;
+        let level = level(self.last.as_ref()?.1.mean());
+        // As far as points are independent; else too much.
+        let independent = change.square * f64::from(change.from) / f64::from(change.to - change.from);
+        let mse = if self.sobol { self.sobol_mse()? } else { independent };
+        // The same pixels make up both the true error and its estimate.
+        let spread = (2.0 * change.spread).sqrt();
+        let high = if self.sobol { 0.5 * (mse + independent) } else { independent };
+        Estimate::new(mse, high, spread, level, confidence)
+    }
+
+    /// The error at `samples`, at most twice the last count. *Approximation*: beyond it the squared error falls as 1/n, as
+    /// it does for independent points.
+    pub fn estimate_at(&self, samples: u32, confidence: f64) -> Option<Estimate> {
+        let Estimate { error, bound } = self.estimate(confidence)?;
+        let scale = (f64::from(self.last.as_ref()?.0) / f64::from(samples)).sqrt();
+        Some(Estimate { error: error * scale, bound: bound * scale })
+    }
+
+    /// The sum of all changes to come. Over two doublings, if there are three: Sobol points gain unevenly, more at
+    /// every other power of two.
+    fn sobol_mse(&self) -> Option<f64> {
+        let whole: Vec<f64> =
+            self.changes.iter().filter(|c| c.from >= self.whole).map(|c| c.square).collect();
+        match whole[..] {
+            [.., a, b, c] => {
+                let ratio = clamped(c / a, 2);
+                Some((b + c) * ratio / (1.0 - ratio))
+            }
+            [a, b] => {
+                let ratio = clamped(b / a, 1);
+                Some(b * ratio / (1.0 - ratio))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// What is left of squared changes after `doublings`: the variance falls at least as 1/n and at most as 1/n².
+fn clamped(ratio: f64, doublings: i32) -> f64 {
+    let ratio = if ratio.is_nan() { 1.0 } else { ratio };
+    ratio.clamp(0.25f64.powi(doublings), 0.5f64.powi(doublings))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dapple_testkit::Rng;
+    use glam::Vec3;
+
+    const SIDE: usize = 64;
+
+    /// Pictures at doubling counts: level 1 plus the mean of n independent numbers of deviation ½, by parts.
+    fn independent(doublings: &mut Doublings, seed: u64, most: u32) -> f64 {
+        let mut rng = Rng::new(seed);
+        let mut sum = vec![[0.0f64; 3]; SIDE * SIDE];
+        let (mut n, mut error) = (0, 0.0);
+        for count in (0..).map(|k| 1 << k).take_while(|c| *c <= most) {
+            let scale = 0.5 * f64::from(count - n).sqrt();
+            sum.iter_mut().flatten().for_each(|s| *s += scale * rng.normal());
+            n = count;
+            let mean = |s: &[f64; 3]| s.map(|s| s / f64::from(n));
+            let pixels = sum.iter().map(|s| Vec3::from(mean(s).map(|v| 1.0 + v as f32))).collect();
+            error = sum.iter().flat_map(mean).map(|v| v * v).sum::<f64>() / (3 * SIDE * SIDE) as f64;
+            doublings.add(count, Picture { width: SIDE, height: SIDE, pixels });
+        }
+        error.sqrt()
+    }
+
+    #[test]
+    fn independent_samples_tell_their_error() {
+        let settings = Settings { pattern: Pattern::Random, ..Settings::default() };
+        let mut held = 0;
+        for seed in 0..40 {
+            let mut doublings = Doublings::new(&settings);
+            let truth = independent(&mut doublings, seed, 32);
+            let found = doublings.estimate(0.95).unwrap();
+            assert!(
+                (found.error / truth - 1.0).abs() < 4.0 / (3.0 * (SIDE * SIDE) as f64).sqrt(),
+                "{}",
+                found.error
+            );
+            held += u32::from(truth <= found.bound);
+        }
+        // Binomial (40, 0.95) is below 33 once in 10⁴.
+        assert!(held >= 33, "{held}");
+        assert!(Doublings::new(&settings).estimate(0.95).is_none());
+    }
+
+    /// Changes that fall as those of V ∝ n^−p lead to V, for any p within the bounds.
+    #[test]
+    fn falling_changes_are_summed_up() {
+        for p in [1.0, 1.25, 1.5, 2.0f64] {
+            let v = |n: u32| f64::from(n).powf(-p);
+            let change =
+                |from: u32| Change { from, to: 2 * from, square: v(from) - v(2 * from), spread: 0.0 };
+            let doublings = |counts: &[u32]| Doublings {
+                sobol: true,
+                whole: WHOLE,
+                last: Some((2 * counts[counts.len() - 1], Picture::filled(1, 1, Vec3::ONE))),
+                changes: counts.iter().map(|n| change(*n)).collect(),
+            };
+            let found = doublings(&[8, 16, 32]).estimate(0.5).unwrap();
+            assert!((found.error - v(64).sqrt()).abs() < 1e-12, "{p}: {}", found.error);
+            assert!(found.bound >= found.error * (1.0 - 1e-12));
+            let found = doublings(&[16, 32, 64, 128]).estimate(0.5).unwrap();
+            assert!((found.error - v(256).sqrt()).abs() < 1e-12, "{p}: {}", found.error);
+            assert!(doublings(&[4, 8, 16]).estimate(0.5).is_none());
+        }
+    }
+}

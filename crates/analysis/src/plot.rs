@@ -1,0 +1,145 @@
+//! A log-log plot of lines with bands, as SVG and as pixels, without a font file.
+//!
+//! [`Chart`] says what is drawn; it is laid out once, in drawing primitives that both kinds of [`Canvas`] know.
+
+mod layout;
+mod raster;
+mod svg;
+
+pub(crate) use svg::escaped;
+
+use crate::statistics::Interval;
+use dapple_imaging::sheet::Frame;
+
+/// A line with its band.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// For the legend.
+    pub name: String,
+    /// Positive x, and y with its interval, in order of x.
+    pub points: Vec<(f64, Interval)>,
+    /// Drawn thin and dashed, without marks: a line to compare with.
+    pub guide: bool,
+}
+
+/// A plot.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// Over it.
+    pub title: String,
+    /// Under the x axis.
+    pub x_label: String,
+    /// Over the y axis.
+    pub y_label: String,
+    /// The lines, in the order of the legend.
+    pub series: Vec<Series>,
+}
+
+/// Pixels across.
+pub const WIDTH: usize = 900;
+/// Pixels down.
+pub const HEIGHT: usize = 520;
+
+/// Colours that people of all kinds of colour vision tell apart [Wong 2011], then again.
+const COLOURS: [[u8; 3]; 7] = [
+    [0, 114, 178],
+    [213, 94, 0],
+    [0, 158, 115],
+    [204, 121, 167],
+    [86, 180, 233],
+    [230, 159, 0],
+    [90, 90, 90],
+];
+
+/// The colour of the i-th series.
+pub fn colour(i: usize) -> [u8; 3] {
+    COLOURS[i % COLOURS.len()]
+}
+
+impl Chart {
+    /// An `<svg>` element that needs nothing else.
+    pub fn svg(&self) -> String {
+        let mut canvas = svg::Svg::new(&self.title);
+        layout::draw(self, &mut canvas);
+        canvas.finish()
+    }
+
+    /// The same in pixels.
+    pub fn frame(&self) -> Frame {
+        let mut canvas = raster::Raster::new();
+        layout::draw(self, &mut canvas);
+        canvas.finish()
+    }
+}
+
+/// Which end of a text is at its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// What can be drawn; pixels from the top left.
+pub(crate) trait Canvas {
+    /// Straight lines from point to point.
+    fn line(&mut self, points: &[(f64, f64)], width: f64, colour: [u8; 3], dashed: bool);
+    /// A filled shape; `cover` 0 = nothing, 1 = opaque.
+    fn area(&mut self, points: &[(f64, f64)], colour: [u8; 3], cover: f64);
+    /// A filled circle.
+    fn dot(&mut self, at: (f64, f64), radius: f64, colour: [u8; 3]);
+    /// One line of text with its middle at the height `at.1`.
+    fn text(&mut self, at: (f64, f64), anchor: Anchor, colour: [u8; 3], text: &str);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart() -> Chart {
+        let point = |k: i32| {
+            let (x, y) = (f64::from(1 << k) * 0.01, 0.5 / f64::from(1 << k));
+            (x, Interval { value: y, low: 0.8 * y, high: 1.25 * y })
+        };
+        let series =
+            |name: &str, guide| Series { name: name.into(), points: (0..9).map(point).collect(), guide };
+        Chart {
+            title: "a < b & c".into(),
+            x_label: "seconds".into(),
+            y_label: "error".into(),
+            series: vec![series("one", false), series("N^-1", true)],
+        }
+    }
+
+    #[test]
+    fn both_kinds_show_the_same_marks() {
+        let svg = chart().svg();
+        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && svg.contains("a &lt; b &amp; c"));
+        assert_eq!(svg.matches("<circle").count(), 9 + 1);
+        let frame = chart().frame();
+        assert_eq!((frame.width, frame.height, frame.data.len()), (WIDTH, HEIGHT, WIDTH * HEIGHT * 3));
+        let ink = frame.data.chunks_exact(3).filter(|p| *p == COLOURS[0]).count();
+        assert!(ink > 9 * 20, "{ink}");
+    }
+
+    #[test]
+    fn odd_charts_are_no_reason_to_stop() {
+        let odd = |points: Vec<(f64, Interval)>| Chart {
+            series: vec![Series { name: String::new(), points, guide: false }],
+            ..chart()
+        };
+        let all = |value| Interval { value, low: f64::NEG_INFINITY, high: f64::INFINITY };
+        let cases = [
+            vec![],
+            vec![(1.0, all(1.0))],
+            vec![(0.0, all(1.0)), (-1.0, all(0.0)), (1.0, all(f64::NAN))],
+            vec![(1e-300, all(1e300)), (1e300, all(1e-300))],
+        ];
+        for points in cases {
+            let chart = odd(points);
+            assert!(!chart.svg().contains("NaN") && !chart.svg().contains("inf"));
+            chart.frame();
+        }
+        assert_eq!(Chart { series: vec![], ..chart() }.frame().width, WIDTH);
+    }
+}

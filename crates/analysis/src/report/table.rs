@@ -1,0 +1,92 @@
+//! Numbers of the page: a table of runs, a line per reference.
+
+use super::words::{percent, two};
+use crate::plot::escaped;
+use crate::results::{ReferenceRecord, Results, RunRecord, TARGETS};
+
+const HEAD: [&str; 8] = [
+    "run",
+    "samples",
+    "seconds",
+    "relative RMSE at the end",
+    "FLIP",
+    "squared error falls as N^s: s",
+    "efficiency 1/(relMSE·s)",
+    "speed-up over the first",
+];
+
+/// One row per run of a scene.
+pub(super) fn runs(results: &Results, scene: &str) -> String {
+    let mut head: Vec<String> = HEAD.iter().map(|h| h.to_string()).collect();
+    head.splice(6..6, TARGETS.map(|t| format!("seconds to {}", percent(t))));
+    let head: String = head.iter().map(|h| format!("<th>{h}</th>")).collect();
+    let rows: String = results.of_scene(scene).map(row).collect();
+    format!(
+        "<div class=\"wide\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
+    )
+}
+
+fn row(run: &RunRecord) -> String {
+    let s = &run.summary;
+    let last = |list: &[f64]| list.last().copied();
+    let options = format!("<small>{}</small>", escaped(&run.options));
+    let mut cells = vec![
+        format!("<b>{}</b><br>{options}", escaped(&run.name)),
+        number(last(&s.samples)),
+        number(last(&s.seconds)),
+        last(&s.relative_rmse).map_or_else(none, percent),
+        run.flip.map_or_else(none, |f| format!("{f:.4}")),
+        with(s.slope, s.slope_ci, |x| format!("{x:.2}")),
+    ];
+    cells.extend(TARGETS.iter().map(|t| {
+        let key = t.to_string();
+        let find = s.seconds_to.get(&key).copied().flatten();
+        with(find, s.seconds_to_ci.get(&key).copied().flatten(), short)
+    }));
+    cells.push(with(s.efficiency, s.efficiency_ci, short));
+    cells.push(with(s.speed_up, s.speed_up_ci, |x| two(x) + "×"));
+    let cells: String = cells.iter().map(|c| format!("<td>{c}</td>")).collect();
+    format!("<tr>{cells}</tr>\n")
+}
+
+fn none() -> String {
+    "–".into()
+}
+
+fn number(x: Option<f64>) -> String {
+    x.map_or_else(none, short)
+}
+
+/// Three significant digits.
+fn short(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".into(),
+        a if a >= 1e5 || a < 1e-3 => format!("{x:.2e}"),
+        a if a >= 100.0 => format!("{x:.0}"),
+        a if a >= 10.0 => format!("{x:.1}"),
+        a if a >= 1.0 => format!("{x:.2}"),
+        _ => format!("{x:.3}"),
+    }
+}
+
+/// A value with its interval underneath.
+fn with(value: Option<f64>, ci: Option<[f64; 2]>, show: impl Fn(f64) -> String) -> String {
+    let Some(value) = value else { return none() };
+    let ci = ci.filter(|ci| ci.iter().all(|c| c.is_finite()));
+    let ci = ci.map(|[low, high]| format!("<br><small>{} … {}</small>", show(low), show(high)));
+    show(value) + &ci.unwrap_or_default()
+}
+
+/// What a reference is, in a sentence.
+pub(super) fn reference(r: &ReferenceRecord) -> String {
+    let scene = escaped(&r.scene);
+    if r.samples == 0 {
+        return format!("{scene}: {}, taken as exact.", escaped(&r.kind));
+    }
+    format!(
+        "{scene}: two independent halves of {} samples per pixel each (path tracer, Sobol points). Their mean has a \
+         relative RMSE of {} itself; errors of runs are measured without it, and curves end before it.",
+        r.samples,
+        percent(r.relative_rmse),
+    )
+}

@@ -1,0 +1,108 @@
+//! `dapple converge`: renders scenes by several methods, measures their errors against time, and writes what it found
+//! after every seed, so that an interrupt loses at most the seed under way and a second call goes on.
+
+mod folder;
+mod plan;
+mod schedule;
+
+use crate::args::ConvergeArgs;
+use crate::error::Failure;
+use crate::options::RenderOptions;
+use crate::progress::Bar;
+use crate::{interrupt, machine, report};
+use clap::ArgMatches;
+use dapple_analysis::converge::Clock;
+use dapple_analysis::report::summary;
+use dapple_analysis::results::{Machine, Results, SCHEMA};
+use folder::Folder;
+use serde_json::json;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Everything that the parts of the command share.
+struct Session<'a> {
+    arguments: &'a ConvergeArgs,
+    clock: Clock,
+    folder: Folder,
+    results: Results,
+    bar: Bar,
+}
+
+/// Measures, writes, and says in words what came out.
+pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Failure> {
+    let clock = Clock::new(arguments.budget, Duration::ZERO);
+    let given = &arguments.options;
+    report::start(given);
+    check(arguments)?;
+    let folder = Folder::open(given.output.as_deref().unwrap_or_default())?;
+    let old = folder.read()?;
+    let spent = old.spent_seconds;
+    let bar = Bar::new(RenderOptions::is(given.quiet));
+    let results = Results { spent_seconds: spent, ..describe(arguments) };
+    let mut session = Session { arguments, clock, folder, results, bar };
+    interrupt::listen();
+    for (i, scene) in arguments.scenes.iter().enumerate() {
+        let rest = arguments.scenes.len() - i;
+        schedule::scene(&mut session, scene, typed, &old, rest)?;
+    }
+    session.bar.finish();
+    session.results.spent_seconds = spent + session.clock.elapsed();
+    session.folder.write_page(&mut session.results)?;
+    tell(&session);
+    Ok(ExitCode::from(if interrupt::asked() { 3 } else { 0 }))
+}
+
+/// What only `render` and a single run can have.
+fn check(arguments: &ConvergeArgs) -> Result<(), Failure> {
+    let o = &arguments.options;
+    let refused = [
+        ("--spp", o.spp.is_some(), "the counts grow while the budget lasts"),
+        ("--time-limit", o.time_limit.is_some(), "see --budget"),
+        ("--seed", o.seed.is_some(), "seeds count from 1; see --seeds"),
+        ("--aov", o.aov.is_some(), "only the picture itself is compared"),
+        ("--crop", o.crop.is_some(), "whole pictures are compared; see --size"),
+    ];
+    match refused.iter().find(|r| r.1) {
+        Some((name, _, why)) => Err(Failure::Arguments(format!("{name}: not with converge: {why}"))),
+        None => Ok(()),
+    }
+}
+
+/// Results without any results.
+fn describe(arguments: &ConvergeArgs) -> Results {
+    let words = std::env::args().skip(1).map(|word| match word.contains(char::is_whitespace) {
+        true => format!("'{word}'"),
+        false => word,
+    });
+    Results {
+        schema: SCHEMA,
+        version: env!("CARGO_PKG_VERSION").into(),
+        machine: Machine {
+            cpu: machine::cpu(),
+            threads: machine::threads(arguments.options.threads),
+            memory_bytes: machine::memory_bytes(),
+            system: format!("{}, {}", std::env::consts::OS, std::env::consts::ARCH),
+        },
+        command: format!("dapple {}", words.collect::<Vec<_>>().join(" ")),
+        budget_seconds: arguments.budget.as_secs_f64(),
+        ..Results::default()
+    }
+}
+
+/// The words of the report, and where it is.
+fn tell(session: &Session<'_>) {
+    let page = session.folder.file("report.html").display().to_string();
+    let options = &session.arguments.options;
+    if !RenderOptions::is(options.quiet) {
+        for scene in session.results.scenes() {
+            report::say(&format!("{scene}:"));
+            summary(&session.results, scene).iter().for_each(|line| report::say(&format!("  {line}")));
+        }
+        session.results.left_out.iter().for_each(|line| report::say(&format!("left out: {line}")));
+    }
+    if RenderOptions::is(options.json) {
+        report::json(&json!({ "report": page, "results": session.results }));
+    } else {
+        report::result(&page);
+    }
+}

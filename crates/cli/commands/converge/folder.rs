@@ -1,0 +1,164 @@
+//! What lies in the folder of a comparison, and how it is continued.
+
+use crate::error::Failure;
+use dapple_analysis::converge::Reference;
+use dapple_analysis::curve::Over;
+use dapple_analysis::report::{self, Shown};
+use dapple_analysis::results::{ReferenceRecord, Results, SCHEMA};
+use dapple_analysis::{flip, heat};
+use dapple_integrator::imaging::{Layers, Picture, Tone, read, write};
+use std::path::{Path, PathBuf};
+
+/// A folder that can be written into.
+pub struct Folder(PathBuf);
+
+/// Largest side product for which FLIP is worked out: it takes a second per million pixels.
+const FLIP_PIXELS: usize = 1 << 20;
+
+impl Folder {
+    /// The one folder that was named, made if need be; fails if it cannot be written into.
+    pub fn open(named: &[PathBuf]) -> Result<Self, Failure> {
+        let [path] = named else {
+            return Err(Failure::Arguments("-o: name one folder to write into".into()));
+        };
+        let failed = |e: std::io::Error| {
+            Failure::Arguments(format!("{}: cannot be written into: {e}", path.display()))
+        };
+        std::fs::create_dir_all(path).map_err(failed)?;
+        let folder = Self(path.clone());
+        write::check(&folder.file("probe.png"))?;
+        Ok(folder)
+    }
+
+    /// A file in it.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    /// What an earlier call left; nothing in a new folder.
+    pub fn read(&self) -> Result<Results, Failure> {
+        let path = self.file("results.json");
+        let failed = |why: String| {
+            let said = "is no result of this dapple converge; name another folder or remove it";
+            Failure::Arguments(format!("{}: {said} ({why})", path.display()))
+        };
+        let text = match std::fs::read_to_string(&path) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Results::default()),
+            Err(e) => return Err(failed(e.to_string())),
+            Ok(text) => text,
+        };
+        let results: Results = serde_json::from_str(&text).map_err(|e| failed(e.to_string()))?;
+        match results.schema {
+            SCHEMA => Ok(results),
+            other => Err(failed(format!("schema {other}"))),
+        }
+    }
+
+    /// Both tables.
+    pub fn write(&self, results: &mut Results) -> Result<(), Failure> {
+        results.sum_up();
+        let json = serde_json::to_vec_pretty(results).map_err(|e| Failure::Arguments(e.to_string()))?;
+        write::replace(&self.file("results.json"), &json)?;
+        Ok(write::replace(&self.file("results.csv"), results.csv().as_bytes())?)
+    }
+
+    /// Tables, plots and the page.
+    pub fn write_page(&self, results: &mut Results) -> Result<(), Failure> {
+        self.write(results)?;
+        let scenes: Vec<String> = results.scenes().iter().map(|s| s.to_string()).collect();
+        let mut shown = Vec::new();
+        for scene in &scenes {
+            for (over, name) in [(Over::Seconds, "seconds"), (Over::Samples, "samples")] {
+                let chart = report::chart(results, scene, over);
+                let file = format!("{}-error-{name}", plain(scene));
+                write::replace(&self.file(&format!("{file}.svg")), chart.svg().as_bytes())?;
+                let frame = chart.frame();
+                let path = self.file(&format!("{file}.png"));
+                // A build without PNG still has the SVG.
+                if cfg!(feature = "png") {
+                    write::rgb8(&path, frame.width, frame.height, frame.data)?;
+                }
+            }
+            shown.push(self.shown(results, scene));
+        }
+        let page = report::html(results, &shown);
+        Ok(write::replace(&self.file("report.html"), page.as_bytes())?)
+    }
+
+    /// The pictures of a scene, as they lie here: the reference, then the runs.
+    fn shown(&self, results: &Results, scene: &str) -> Vec<Shown> {
+        let bytes = |name: &String| std::fs::read(self.file(name)).ok();
+        let png = |files: &[String], end: &str| files.iter().find(|f| f.ends_with(end)).and_then(bytes);
+        let references = results.references.iter().filter(|r| r.scene == scene).filter_map(|r| {
+            Some(Shown { label: "reference".into(), picture: png(&r.files, "reference.png")?, errors: None })
+        });
+        let runs = results.of_scene(scene).filter_map(|run| {
+            let picture = png(&run.files, "picture.png")?;
+            Some(Shown { label: run.name.clone(), picture, errors: png(&run.files, "errors.png") })
+        });
+        references.chain(runs).collect()
+    }
+
+    /// Writes a reference; the names of its files.
+    pub fn put_reference(&self, name: &str, reference: &Reference) -> Result<Vec<String>, Failure> {
+        let mut files = Vec::new();
+        if let Reference::Halves(halves) = reference {
+            for (half, i) in halves.iter().zip(1..) {
+                files.push(format!("{name}-half-{i}.exr"));
+                self.put_exr(&files[i - 1], half)?;
+            }
+        }
+        files.push(format!("{name}-reference.png"));
+        self.put_png(&files[files.len() - 1], &reference.picture())?;
+        Ok(files)
+    }
+
+    /// The halves of a reference that an earlier call wrote, if they are whole.
+    pub fn reference(&self, record: &ReferenceRecord) -> Option<Reference> {
+        let halves = record.files.iter().filter(|f| f.ends_with(".exr"));
+        let halves: Vec<Picture> = halves.filter_map(|f| read::picture(&self.file(f)).ok()).collect();
+        <[Picture; 2]>::try_from(halves).ok().map(Reference::Halves)
+    }
+
+    /// Writes a run's picture and where its errors are; the names of the files, and FLIP.
+    pub fn put_picture(
+        &self,
+        name: &str,
+        picture: &Picture,
+        reference: &Picture,
+    ) -> Result<(Vec<String>, Option<f64>), Failure> {
+        let names = ["picture.exr", "picture.png", "errors.png"].map(|end| format!("{name}-{end}"));
+        self.put_exr(&names[0], picture)?;
+        self.put_png(&names[1], picture)?;
+        let frame = heat::relative(picture, reference);
+        if cfg!(feature = "png") {
+            write::rgb8(&self.file(&names[2]), frame.width, frame.height, frame.data)?;
+        }
+        let flip = match picture.pixels.len() {
+            n if n > FLIP_PIXELS => None,
+            _ => Some(flip::ldr(picture, reference, flip::PIXELS_PER_DEGREE)?.mean()),
+        };
+        Ok((names.to_vec(), flip))
+    }
+
+    fn put_exr(&self, name: &str, picture: &Picture) -> Result<(), Failure> {
+        if cfg!(feature = "exr") {
+            write::exr(&self.file(name), &Layers::from(picture), write::Depth::Float)?;
+        }
+        Ok(())
+    }
+
+    fn put_png(&self, name: &str, picture: &Picture) -> Result<(), Failure> {
+        if cfg!(feature = "png") {
+            write::png(&self.file(name), picture, Tone::Srgb, 0.0)?;
+        }
+        Ok(())
+    }
+}
+
+/// A name that every file system takes.
+pub fn plain(name: &str) -> String {
+    let stem = Path::new(name).file_stem().map_or(name.into(), |s| s.to_string_lossy());
+    let stem = if name.starts_with("builtin:") { name.trim_start_matches("builtin:").into() } else { stem };
+    stem.chars().map(|c| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect()
+}

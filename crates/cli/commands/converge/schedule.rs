@@ -1,0 +1,282 @@
+//! One scene: the references, then every run seed after seed until time is up.
+
+use super::Session;
+use super::folder::plain;
+use super::plan::{self, Planned};
+use crate::error::Failure;
+use crate::load::{self, Loaded, Source};
+use crate::{interrupt, machine, settings_file, values};
+use clap::ArgMatches;
+use dapple_analysis::converge::{Allowance, Measurement, Reference, allowance, measure};
+use dapple_analysis::results::{ReferenceRecord, Results, RunRecord, Seed};
+use dapple_integrator::imaging::read;
+use std::collections::BTreeMap;
+
+/// Share of a scene's time that its references get.
+const REFERENCE: f64 = 0.35;
+
+/// Seeds are added while there is time, up to so many times the number asked for.
+const MOST_SEEDS: u32 = 4;
+
+/// Measures the runs on one scene; `rest` scenes, this one included, share the time that is left.
+pub fn scene(
+    session: &mut Session<'_>,
+    name: &str,
+    typed: &ArgMatches,
+    old: &Results,
+    rest: usize,
+) -> Result<(), Failure> {
+    let end = session.clock.elapsed() + session.clock.left() / rest as f64;
+    let source = Source::new(Some(name));
+    let mut options = settings_file::layered(source.path(), typed)?;
+    options.output.clone_from(&session.arguments.options.output);
+    (options.spp, options.time_limit, options.seed) = (None, None, None);
+    let loaded = load::load(&source, &options)?;
+    let planned = plan::runs(session.arguments, &options, &loaded.scene)?;
+    let first = session.results.runs.len();
+    session.results.runs.extend(planned.iter().map(|p| record(name, p, old)));
+    let mut scene = SceneRuns { name, loaded: &loaded, planned: &planned, first, end };
+    let references = scene.references(session, old)?;
+    scene.rounds(session, &references)?;
+    scene.note_left_out(session);
+    Ok(())
+}
+
+/// The record of a run, continued if it is that of an earlier call.
+fn record(scene: &str, planned: &Planned, old: &Results) -> RunRecord {
+    let same = |r: &&RunRecord| r.scene == scene && r.key == planned.key && r.name == planned.run.name;
+    if let Some(old) = old.runs.iter().find(same) {
+        return old.clone();
+    }
+    let run = &planned.run;
+    RunRecord {
+        scene: scene.into(),
+        name: run.name.clone(),
+        options: planned.text.clone(),
+        key: planned.key.clone(),
+        reference: planned.look.clone(),
+        method: values::method_name(run.settings.method).into(),
+        pattern: run.pattern().to_string(),
+        varied: run.varied(),
+        size: [run.settings.size.0, run.settings.size.1],
+        ..RunRecord::default()
+    }
+}
+
+struct SceneRuns<'a> {
+    name: &'a str,
+    loaded: &'a Loaded,
+    planned: &'a [Planned],
+    /// Where the records of its runs begin.
+    first: usize,
+    /// When its time is up, in seconds of the clock.
+    end: f64,
+}
+
+impl SceneRuns<'_> {
+    fn left(&self, session: &Session<'_>) -> f64 {
+        self.end - session.clock.elapsed()
+    }
+
+    /// A reference for everything that is to be seen: the file, those of an earlier call, or new ones.
+    fn references(
+        &mut self,
+        session: &mut Session<'_>,
+        old: &Results,
+    ) -> Result<BTreeMap<String, Reference>, Failure> {
+        let mut looks: Vec<&Planned> = Vec::new();
+        for planned in self.planned {
+            if looks.iter().all(|p| p.look != planned.look) {
+                looks.push(planned);
+            }
+        }
+        let mut references = BTreeMap::new();
+        let seconds = REFERENCE * self.left(session) / looks.len() as f64;
+        for (i, planned) in looks.iter().enumerate() {
+            let made = self.reference(session, planned, old, i, seconds)?;
+            let Some((reference, record)) = made else { break };
+            session.results.references.push(record);
+            references.insert(planned.look.clone(), reference);
+        }
+        Ok(references)
+    }
+
+    fn reference(
+        &self,
+        session: &Session<'_>,
+        planned: &Planned,
+        old: &Results,
+        index: usize,
+        seconds: f64,
+    ) -> Result<Option<(Reference, ReferenceRecord)>, Failure> {
+        let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
+        let name = plain(self.name) + &number;
+        if let Some(path) = &session.arguments.reference {
+            let reference = Reference::Exact(read::picture(path)?);
+            let (size, picture) = (planned.run.settings.size, reference.picture());
+            if (picture.width, picture.height) != (size.0 as usize, size.1 as usize) {
+                let (w, h) = (picture.width, picture.height);
+                return Err(Failure::Arguments(format!(
+                    "{}: the reference has {w}x{h} pixels, the runs {}x{}; see --size",
+                    path.display(),
+                    size.0,
+                    size.1
+                )));
+            }
+            let files = session.folder.put_reference(&name, &reference)?;
+            let record = self.describe(planned, &reference, path.display().to_string(), 0, files);
+            return Ok(Some((reference, record)));
+        }
+        let same = |r: &&ReferenceRecord| r.scene == self.name && r.key == planned.look && r.samples > 0;
+        if let Some(record) = old.references.iter().find(same)
+            && let Some(reference) = session.folder.reference(record)
+        {
+            return Ok(Some((reference, record.clone())));
+        }
+        let (scene, run) = (&self.loaded.scene, &planned.run);
+        let stop = |p: &dapple_integrator::Progress| {
+            let what = format!("{}: reference · {} spp", self.name, p.spp);
+            session.bar.show_task(session.clock.fraction(), session.clock.elapsed(), &what);
+            interrupt::asked()
+        };
+        let Some((reference, spp)) = Reference::render(scene, &run.camera, &run.settings, seconds, &stop)
+        else {
+            return Ok(None);
+        };
+        let files = session.folder.put_reference(&name, &reference)?;
+        let record = self.describe(planned, &reference, "two halves".into(), spp, files);
+        Ok(Some((reference, record)))
+    }
+
+    fn describe(
+        &self,
+        planned: &Planned,
+        reference: &Reference,
+        kind: String,
+        samples: u32,
+        files: Vec<String>,
+    ) -> ReferenceRecord {
+        let mean = reference.picture().mean();
+        ReferenceRecord {
+            scene: self.name.into(),
+            key: planned.look.clone(),
+            kind,
+            samples,
+            mse: reference.mse(),
+            relative_rmse: reference.relative_rmse(),
+            mean: f64::from(mean.x + mean.y + mean.z) / 3.0,
+            files,
+        }
+    }
+
+    /// Seed after seed, every run once in each; the page after each round.
+    fn rounds(
+        &mut self,
+        session: &mut Session<'_>,
+        references: &BTreeMap<String, Reference>,
+    ) -> Result<(), Failure> {
+        let seeds = session.arguments.seeds;
+        for round in 1..=seeds * MOST_SEEDS {
+            let mut rendered = false;
+            for (i, planned) in self.planned.iter().enumerate() {
+                let Some(reference) = references.get(&planned.look) else { continue };
+                let records = &session.results.runs;
+                if records[self.first + i].seeds.iter().any(|s| s.seed == u64::from(round)) {
+                    continue;
+                }
+                if interrupt::asked() || !self.fits(session, i) {
+                    return self.page(session);
+                }
+                rendered = true;
+                if !self.seed(session, i, round, reference)? {
+                    return self.page(session);
+                }
+            }
+            if rendered {
+                self.page(session)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn page(&self, session: &mut Session<'_>) -> Result<(), Failure> {
+        session.folder.write_page(&mut session.results)
+    }
+
+    /// Seconds that one seed of a run takes; `None` before its first.
+    fn cost(&self, session: &Session<'_>, i: usize) -> Option<f64> {
+        let seed = session.results.runs[self.first + i].seeds.first()?;
+        let seconds = seed.points.iter().map(|p| p.seconds);
+        let once = self.planned[i].run.is_sequence();
+        Some(if once { seconds.fold(0.0, f64::max) } else { seconds.sum() })
+    }
+
+    /// Whether one more seed of run `i` fits into what is left.
+    fn fits(&self, session: &Session<'_>, i: usize) -> bool {
+        let left = self.left(session);
+        left > 0.0 && self.cost(session, i).is_none_or(|cost| 1.1 * cost <= left)
+    }
+
+    /// Renders and records one seed of run `i`; false when it was stopped.
+    fn seed(
+        &self,
+        session: &mut Session<'_>,
+        i: usize,
+        round: u32,
+        reference: &Reference,
+    ) -> Result<bool, Failure> {
+        let seeds = session.arguments.seeds as usize;
+        let costs: Vec<Option<f64>> = (0..self.planned.len()).map(|i| self.cost(session, i)).collect();
+        let sized: Vec<f64> = costs.iter().flatten().copied().collect();
+        let seconds = allowance(self.left(session), &sized, costs.len() - sized.len(), seeds);
+        let run = &self.planned[i].run;
+        let stop = |p: &dapple_integrator::Progress| {
+            let what = format!("{}: {} · seed {round} · {} spp", self.name, run.name, p.spp);
+            session.bar.show_task(session.clock.fraction(), session.clock.elapsed(), &what);
+            interrupt::asked() || !session.clock.has(0.0)
+        };
+        let most = session.results.runs[self.first + i].most;
+        let granted = Allowance { seconds, most, stop: &stop, cpu_seconds: &machine::cpu_seconds };
+        let found = measure(&self.loaded.scene, run, round.into(), reference, &granted)?;
+        // The seed that finds the counts may be cut short; the others would be incomplete.
+        if found.curve.is_empty() || (found.stopped && most.is_some()) {
+            return Ok(false);
+        }
+        self.put(session, i, round, reference, found)?;
+        Ok(true)
+    }
+
+    fn put(
+        &self,
+        session: &mut Session<'_>,
+        i: usize,
+        round: u32,
+        reference: &Reference,
+        found: Measurement,
+    ) -> Result<(), Failure> {
+        let record = &mut session.results.runs[self.first + i];
+        if record.most.is_none() {
+            record.most = found.most;
+            if found.at_reference {
+                record.ends = "beyond it the reference's own error would spoil the measurement".into();
+            }
+            if let Some(picture) = &found.picture {
+                let name = format!("{}-{}", plain(self.name), plain(&record.name));
+                (record.files, record.flip) =
+                    session.folder.put_picture(&name, picture, &reference.picture())?;
+            }
+        }
+        record.seeds.push(Seed { seed: round.into(), points: found.curve });
+        session.folder.write(&mut session.results)
+    }
+
+    fn note_left_out(&self, session: &mut Session<'_>) {
+        let seeds = session.arguments.seeds as usize;
+        let short: Vec<String> = session.results.runs[self.first..]
+            .iter()
+            .filter(|run| run.seeds.len() < seeds)
+            .map(|run| format!("{}: {} has {} of {seeds} seeds", self.name, run.name, run.seeds.len()))
+            .collect();
+        session.results.left_out.extend(short);
+    }
+}

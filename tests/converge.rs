@@ -1,0 +1,122 @@
+//! `dapple converge` from outside: what it writes, that it goes on where it was, and what it refuses.
+
+mod dapple;
+
+use dapple::{files, run, well};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// Two path runs on a small furnace; `more` comes last.
+fn converge(folder: &Path, more: &[&str]) -> Value {
+    let arguments = [
+        &["converge", "builtin:cornell", "-o", "out", "--size", "16x16", "--json", "--seeds", "3"][..],
+        &["--run", "random: --pattern random", "--run", "jittered: --pattern stratified"],
+        more,
+    ]
+    .concat();
+    well(folder, &arguments).json()["results"].take()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn everything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = converge(folder.path(), &["--budget", "4s"]);
+    let out = folder.path().join("out");
+    for name in [
+        "results.json",
+        "results.csv",
+        "report.html",
+        "cornell-error-seconds.svg",
+        "cornell-error-seconds.png",
+        "cornell-error-samples.svg",
+        "cornell-half-1.exr",
+        "cornell-half-2.exr",
+        "cornell-reference.png",
+        "cornell-random-picture.png",
+        "cornell-random-errors.png",
+        "cornell-jittered-picture.exr",
+    ] {
+        assert!(out.join(name).is_file(), "{name} is missing: {:?}", files(&out));
+    }
+    let read: Value = serde_json::from_slice(&fs::read(out.join("results.json")).unwrap()).unwrap();
+    assert_eq!(read["runs"].as_array().unwrap().len(), 2);
+    assert_eq!(results["runs"][0]["name"], "random");
+    for run in results["runs"].as_array().unwrap() {
+        let [samples, seconds, mse] = ["samples", "seconds", "mse"].map(|key| numbers(&run[key]));
+        assert!(samples.len() >= 3 && samples.windows(2).all(|w| w[1] == 2.0 * w[0]), "{samples:?}");
+        assert!(seconds.windows(2).all(|w| w[1] > w[0]), "{seconds:?}");
+        assert!(mse.first() > mse.last(), "{mse:?}");
+        assert!(run["slope"].as_f64().unwrap() < -0.5 && run["slope_ci"].is_array());
+        assert!(run["efficiency"].as_f64().unwrap() > 0.0);
+        assert!(run["seconds_to"].get("0.01").is_some() && run["seeds"].as_array().unwrap().len() >= 3);
+    }
+    let reference = &results["references"][0];
+    assert!(reference["samples"].as_u64().unwrap() > 16 && reference["mse"].as_f64().unwrap() > 0.0);
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("data:image/png;base64,") && page.contains("<svg") && !page.contains("src=\"http"));
+    let csv = fs::read_to_string(out.join("results.csv")).unwrap();
+    assert!(csv.starts_with("scene,run,seed,samples,seconds"), "{csv}");
+}
+
+#[test]
+fn a_second_call_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = converge(folder.path(), &["--budget", "1500ms"]);
+    let second = converge(folder.path(), &["--budget", "2s"]);
+    assert_eq!(first["references"][0]["mse"], second["references"][0]["mse"]);
+    for (old, new) in first["runs"].as_array().unwrap().iter().zip(second["runs"].as_array().unwrap()) {
+        let seeds = |run: &Value| run["seeds"].as_array().unwrap().clone();
+        let (old, new) = (seeds(old), seeds(new));
+        assert!(new.len() >= old.len() && new.len() >= 3, "{} then {}", old.len(), new.len());
+        assert_eq!(old, new[..old.len()]);
+    }
+    assert!(second["spent_seconds"].as_f64() > first["spent_seconds"].as_f64());
+}
+
+#[test]
+fn a_reference_from_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    well(folder.path(), &["render", "builtin:cornell", "--size", "16x16", "--spp", "1024", "-o", "r.exr"]);
+    let results = converge(folder.path(), &["--budget", "1500ms", "--reference", "r.exr"]);
+    assert_eq!(
+        (&results["references"][0]["kind"], &results["references"][0]["mse"]),
+        (&"r.exr".into(), &0.0.into())
+    );
+    assert!(results["runs"][0]["slope"].as_f64().unwrap() < -0.5);
+}
+
+#[test]
+fn bad_input() {
+    let folder = tempfile::tempdir().unwrap();
+    well(folder.path(), &["render", "builtin:cornell", "--size", "8x8", "--spp", "1", "-o", "small.exr"]);
+    fs::write(folder.path().join("file"), "").unwrap();
+    fs::create_dir(folder.path().join("other")).unwrap();
+    fs::write(folder.path().join("other/results.json"), "{}").unwrap();
+    let base = ["converge", "builtin:cornell", "--size", "16x16", "--budget", "1s"];
+    for (arguments, named) in [
+        (&["-o", "out", "--reference", "small.exr"][..], &["small.exr", "8x8", "16x16"][..]),
+        (&["-o", "out", "--reference", "missing.exr"], &["missing.exr"]),
+        (&["-o", "out", "--budget", "0s"], &["--budget"]),
+        (&["-o", "out", "--run", "mine: --method guesswork"], &["mine", "guesswork"]),
+        (&["-o", "out", "--run", "mine: --size 4x4"], &["mine", "size"]),
+        (&["-o", "out", "--run", "--method path"], &["--run"]),
+        (&["-o", "out", "--run", "a:", "--run", "a:"], &["a", "two"]),
+        (&["-o", "out", "--vary", "mood"], &["--vary"]),
+        (&["-o", "out", "--spp", "4"], &["--spp"]),
+        (&["-o", "out", "--seeds", "0"], &["--seeds"]),
+        (&["-o", "file/out"], &["file/out"]),
+        (&["-o", "file"], &["file"]),
+        (&["-o", "other"], &["results.json"]),
+        (&[], &["DIR"]),
+    ] {
+        let found = run(folder.path(), &[&base[..], arguments].concat());
+        assert_eq!(found.code, 2, "{arguments:?}: {} {}", found.out, found.err);
+        assert_eq!(found.err.lines().count(), 1, "{}", found.err);
+        assert!(named.iter().all(|n| found.err.contains(n)), "{arguments:?}: {}", found.err);
+    }
+}
