@@ -158,11 +158,22 @@ fn about(results: &Results) -> String {
     )
 }
 
-/// Text with `code` in backticks.
+/// Text with `code` in backticks, and exponents such as N^-1.5 raised.
 fn marked(text: &str) -> String {
     let escaped = escaped(text);
     let parts = escaped.split('`').enumerate();
-    parts.map(|(i, part)| if i % 2 == 1 { format!("<code>{part}</code>") } else { part.into() }).collect()
+    parts.map(|(i, part)| if i % 2 == 1 { format!("<code>{part}</code>") } else { raised(part) }).collect()
+}
+
+fn raised(text: &str) -> String {
+    let mut parts = text.split("N^");
+    let mut out = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let end = part.find(|c: char| c != '-' && c != '.' && !c.is_ascii_digit()).unwrap_or(part.len());
+        let exponent = part[..end].replace('-', "−");
+        out += &format!("N<sup>{exponent}</sup>{}", &part[end..]);
+    }
+    out
 }
 
 #[cfg(test)]

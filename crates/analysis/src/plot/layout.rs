@@ -7,7 +7,7 @@ const GRID: [u8; 3] = [226, 226, 226];
 const FINE_GRID: [u8; 3] = [243, 243, 243];
 
 /// Left, top, right, bottom of the plotted area.
-const AREA: [f64; 4] = [86.0, 64.0, 690.0, HEIGHT as f64 - 62.0];
+const AREA: [f64; 4] = [86.0, 64.0, 664.0, HEIGHT as f64 - 62.0];
 
 /// Decades from the first to the last value, as powers of ten.
 #[derive(Clone, Copy)]

@@ -10,7 +10,7 @@ const HEAD: [&str; 8] = [
     "seconds",
     "relative RMSE at the end",
     "FLIP",
-    "squared error falls as N^s: s",
+    "squared error ∝ N<sup>s</sup>: s",
     "efficiency 1/(relMSE·s)",
     "speed-up over the first",
 ];
@@ -32,7 +32,7 @@ fn row(run: &RunRecord) -> String {
     let options = format!("<small>{}</small>", escaped(&run.options));
     let mut cells = vec![
         format!("<b>{}</b><br>{options}", escaped(&run.name)),
-        number(last(&s.samples)),
+        last(&s.samples).map_or_else(none, |n| format!("{n:.0}")),
         number(last(&s.seconds)),
         last(&s.relative_rmse).map_or_else(none, percent),
         run.flip.map_or_else(none, |f| format!("{f:.4}")),

@@ -10,9 +10,9 @@ pub fn summary(results: &Results, scene: &str) -> Vec<String> {
     };
     let mut said = Vec::new();
     said.extend(fastest(&runs));
-    said.push(format!("`{}`{}", first.name, falls(first)));
+    said.push(format!("`{}`: {}", first.name, falls(first)));
     for run in &runs[1..] {
-        said.push(format!("`{}` {}{}", run.name, against(run, first), falls(run)));
+        said.push(format!("`{}` {}; {}", run.name, against(run, first), falls(run)));
     }
     said
 }
@@ -53,10 +53,10 @@ fn falls(run: &RunRecord) -> String {
         if run.ends.is_empty() { String::new() } else { format!(" Its curve ends early: {}.", run.ends) };
     match (s.slope, s.slope_ci) {
         (Some(slope), Some([low, high])) if high.is_finite() => {
-            format!(": its squared error falls as N^{slope:.2} ({low:.2} to {high:.2}).{ends}")
+            format!("its squared error falls as N^{slope:.2} ({low:.2} to {high:.2}).{ends}")
         }
-        (Some(slope), _) => format!(": its squared error falls as N^{slope:.2} (one seed).{ends}"),
-        _ => format!(": too few counts for a slope.{ends}"),
+        (Some(slope), _) => format!("its squared error falls as N^{slope:.2} (one seed).{ends}"),
+        _ => format!("too few counts for a slope.{ends}"),
     }
 }
 

@@ -95,7 +95,7 @@ fn default_runs(base: &RenderOptions) -> Vec<(String, String)> {
         let free = names.iter().zip(given).filter(|(_, plan)| plan.is_none());
         let plans: String = free.map(|(name, _)| format!(" --{name} 1:{p}")).collect();
         let options = format!("--method distribution --combine paired --pixel 1:{p}{plans}");
-        (format!("distribution-{p}"), options)
+        (format!("dist-{p}"), options)
     });
     path.into_iter().chain(distribution).collect()
 }
