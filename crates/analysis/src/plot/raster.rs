@@ -9,11 +9,14 @@ const FINE: usize = 3;
 /// Pixels per dot of a letter.
 const LETTER: usize = 2;
 
+/// Where, which side of it, colour, words.
+type Text = ((f64, f64), Anchor, [u8; 3], String);
+
 /// Grows as things are drawn.
 pub(super) struct Raster {
     /// Code values of the fine dots.
     dots: Vec<[u8; 3]>,
-    texts: Vec<((f64, f64), Anchor, [u8; 3], String)>,
+    texts: Vec<Text>,
 }
 
 impl Raster {

@@ -1,4 +1,5 @@
 //! Writes small glTF files, in memory.
+#![allow(dead_code, reason = "each test binary uses a part")]
 use base64::Engine;
 use serde_json::Value;
 pub use serde_json::json;
