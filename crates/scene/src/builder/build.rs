@@ -1,0 +1,233 @@
+//! From what was added to a scene in render space: objects, cameras, lights, and what the scene then is.
+use super::{CameraPose, Geometry, SceneBuilder, placed::Placed};
+use crate::{
+    NamedCamera, Object, Scene, SceneError, Space, Survey, TexturedMaterial, Warning, bake, constants,
+    emission::{AreaLights, Emitter, Form, Movement},
+    framing,
+    moving::{self, OwnSpaces},
+    punctual, scene, tangent,
+};
+use dapple_camera::Camera;
+use dapple_geometry::{
+    Mesh, World, WorldBuilder,
+    motion::Node,
+    shapes::{Disk, Sphere},
+};
+use dapple_lights::{Environment, Light, LightChoice};
+use glam::{DAffine3, Vec3, Vec4};
+
+/// What an object looks like to a light, and how it moves if it does.
+type Seen = (Form, Option<Movement>);
+
+impl SceneBuilder {
+    /// Checks everything and moves it to render space. Adds a framing camera when there is none, a white environment
+    /// (with a warning) when nothing emits.
+    ///
+    /// # Errors
+    /// The first thing that is wrong: a number that is not finite, an index out of range, attribute lengths that
+    /// disagree, a radius that is not positive, a camera or light without direction.
+    pub fn build(mut self) -> Result<Scene, SceneError> {
+        self.check()?;
+        self.settle();
+        let constant_textures = constants::fold(&mut self.materials, &mut self.textures);
+        let bounds = self.bounds()?;
+        let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));
+        self.simplify_alpha();
+        let mut cameras = self.cameras(&space)?;
+        let mut lights = punctual::lights(&self.punctual, &space, &self.exposure)
+            .map_err(|(i, what)| self.invalid(format!("light {i}"), what))?;
+        let (world, mut objects, seen) = self.world(&space)?;
+        if cameras.is_empty() {
+            cameras.push(self.framed(&world, &seen)?);
+        }
+        for m in &mut self.materials {
+            m.sigma_a = (m.sigma_a.as_dvec3() / space.scale).as_vec3();
+        }
+        let mut area = self.area_lights(&world, &mut objects, &seen);
+        lights.splice(0..0, area.lights.drain(..));
+        let environment = self.surroundings(&objects, &lights).map(|e| {
+            lights.push(Light::Environment(e));
+            lights.len() as u32 - 1
+        });
+        let mut survey = count(&world, &seen, &lights, &cameras);
+        (survey.materials, survey.textures) = (self.materials.len(), self.textures.len());
+        (survey.constant_textures, survey.unread) = (constant_textures, self.unread);
+        scene::survey(&objects, &self.materials, &mut survey);
+        let radius = bounds.map_or(1.0, |(min, max)| space.length_to_render((max - min).length() * 0.5));
+        Ok(Scene {
+            name: self.name,
+            space,
+            world,
+            objects,
+            materials: self.materials,
+            textures: self.textures,
+            light_choice: LightChoice::new(&lights, radius),
+            lights,
+            environment,
+            cameras,
+            at: self.exposure.at,
+            shutter: self.exposure.shutter,
+            survey,
+            warnings: self.warnings,
+            area,
+        })
+    }
+
+    fn area_lights(&self, world: &World, objects: &mut [Object], seen: &[Seen]) -> AreaLights {
+        let mut area = AreaLights::default();
+        for (i, (object, (form, movement))) in objects.iter_mut().zip(seen).enumerate() {
+            let material = &self.materials[object.material as usize];
+            let emitter = Emitter { world, textures: &self.textures, material };
+            area.add(&emitter, i as u32, *form, movement.as_ref());
+            object.first_light = area.first(i as u32, form.primitives());
+        }
+        area
+    }
+
+    /// The environment, unless it is black; a white one for a scene that nothing would light.
+    fn surroundings(&mut self, objects: &[Object], lights: &[Light]) -> Option<Environment> {
+        let unlit = |o: &Object| self.materials[o.material as usize].unlit;
+        let shown = !objects.is_empty() && objects.iter().all(unlit);
+        if self.environment.is_none() && lights.is_empty() && !shown {
+            let what = "nothing in the scene emits light: a white environment of radiance 1 surrounds it";
+            self.warn(Warning(what.into()));
+            return Some(Environment::constant(Vec3::ONE));
+        }
+        self.environment.take().filter(|e| !(e.is_constant() && e.mean() == Vec3::ZERO))
+    }
+
+    fn framed(&self, world: &World, seen: &[Seen]) -> Result<NamedCamera, SceneError> {
+        let counts = seen.iter().map(|(form, _)| form.triangles()).collect();
+        let camera = framing::frame(world, counts).in_render_space(&Space::IDENTITY);
+        let camera = camera.map_err(|what| self.invalid("camera 'auto'", what))?;
+        Ok(NamedCamera { name: "auto".into(), camera, aspect: None })
+    }
+
+    /// Moves the objects into the world.
+    fn world(&mut self, space: &Space) -> Result<(World, Vec<Object>, Vec<Seen>), SceneError> {
+        let mut entry =
+            Entry { space, world: WorldBuilder::default(), own: OwnSpaces::default(), dropped: 0, mended: 0 };
+        let (mut objects, mut seen) = (Vec::new(), Vec::new());
+        for (i, Placed { name, material, geometry }) in
+            std::mem::take(&mut self.placed).into_iter().enumerate()
+        {
+            let entered = entry.enter(self, geometry, material);
+            seen.push(entered.map_err(|what| self.invalid(format!("object {i} '{name}'"), what))?);
+            objects.push(Object { name, material, first_light: u32::MAX });
+        }
+        let Entry { world, dropped, mended, .. } = entry;
+        if dropped > 0 {
+            self.warn(Warning(format!("{dropped} triangles without area are left out")));
+        }
+        if mended > 0 {
+            self.warn(Warning(format!(
+                "{mended} texture coordinates or vertex colours are not usable numbers: zero or white instead"
+            )));
+        }
+        let seconds = self.exposure.shutter.seconds();
+        Ok((world.build_for(0.0, seconds), objects, seen))
+    }
+
+    fn cameras(&self, space: &Space) -> Result<Vec<NamedCamera>, SceneError> {
+        let convert = |(i, (name, pose, chain)): (usize, &(String, CameraPose, Option<Vec<Node>>))| {
+            let mut pose = *pose;
+            let motion = chain.as_ref().and_then(|c| self.exposure.camera(c, &pose.transform, space));
+            if let Some(chain) = chain {
+                pose.transform = DAffine3::from(self.exposure.placement(chain)) * pose.transform;
+            }
+            let camera = pose
+                .in_render_space(space)
+                .map_err(|what| self.invalid(format!("camera {i} '{name}'"), what))?;
+            Ok(NamedCamera { name: name.clone(), camera: Camera { motion, ..camera }, aspect: pose.aspect })
+        };
+        self.cameras.iter().enumerate().map(convert).collect()
+    }
+}
+
+/// The world so far, and what had to be changed on the way there.
+struct Entry<'a> {
+    space: &'a Space,
+    world: WorldBuilder,
+    own: OwnSpaces,
+    dropped: usize,
+    mended: usize,
+}
+
+impl Entry<'_> {
+    /// Moves one object into the world; what is wrong with it otherwise, in words.
+    fn enter(&mut self, from: &SceneBuilder, geometry: Geometry, material: u32) -> Result<Seen, String> {
+        let (space, index) = (self.space, material);
+        let material = &from.materials[index as usize];
+        let form = match geometry {
+            Geometry::Mesh { mesh, placement } => {
+                let baked = bake::bake(&mesh, &placement, space);
+                drop(mesh);
+                self.changed(baked.dropped, baked.mended);
+                let mesh = for_material(baked.mesh, material, from.everything);
+                let form = Form::Triangles(mesh.triangles.len());
+                self.world.add_mesh(mesh);
+                form
+            }
+            Geometry::Sphere { centre, radius } => {
+                let (centre, radius) = (space.to_render(centre), space.length_to_render(radius));
+                self.world.add_sphere(Sphere { centre, radius });
+                Form::Sphere { centre, radius }
+            }
+            Geometry::Disk { centre, normal, radius } => {
+                let (centre, radius) = (space.to_render(centre), space.length_to_render(radius));
+                let normal = normal.normalize().as_vec3();
+                self.world.add_disk(Disk { centre, normal, radius });
+                Form::Disk { centre, normal, radius }
+            }
+            Geometry::Moving { body, chain } => {
+                let shared = self.own.get(&body, index, material);
+                if let Some(own) = &shared {
+                    self.changed(own.dropped, own.mended);
+                }
+                let (form, movement) = from.exposure.enter(&mut self.world, &body, chain, shared, space)?;
+                return Ok((form, Some(movement)));
+            }
+        };
+        Ok((form, None))
+    }
+
+    fn changed(&mut self, dropped: usize, mended: usize) {
+        self.dropped += dropped;
+        self.mended += mended;
+    }
+}
+
+/// How much of everything the world, its lights and cameras hold.
+fn count(world: &World, seen: &[Seen], lights: &[Light], cameras: &[NamedCamera]) -> Survey {
+    Survey {
+        triangles: world.triangle_count(),
+        objects: seen.len(),
+        shapes: seen.iter().filter(|(form, _)| !matches!(form, Form::Triangles(_))).count(),
+        lights: lights.len(),
+        has_motion: world.has_motion()
+            || lights.iter().any(|light| matches!(light, Light::Moving(_)))
+            || moving::any_moves(cameras.iter().map(|c| &c.camera)),
+        ..Survey::default()
+    }
+}
+
+/// Tangents only where a normal map needs them: generated if missing, dropped if useless; white vertex colours are
+/// none. `everything` keeps what a file gives.
+pub(crate) fn for_material(mut mesh: Mesh, material: &TexturedMaterial, everything: bool) -> Mesh {
+    if !everything && mesh.colors.iter().all(|c| *c == Vec4::ONE) {
+        mesh.colors = Vec::new();
+    }
+    match &material.normal_texture {
+        None if everything => mesh,
+        None => {
+            mesh.tangents = Vec::new();
+            mesh
+        }
+        // Tangents of a file that gives no normals do not count (glTF 2.0 §3.7.2.1).
+        Some(map) if mesh.tangents.is_empty() || mesh.normals.is_empty() => {
+            mesh.tangents = Vec::new();
+            tangent::with_tangents(mesh, map)
+        }
+        Some(_) => mesh,
+    }
+}

@@ -1,0 +1,84 @@
+//! One object of a scene that is being built: what it is, what is wrong with it, how large it is.
+use crate::{
+    Placement, bake,
+    emission::Form,
+    moving::{Body, Exposure},
+};
+use dapple_geometry::{Mesh, motion::Node};
+use glam::{DVec3, Vec3};
+use std::sync::Arc;
+
+/// An object in the world.
+#[derive(Debug)]
+pub(super) struct Placed {
+    pub name: String,
+    pub material: u32,
+    pub geometry: Geometry,
+}
+
+#[derive(Debug)]
+pub(crate) enum Geometry {
+    Mesh { mesh: Arc<Mesh>, placement: Placement },
+    Sphere { centre: DVec3, radius: f64 },
+    Disk { centre: DVec3, normal: DVec3, radius: f64 },
+    Moving { body: Body, chain: Vec<Node> },
+}
+
+impl Placed {
+    pub fn form(&self) -> Form {
+        match &self.geometry {
+            Geometry::Mesh { mesh, .. } => Form::Triangles(mesh.triangles.len()),
+            Geometry::Sphere { .. } => Form::Sphere { centre: Vec3::ZERO, radius: 1.0 },
+            Geometry::Disk { .. } => Form::Disk { centre: Vec3::ZERO, normal: Vec3::Z, radius: 1.0 },
+            Geometry::Moving { body, .. } => body.form(),
+        }
+    }
+
+    pub fn mesh(&self) -> Option<&Mesh> {
+        match &self.geometry {
+            Geometry::Mesh { mesh, .. } | Geometry::Moving { body: Body::Mesh(mesh), .. } => Some(mesh),
+            _ => None,
+        }
+    }
+
+    /// What is wrong with the object, in words.
+    pub fn fault(&self, materials: usize) -> Option<String> {
+        if self.material as usize >= materials {
+            return Some(format!("uses material {} of {materials}", self.material));
+        }
+        match &self.geometry {
+            Geometry::Mesh { placement, .. } if !placement.is_finite() => {
+                Some("its transform is not finite".into())
+            }
+            Geometry::Mesh { mesh, .. } | Geometry::Moving { body: Body::Mesh(mesh), .. } => {
+                bake::fault(mesh)
+            }
+            Geometry::Moving { body, .. } => {
+                let bad = body.radius().is_some_and(|radius| !(radius > 0.0 && radius.is_finite()));
+                bad.then(|| "its radius must be finite and above 0".into())
+            }
+            Geometry::Sphere { centre, radius } | Geometry::Disk { centre, radius, .. }
+                if !(centre.is_finite() && *radius > 0.0 && radius.is_finite()) =>
+            {
+                Some("its radius must be finite and above 0, and its centre finite".into())
+            }
+            Geometry::Disk { normal, .. } if normal.try_normalize().is_none() => {
+                Some("its normal has no direction".into())
+            }
+            _ => None,
+        }
+    }
+
+    /// In the world, when the shutter opens.
+    pub fn bounds(&self, exposure: &Exposure) -> Option<(DVec3, DVec3)> {
+        match &self.geometry {
+            Geometry::Moving { body, chain } => body.bounds(&exposure.placement(chain)),
+            Geometry::Mesh { mesh, placement } => bake::bounds(mesh, placement),
+            // The disk's box is taken as the sphere's: an *approximation* that only makes render space a little
+            // roomier.
+            Geometry::Sphere { centre, radius } | Geometry::Disk { centre, radius, .. } => {
+                Some((*centre - DVec3::splat(*radius), *centre + DVec3::splat(*radius)))
+            }
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Where a camera stands in the world, and the same camera in render space.
+use crate::Space;
+use dapple_camera::{Camera, Projection, camera::axes};
+use glam::{DAffine3, DMat3, DVec3};
+
+/// A camera in world space: looks along the −z of its transform, +y up; scale and shear of the transform are ignored.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraPose {
+    /// Camera to world.
+    pub transform: DAffine3,
+    /// Perspective or orthographic (half height in world units).
+    pub projection: Projection,
+    /// Width / height asked for.
+    pub aspect: Option<f32>,
+}
+
+impl CameraPose {
+    /// A perspective camera at `from` that looks at `at` with `up` upwards and spans `yfov` radians from bottom to
+    /// top.
+    pub fn look_at(from: DVec3, at: DVec3, up: DVec3, yfov: f64) -> Self {
+        let backward = (from - at).normalize_or(DVec3::Z);
+        let right = up.cross(backward).normalize_or(backward.any_orthonormal_vector());
+        let axes = DMat3::from_cols(right, backward.cross(right), backward);
+        Self {
+            transform: DAffine3 { matrix3: axes, translation: from },
+            projection: Projection::Perspective { tan_half: libm::tan(yfov * 0.5) as f32 },
+            aspect: None,
+        }
+    }
+}
+
+impl CameraPose {
+    /// In render space; what is wrong with it otherwise, in words.
+    pub(crate) fn in_render_space(&self, space: &Space) -> Result<Camera, &'static str> {
+        let Some((right, up, backward)) = axes(&self.transform.matrix3) else {
+            return Err("has no direction of view: its transform is singular or not finite");
+        };
+        let origin = space.to_render(self.transform.translation);
+        let projection = match self.projection {
+            Projection::Orthographic { half_height } => {
+                Projection::Orthographic { half_height: space.length_to_render(f64::from(half_height)) }
+            }
+            perspective @ Projection::Perspective { .. } => perspective,
+        };
+        let (Projection::Perspective { tan_half: extent } | Projection::Orthographic { half_height: extent }) =
+            projection;
+        if !origin.is_finite() {
+            return Err("is not at a place that numbers can express");
+        }
+        if !(extent > 0.0 && extent.is_finite()) {
+            return Err("must span an angle between 0 and 180 degrees, or a height above 0");
+        }
+        Ok(Camera {
+            origin,
+            right: right.as_vec3(),
+            up: up.as_vec3(),
+            backward: backward.as_vec3(),
+            projection,
+            lens: None,
+            motion: None,
+        })
+    }
+}
