@@ -2,7 +2,7 @@
 
 use crate::shape::Shape;
 use base64::Engine;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,6 +21,7 @@ pub struct Document {
     meshes: Vec<Value>,
     cameras: Vec<Value>,
     nodes: Vec<Value>,
+    lights: Vec<Value>,
     /// Samplers and channels of the one animation.
     tracks: (Vec<Value>, Vec<Value>),
     extensions: BTreeSet<String>,
@@ -73,6 +74,20 @@ impl Document {
         let columns = [right.extend(0.0), up.extend(0.0), backward.extend(0.0), eye.extend(1.0)];
         let matrix: Vec<f64> = columns.iter().flat_map(|c| c.to_array()).collect();
         push(&mut self.nodes, json!({ "name": "camera", "camera": camera, "matrix": matrix }));
+    }
+
+    /// Adds a distant light in the direction `towards`; `irradiance` on what faces it.
+    pub fn sun(&mut self, name: &str, towards: DVec3, irradiance: [f64; 3]) {
+        let intensity = irradiance.iter().fold(0.0, |a: f64, &b| a.max(b));
+        let light = json!({
+            "name": name, "type": "directional", "color": irradiance.map(|c| c / intensity), "intensity": intensity,
+        });
+        let light = push(&mut self.lights, light);
+        // It shines along −z of its node.
+        let turn = DQuat::from_rotation_arc(DVec3::Z, towards.normalize());
+        let extension = json!({ "KHR_lights_punctual": { "light": light } });
+        push(&mut self.nodes, json!({ "name": name, "rotation": turn.to_array(), "extensions": extension }));
+        self.extensions.insert("KHR_lights_punctual".into());
     }
 
     /// Moves a node: `path` is translation, rotation or scale, with a value for every time in seconds.
@@ -173,6 +188,9 @@ impl Document {
         ];
         for (key, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
             root[key] = json!(list);
+        }
+        if !self.lights.is_empty() {
+            root["extensions"] = json!({ "KHR_lights_punctual": { "lights": self.lights } });
         }
         let (samplers, channels) = &self.tracks;
         if !channels.is_empty() {

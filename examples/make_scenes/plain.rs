@@ -1,6 +1,6 @@
 //! Scenes made for one purpose each.
 
-use crate::document::{Document, emitter, lambert, metal, plastic};
+use crate::document::{Document, lambert, metal, plastic};
 use crate::shape::Shape;
 use dapple_imaging::Picture;
 use glam::{DVec3, Vec3};
@@ -17,7 +17,7 @@ pub const SIDECARS: [(&str, &str); 3] = [
     (
         "motion_blur.toml",
         "# One second: the ball rolls past, the blade turns by 240 degrees.\nshutter = \"0:1\"\n\
-         # A little light from all sides.\nenv-color = [0.12, 0.14, 0.18]\n",
+         # A little light from all sides.\nenv-color = [0.3, 0.36, 0.45]\n",
     ),
 ];
 
@@ -84,9 +84,9 @@ pub fn motion_blur() -> Document {
     doc.object("mirror", &Shape::quads(&[glass.map(DVec3::from_array)]), mirror);
     let red = doc.material(lambert("red", [0.7, 0.1, 0.06]));
     let ball = doc.sphere("ball", DVec3::new(-2.9, 0.5, 0.4), 0.5, 3, red);
-    doc.track(ball, "translation", &[0.0, 1.0], &[[-2.9, 0.5, 0.4], [-1.5, 0.5, 0.4]]);
-    let yellow = doc.material(plastic("yellow", [0.8, 0.55, 0.05], 0.3));
-    let (low, high) = (DVec3::new(0.15, -0.11, -0.04), DVec3::new(0.95, 0.11, 0.04));
+    doc.track(ball, "translation", &[0.0, 1.0], &[[-2.9, 0.5, 0.4], [-1.6, 0.5, 0.4]]);
+    let yellow = doc.material(plastic("yellow", [0.9, 0.6, 0.03], 0.3));
+    let (low, high) = (DVec3::new(0.1, -0.24, -0.03), DVec3::new(1.0, 0.24, 0.03));
     let blade = doc.object("blade", &Shape::cuboid(low, high, false), yellow);
     doc.place(blade, DVec3::new(0.2, 1.3, 0.2));
     // From half past four, clockwise as the camera sees it, through 240 degrees: no two keys more than 80 apart.
@@ -101,9 +101,7 @@ pub fn motion_blur() -> Document {
     let blue = doc.material(plastic("blue", [0.08, 0.17, 0.42], 0.25));
     let (low, high) = (DVec3::new(1.7, 0.0, 0.0), DVec3::new(2.5, 0.8, 0.8));
     doc.object("block", &Shape::cuboid(low, high, false), blue);
-    let lamp = doc.material(emitter("lamp", [170.0, 160.0, 145.0]));
-    let corners = [[1.0, 6.0, 4.0], [1.6, 6.0, 4.0], [1.6, 6.0, 4.6], [1.0, 6.0, 4.6]];
-    doc.object("lamp", &Shape::quads(&[corners.map(DVec3::from_array)]), lamp);
+    doc.sun("sun", DVec3::new(0.45, 0.8, 0.55), [3.2, 3.0, 2.7]);
     doc.camera(DVec3::new(-0.4, 2.3, 6.4), DVec3::new(-0.1, 0.95, -0.2), 36f64.to_radians(), 1.6);
     doc
 }

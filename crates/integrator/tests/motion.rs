@@ -100,20 +100,20 @@ fn a_translating_plate_is_a_trapezoid() {
         let scene = builder.build().unwrap();
         assert!(scene.survey.has_motion);
         let columns = |x: f64| streak(x + 1.0, w, delta) - streak(x, w, delta);
-        let outcome = run(&scene, &settings((8, 4), 20_000));
+        let outcome = run(&scene, &settings((8, 4), 8000));
         assert_columns(&format!("Δ = {delta}"), &outcome, 1.0, columns);
         if delta == 2.4 {
             assert!((columns(1.0) - 0.522_916_7).abs() < 1e-6, "the worked example");
         }
         // The distribution tracer, by independent points so that the same bound holds.
         let plans = Plans { time: Plan::new(4, Pattern::Random), ..Plans::default() };
-        let plans = Plans { pixel: Plan::new(2500, Pattern::Random), ..plans };
-        let method = Settings { method: Method::Distribution, plans, spp: Some(2500), ..settings((8, 4), 1) };
+        let plans = Plans { pixel: Plan::new(1000, Pattern::Random), ..plans };
+        let method = Settings { method: Method::Distribution, plans, spp: Some(1000), ..settings((8, 4), 1) };
         assert_columns(&format!("distribution, Δ = {delta}"), &run(&scene, &method), 1.0, columns);
         // Off, it stands where the shutter opens.
         let mut plans = Plans::default();
         *plans.of_mut(Effect::Time) = Plan::OFF;
-        let still = run(&scene, &Settings { plans, ..settings((8, 4), 20_000) });
+        let still = run(&scene, &Settings { plans, ..settings((8, 4), 8000) });
         assert_columns("at the opening", &still, 1.0, |x| (w - x).clamp(0.0, 1.0));
     }
 }
@@ -227,7 +227,7 @@ fn the_shadow_of_a_moving_plate_is_the_same_trapezoid() {
     let blocker = quad(Vec3::new(0.0, 50.0, 8.0), Vec3::X * w as f32, Vec3::Z * -16.0);
     builder.moving_mesh("plate", blocker, slide(DVec3::ZERO, DVec3::X * delta), black);
     builder.distant_light(DVec3::Y, Vec3::splat(2.0));
-    let outcome = run(&builder.build().unwrap(), &settings((8, 4), 20_000));
+    let outcome = run(&builder.build().unwrap(), &settings((8, 4), 8000));
     let lit = 2.0 * 0.6 / PI;
     assert_columns("shadow", &outcome, lit, |x| 1.0 - (streak(x + 1.0, w, delta) - streak(x, w, delta)));
 }
@@ -251,7 +251,7 @@ fn the_mirror_image_of_a_moving_plate_is_the_same_trapezoid() {
     // Behind the camera, facing the mirror.
     let light = builder.material(TexturedMaterial { double_sided: true, ..matte(0.0, 1.0) });
     builder.moving_mesh("plate", plate(w, 9.0), slide(DVec3::ZERO, DVec3::X * delta), light);
-    let outcome = run(&builder.build().unwrap(), &settings((8, 4), 20_000));
+    let outcome = run(&builder.build().unwrap(), &settings((8, 4), 8000));
     assert_columns("mirror", &outcome, kr, |x| streak(x + 1.0, w, delta) - streak(x, w, delta));
 }
 
@@ -312,7 +312,7 @@ fn irradiance_under_a_quad_that_moves() {
     let exact = 5.0 * quadrature::line(at, -a, a, 1e-8) / (2.0 * a);
     for strategy in [Strategy::Both, Strategy::LightOnly] {
         let settings =
-            Settings { size: (32, 32), spp: Some(256), strategy, max_bounces: 1, ..Settings::default() };
+            Settings { size: (24, 24), spp: Some(256), strategy, max_bounces: 1, ..Settings::default() };
         assert_close("moving quad", &run(&scene, &settings), exact);
     }
 }
@@ -353,7 +353,7 @@ fn light_and_bsdf_sampling_agree_on_lights_that_move() {
     let scene = restless_lamps();
     assert_eq!(scene.lights.len(), 4);
     let by = |strategy, seed| {
-        run(&scene, &Settings { seed, strategy, max_bounces: 2, ..settings((24, 16), 2048) })
+        run(&scene, &Settings { seed, strategy, max_bounces: 2, ..settings((24, 16), 1024) })
     };
     let both = by(Strategy::Both, 1);
     for (other, seed) in [(Strategy::LightOnly, 2), (Strategy::BsdfOnly, 3)] {
@@ -362,7 +362,7 @@ fn light_and_bsdf_sampling_agree_on_lights_that_move() {
     let still = {
         let mut plans = Plans::default();
         *plans.of_mut(Effect::Time) = Plan::OFF;
-        run(&scene, &Settings { plans, max_bounces: 2, ..settings((24, 16), 2048) })
+        run(&scene, &Settings { plans, max_bounces: 2, ..settings((24, 16), 1024) })
     };
     assert!(largest_z(&both, &still) > 20.0, "the motion must show");
 }
@@ -392,7 +392,7 @@ fn assert_agree(what: &str, a: &Outcome, b: &Outcome) {
 #[test]
 fn both_tracers_see_the_same_motion() {
     let scene = restless_lamps();
-    let path = run(&scene, &Settings { seed: 4, max_bounces: 2, ..settings((24, 16), 2048) });
+    let path = run(&scene, &Settings { seed: 4, max_bounces: 2, ..settings((24, 16), 1024) });
     let random = |n| Plan::new(n, Pattern::Random);
     let plans = Plans {
         pixel: random(64),
