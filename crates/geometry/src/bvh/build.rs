@@ -20,21 +20,27 @@ pub(super) fn build(triangles: &[[Vec3; 3]], quality: Quality, kernel: Kernel) -
     let bounds = bounds(&ids, triangles);
     let scale = bounds.map_or(1.0, |(low, high)| unit_scale(low.abs().max(high.abs()).max_element()));
     let scaled: Vec<[Vec3; 3]> = ids.iter().map(|&id| triangles[id as usize].map(|p| p * scale)).collect();
-    let mut tree =
-        Tree { nodes: Vec::new(), blocks: Vec::new(), root: None, stack: 8, scale, bounds, kernel };
+    let mut tree = Tree {
+        lines: Vec::new(),
+        root: None,
+        stack: 8,
+        scale,
+        unscale: 1.0 / f64::from(scale),
+        bounds,
+        kernel,
+    };
     match ids.len() {
         0 => {}
         1..=8 => {
             let mut block = Block::NONE;
             (0..).zip(&ids).zip(&scaled).for_each(|((lane, &id), t)| block.set(lane, id, t));
-            tree.blocks.push(block);
+            tree.lines.extend(block.lines());
             tree.root = Some(LEAF);
         }
         _ => {
             let boxes: Vec<Aabb> = scaled.iter().map(padded_box).collect();
             let wide = collapse(&binary_tree(&boxes, quality), &ids, &scaled);
-            (tree.nodes, tree.blocks, tree.root, tree.stack) =
-                (wide.nodes, wide.blocks, Some(0), 7 * wide.depth + 8);
+            (tree.lines, tree.root, tree.stack) = (wide.lines, Some(0), 7 * wide.depth + 8);
         }
     }
     tree

@@ -3,7 +3,7 @@
 //! Which binary nodes become children of one wide node, and which subtrees become leaves, is the cheapest choice by
 //! surface area, found by the dynamic programme of [Ylitie, Karras, Laine 2017, §3].
 
-use super::node::{Block, LEAF, Node};
+use super::node::{Block, LEAF, Line, Node};
 use glam::Vec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -16,10 +16,9 @@ const LEAF_COST: f32 = 0.7;
 #[cfg(feature = "parallel")]
 const PARALLEL: usize = 1 << 14;
 
-/// The wide tree; its root is node 0.
+/// The wide tree; its root is the node at line 0.
 pub(super) struct Wide {
-    pub nodes: Vec<Node>,
-    pub blocks: Vec<Block>,
+    pub lines: Vec<Line>,
     /// Nodes on the longest way down.
     pub depth: usize,
 }
@@ -147,25 +146,27 @@ fn solve(flat: &[Flat], plans: &mut [Plan], levels: u32) {
 }
 
 fn emit(flat: &[Flat], plans: &[Plan], ids: &[u32], triangles: &[[Vec3; 3]]) -> Wide {
-    let mut wide = Wide { nodes: vec![Node::NONE], blocks: Vec::new(), depth: 1 };
+    let mut wide = Wide { lines: Node::NONE.lines().to_vec(), depth: 1 };
     let mut work = vec![(0usize, 0usize, 1usize)];
     let mut children = Vec::with_capacity(8);
-    while let Some((slot, node, level)) = work.pop() {
+    while let Some((at, node, level)) = work.pop() {
         wide.depth = wide.depth.max(level);
         children.clear();
         gather(flat, plans, node, &mut children);
+        let mut made = Node::NONE;
         for (i, &child) in children.iter().enumerate() {
-            let reference = if plans[child].block {
-                wide.blocks.push(block(&flat[child..], ids, triangles));
-                LEAF | (wide.blocks.len() as u32 - 1)
+            let mut reference = wide.lines.len() as u32;
+            if plans[child].block {
+                reference |= LEAF;
+                wide.lines.extend(block(&flat[child..], ids, triangles).lines());
             } else {
-                wide.nodes.push(Node::NONE);
-                work.push((wide.nodes.len() - 1, child, level + 1));
-                wide.nodes.len() as u32 - 1
-            };
+                work.push((wide.lines.len(), child, level + 1));
+                wide.lines.extend(Node::NONE.lines());
+            }
             let hull = &flat[child].hull;
-            wide.nodes[slot].set(i, Vec3::from(hull.min), Vec3::from(hull.max), reference);
+            made.set(i, Vec3::from(hull.min), Vec3::from(hull.max), reference);
         }
+        wide.lines[at..at + Node::LINES].copy_from_slice(made.lines());
     }
     wide
 }

@@ -9,6 +9,12 @@ pub(super) trait Lanes: Copy {
     fn splat(x: f32) -> Self;
     fn load(x: &[f32; 8]) -> Self;
     fn store(self, to: &mut [f32; 8]);
+    #[inline(always)]
+    fn array(self) -> [f32; 8] {
+        let mut array = [0.0; 8];
+        self.store(&mut array);
+        array
+    }
     fn add(self, o: Self) -> Self;
     fn sub(self, o: Self) -> Self;
     fn mul(self, o: Self) -> Self;
@@ -20,9 +26,25 @@ pub(super) trait Lanes: Copy {
     fn max(self, o: Self) -> Self;
     fn lt(self, o: Self) -> u32;
     fn le(self, o: Self) -> u32;
-    /// Pushes the children entered, self ≤ `far` (the lanes of `mask`), the farthest first. `self` are entry distances
-    /// (≥ 0, never NaN); on the stack, and in the order, the lane stands in place of their lowest three bits.
-    fn push_sorted(self, far: Self, mask: u32, child: &[u32; 8], stack: &mut Stack);
+    /// The nearest child entered, self ≤ `far`; the others that are entered go on the stack, the farthest first.
+    /// `self` are entry distances (≥ 0, never NaN); on the stack, and in the order, the lane stands in place of their
+    /// lowest three bits. `ahead` hears of the one that comes next.
+    fn nearest(self, far: Self, child: &[u32; 8], stack: &mut Stack, ahead: impl Fn(u32)) -> Option<u32>;
+    /// One of the children entered, self ≤ `far`; the others that are entered go on the stack, without distances.
+    #[inline(always)]
+    fn any(self, far: Self, child: &[u32; 8], stack: &mut Stack) -> Option<u32> {
+        let mut mask = self.le(far);
+        if mask == 0 {
+            return None;
+        }
+        let first = child[mask.trailing_zeros() as usize & 7];
+        mask &= mask - 1;
+        while mask != 0 {
+            stack.push(child[mask.trailing_zeros() as usize & 7]);
+            mask &= mask - 1;
+        }
+        Some(first)
+    }
 }
 
 /// Plain arrays, which the compiler may turn into whatever the machine has.
@@ -82,18 +104,22 @@ impl Lanes for Portable {
         Self(self.0.map(f32::abs))
     }
     #[inline(always)]
-    fn push_sorted(self, _far: Self, mask: u32, child: &[u32; 8], stack: &mut Stack) {
-        push_sorted(&self.0, mask, child, stack);
+    fn nearest(self, far: Self, child: &[u32; 8], stack: &mut Stack, _: impl Fn(u32)) -> Option<u32> {
+        nearest(&self.0, self.le(far), child, stack)
     }
 }
 
-/// [`Lanes::push_sorted`] one lane after the other.
+/// [`Lanes::nearest`] one lane after the other.
 #[inline(always)]
-pub(super) fn push_sorted(near: &[f32; 8], mut mask: u32, child: &[u32; 8], stack: &mut Stack) {
+pub(super) fn nearest(near: &[f32; 8], mut mask: u32, child: &[u32; 8], stack: &mut Stack) -> Option<u32> {
+    if mask & mask.wrapping_sub(1) == 0 {
+        return (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7]);
+    }
     let base = stack.len();
     while mask != 0 {
         let lane = mask.trailing_zeros() as usize & 7;
         mask &= mask - 1;
         stack.insert(base, (near[lane].to_bits() & !7) | lane as u32, child[lane]);
     }
+    stack.pop().map(|(_, child)| child)
 }

@@ -16,7 +16,7 @@ mod triangle;
 
 use crate::Ray;
 use glam::Vec3;
-use node::{Block, Node};
+use node::Line;
 
 /// Which instructions traversal uses. All give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,14 +106,15 @@ impl Quality {
 /// A tree over triangles.
 #[derive(Debug)]
 pub struct Tree {
-    nodes: Vec<Node>,
-    blocks: Vec<Block>,
+    lines: Vec<Line>,
     /// Reference of the root: a node, a block, or nothing.
     root: Option<u32>,
     /// Entries the traversal stack can need.
     stack: usize,
     /// Tree units per unit of the caller, a power of two.
     scale: f32,
+    /// Its inverse.
+    unscale: f64,
     bounds: Option<(Vec3, Vec3)>,
     kernel: Kernel,
 }
@@ -160,6 +161,6 @@ impl Tree {
 
     /// Bytes of nodes and leaf blocks.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.nodes) + size_of_val(&*self.blocks)
+        size_of_val(&*self.lines)
     }
 }

@@ -4,6 +4,7 @@
 #![allow(unsafe_code)]
 
 use super::lanes::Portable;
+use super::node::{LEAF, Line, part};
 use super::traverse::walk;
 use super::{Candidate, Kernel, Tree, TriangleHit};
 use crate::Ray;
@@ -61,12 +62,25 @@ fn portable<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C
     walk::<Portable, C, ANY>(tree, ray, candidate)
 }
 
+/// Asks for the first four lines of what a child reference leads to.
+#[inline(always)]
+pub(super) fn prefetch(lines: &[Line], child: u32) {
+    #[cfg(target_arch = "x86_64")]
+    for line in part::<4>(lines, child & !LEAF) {
+        // SAFETY: SSE is part of every x86-64; a prefetch does not read.
+        unsafe {
+            std::arch::x86_64::_mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>((&raw const *line).cast())
+        };
+    }
+}
+
 /// Entries of a stack that fits any tree of reasonable depth.
 pub(super) const SMALL_STACK: usize = 264;
 
-/// Nodes still to visit, each with the bits of its entry distance.
+/// Nodes still to visit, each with the bits of its entry distance (none where order does not matter).
 ///
-/// Invariant: the first `len` slots are initialised.
+/// Invariant: the first `len` slots are initialised; in a stack on which `push` or [`Lanes::any`] was used, only those of
+/// `child`, and `pop` and `insert` are not.
 pub(super) struct Stack<'a> {
     near: &'a mut [MaybeUninit<u32>],
     child: &'a mut [MaybeUninit<u32>],
@@ -103,6 +117,33 @@ impl<'a> Stack<'a> {
         })
     }
 
+    /// The child last pushed; there must be one.
+    #[inline(always)]
+    #[cfg(target_arch = "x86_64")]
+    fn last(&self) -> u32 {
+        debug_assert!(self.len > 0);
+        // SAFETY: as `pop_child`.
+        unsafe { self.child[self.len - 1].assume_init() }
+    }
+
+    /// Puts a child on top, without a distance.
+    #[inline(always)]
+    pub fn push(&mut self, child: u32) {
+        self.child[self.len] = MaybeUninit::new(child);
+        self.len += 1;
+    }
+
+    /// The child last pushed.
+    #[inline(always)]
+    pub fn pop_child(&mut self) -> Option<u32> {
+        if self.len == 0 {
+            return None;
+        }
+        self.len -= 1;
+        // SAFETY: slots of children below the old length are initialised, and the slice is longer.
+        Some(unsafe { self.child.get_unchecked(self.len).assume_init() })
+    }
+
     /// Inserts an entry above `base`, below those with a smaller `near`.
     #[inline(always)]
     pub fn insert(&mut self, base: usize, near: u32, child: u32) {
@@ -130,7 +171,7 @@ impl<'a> Stack<'a> {
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::super::lanes::{Lanes, push_sorted};
+    use super::super::lanes::{Lanes, nearest};
     use super::Stack;
     use std::arch::x86_64::*;
 
@@ -190,10 +231,10 @@ mod x86 {
             }
         }
         #[inline(always)]
-        fn push_sorted(self, _far: Self, mask: u32, child: &[u32; 8], stack: &mut Stack) {
+        fn nearest(self, far: Self, child: &[u32; 8], stack: &mut Stack, _: impl Fn(u32)) -> Option<u32> {
             let mut near = [0.0; 8];
             self.store(&mut near);
-            push_sorted(&near, mask, child, stack);
+            nearest(&near, self.le(far), child, stack)
         }
     }
 
@@ -254,16 +295,28 @@ mod x86 {
             // SAFETY: `Avx2` values exist only where there is AVX2.
             unsafe { Self(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)) }
         }
-        /// A bitonic network over all eight keys; lanes not entered have key −1 and go last. No branch.
+        /// The nearest by three minima, so that the way down need not wait for the order of the others: a bitonic
+        /// network over all eight keys, in which lanes not entered have key −1 and go last.
+        ///
+        /// Distances are compared as integers, which order floats that are not negative alike, and all others below.
+        /// An exit at −0 counts as before the entry: the ray starts on the box and leaves it, and what is in the box lies
+        /// within its padding.
         #[inline(always)]
-        fn push_sorted(self, far: Self, mask: u32, child: &[u32; 8], stack: &mut Stack) {
+        fn nearest(self, far: Self, child: &[u32; 8], stack: &mut Stack, ahead: impl Fn(u32)) -> Option<u32> {
+            let (missed, mask) = self.entered(far);
+            if mask & mask.wrapping_sub(1) == 0 {
+                return (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7]);
+            }
             let (near_top, child_top) = stack.top();
             // SAFETY: `Avx2` values exist only where there is AVX2; `top` has room for eight values at both places.
             unsafe {
                 let lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-                let missed = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_NLE_UQ>(self.0, far.0));
                 let bits = _mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(self.0));
                 let v = _mm256_or_si256(_mm256_or_si256(bits, lane), missed);
+                let m = _mm256_min_epu32(v, _mm256_permute4x64_epi64::<0b01_00_11_10>(v));
+                let m = _mm256_min_epu32(m, _mm256_shuffle_epi32::<0b01_00_11_10>(m));
+                let m = _mm256_min_epu32(m, _mm256_shuffle_epi32::<0b10_11_00_01>(m));
+                let first = child[_mm256_cvtsi256_si32(m) as usize & 7];
                 layer!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b1010_1010);
                 layer!(v, _mm256_shuffle_epi32::<0b00_01_10_11>(v), 0b1100_1100);
                 layer!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b1010_1010);
@@ -274,9 +327,58 @@ mod x86 {
                 let children = _mm256_loadu_si256(child.as_ptr().cast());
                 _mm256_storeu_si256(near_top.cast(), v);
                 _mm256_storeu_si256(child_top.cast(), _mm256_permutevar8x32_epi32(children, v));
+                // All of the eight written that were entered, but the nearest, are now part of the stack.
+                stack.len += mask.count_ones() as usize - 1;
+                ahead(stack.last());
+                Some(first)
             }
-            // The first of the eight written, as many as were entered, are now part of the stack.
-            stack.len += mask.count_ones() as usize;
+        }
+        #[inline(always)]
+        fn any(self, far: Self, child: &[u32; 8], stack: &mut Stack) -> Option<u32> {
+            let (_, mask) = self.entered(far);
+            if mask & mask.wrapping_sub(1) == 0 {
+                return (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7]);
+            }
+            let (_, child_top) = stack.top();
+            // SAFETY: `Avx2` values exist only where there is AVX2; `top` has room for eight values.
+            unsafe {
+                let order =
+                    _mm256_cvtepu8_epi32(_mm_loadl_epi64(COMPACT[mask as usize & 255].as_ptr().cast()));
+                let children = _mm256_loadu_si256(child.as_ptr().cast());
+                _mm256_storeu_si256(child_top.cast(), _mm256_permutevar8x32_epi32(children, order));
+            }
+            stack.len += mask.count_ones() as usize - 1;
+            Some(child[mask.trailing_zeros() as usize & 7])
         }
     }
+
+    impl Avx2 {
+        /// All bits set in the lanes where self > `far`, and the mask of the others.
+        #[inline(always)]
+        fn entered(self, far: Self) -> (__m256i, u32) {
+            // SAFETY: `Avx2` values exist only where there is AVX2.
+            unsafe {
+                let missed = _mm256_cmpgt_epi32(_mm256_castps_si256(self.0), _mm256_castps_si256(far.0));
+                (missed, !_mm256_movemask_ps(_mm256_castsi256_ps(missed)) as u32 & 255)
+            }
+        }
+    }
+
+    /// By mask: its lanes, the lowest last.
+    static COMPACT: [[u8; 8]; 256] = {
+        let mut table = [[0; 8]; 256];
+        let mut mask = 0;
+        while mask < 256 {
+            let (mut lane, mut at) = (8u8, 0);
+            while lane > 0 {
+                lane -= 1;
+                if mask >> lane & 1 == 1 {
+                    table[mask][at] = lane;
+                    at += 1;
+                }
+            }
+            mask += 1;
+        }
+        table
+    };
 }

@@ -7,8 +7,8 @@
 //! of lower id at the same t may lie there.
 
 use super::lanes::Lanes;
-use super::node::{LEAF, Node};
-use super::simd::{SMALL_STACK, Stack};
+use super::node::{Block, LEAF, Node};
+use super::simd::{SMALL_STACK, Stack, prefetch};
 use super::triangle::{Sheared, intersect};
 use super::{Candidate, Tree, TriangleHit};
 use crate::Ray;
@@ -28,9 +28,10 @@ struct Normalised {
 
 /// None where nothing can be hit.
 #[inline(always)]
-fn normalised(ray: &Ray, scale: f32) -> Option<Normalised> {
+fn normalised(ray: &Ray, scale: f32, unscale: f64) -> Option<Normalised> {
     let (o, d) = (ray.o.to_array(), ray.d.to_array());
-    let largest = d[0].abs().max(d[1].abs()).max(d[2].abs());
+    let larger = |a: f32, b: f32| if a > b { a } else { b };
+    let largest = larger(larger(d[0].abs(), d[1].abs()), d[2].abs());
     // NaN unless all are finite.
     let zero = (o[0] * 0.0 + o[1] * 0.0 + o[2] * 0.0) + (d[0] * 0.0 + d[1] * 0.0 + d[2] * 0.0);
     if !(largest > zero && ray.t_max > zero) {
@@ -42,7 +43,7 @@ fn normalised(ray: &Ray, scale: f32) -> Option<Normalised> {
         o: [o[0] * scale, o[1] * scale, o[2] * scale],
         d: [d[0] * shrink, d[1] * shrink, d[2] * shrink],
         t_max: (f64::from(ray.t_max) * (f64::from(scale) * f64::from(length))) as f32,
-        to_caller: f64::from(shrink) / f64::from(scale),
+        to_caller: f64::from(shrink) * unscale,
     })
 }
 
@@ -110,7 +111,7 @@ fn walk_with<L: Lanes, C: Candidate, const ANY: bool>(
     candidate: &C,
     stack: &mut Stack,
 ) -> Option<TriangleHit> {
-    let Normalised { o, d, t_max, to_caller } = normalised(ray, tree.scale)?;
+    let Normalised { o, d, t_max, to_caller } = normalised(ray, tree.scale, tree.unscale)?;
     let sheared = Sheared::new(o, d);
     let slabs = Slabs::<L>::new(o, d);
     // No id is lower than 0: at t_max itself there is no hit.
@@ -119,40 +120,52 @@ fn walk_with<L: Lanes, C: Candidate, const ANY: bool>(
     let mut limit = L::splat(t_max * WIDEN);
     let mut at = tree.root?;
     loop {
+        let mut next = None;
         if at & LEAF == 0 {
-            let node = &tree.nodes[at as usize];
+            let node = Node::read(&tree.lines, at);
             let (near, far) = slabs.meet(node, limit);
-            let mask = near.le(far);
-            if mask != 0 {
-                near.push_sorted(far, mask, &node.child, stack);
-            }
+            next = if ANY {
+                near.any(far, &node.child, stack)
+            } else {
+                near.nearest(far, &node.child, stack, |child| prefetch(&tree.lines, child))
+            };
         } else {
-            let block = &tree.blocks[(at & !LEAF) as usize];
-            let hits = intersect::<L>(&sheared, block, best.t);
-            let mut mask = hits.mask;
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize & 7;
-                mask &= mask - 1;
-                let Some(hit) = hits.hit(&sheared, block, lane, t_max) else { continue };
-                let nearer = hit.t < best.t || (hit.t == best.t && hit.triangle < best.triangle);
-                if nearer && (C::OPAQUE || candidate.accept(&in_callers_units(hit, to_caller))) {
-                    if ANY {
-                        return Some(hit);
+            let block = Block::read(&tree.lines, at & !LEAF);
+            if let Some(hits) = intersect::<L>(&sheared, block, best.t) {
+                let mut mask = hits.mask;
+                while mask != 0 {
+                    let lane = mask.trailing_zeros() as usize & 7;
+                    mask &= mask - 1;
+                    let Some(hit) = hits.hit(&sheared, block, lane, t_max) else { continue };
+                    let nearer = hit.t < best.t || (hit.t == best.t && hit.triangle < best.triangle);
+                    if nearer && (C::OPAQUE || candidate.accept(&in_callers_units(hit, to_caller))) {
+                        if ANY {
+                            return Some(hit);
+                        }
+                        best = hit;
+                        found = true;
+                        limit = L::splat(hit.t * WIDEN);
                     }
-                    best = hit;
-                    found = true;
-                    limit = L::splat(hit.t * WIDEN);
                 }
             }
         }
-        loop {
-            let Some((near, child)) = stack.pop() else {
-                return found.then(|| in_callers_units(best, to_caller));
-            };
-            if ANY || f32::from_bits(near) <= best.t * WIDEN {
-                at = child;
-                break;
-            }
+        let next = match next {
+            Some(child) => Some(child),
+            None if ANY => stack.pop_child(),
+            None => pop_within(stack, best.t * WIDEN),
+        };
+        let Some(child) = next else { return found.then(|| in_callers_units(best, to_caller)) };
+        at = child;
+    }
+}
+
+/// The child last pushed whose box is entered at `limit` or before.
+#[inline(always)]
+fn pop_within(stack: &mut Stack, limit: f32) -> Option<u32> {
+    loop {
+        let (near, child) = stack.pop()?;
+        if f32::from_bits(near) <= limit {
+            return Some(child);
         }
     }
 }

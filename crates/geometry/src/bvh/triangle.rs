@@ -22,11 +22,14 @@ pub(super) struct Sheared {
     pub d: [f32; 3],
     k: [usize; 3],
     s: [f32; 3],
+    /// No distance to a triangle is in doubt by more than this.
+    doubt: f32,
 }
 
 impl Sheared {
     #[inline(always)]
     pub fn new(o: [f32; 3], d: [f32; 3]) -> Self {
+        let larger = |a: f32, b: f32| if a > b { a } else { b };
         let [x, y, z] = d.map(f32::abs);
         let k = if x >= y && x >= z {
             [1, 2, 0]
@@ -36,7 +39,9 @@ impl Sheared {
             [0, 1, 2]
         };
         let s = 1.0 / d[k[2]];
-        Self { o, d, k, s: [d[k[0]] / d[k[2]], d[k[1]] / d[k[2]], s] }
+        // The coordinates of a tree are below 2.
+        let reach = larger(larger(o[0].abs(), o[1].abs()), o[2].abs()) + 2.0;
+        Self { o, d, k, s: [d[k[0]] / d[k[2]], d[k[1]] / d[k[2]], s], doubt: reach * s.abs() * DOUBT }
     }
 }
 
@@ -55,6 +60,8 @@ pub(super) struct Found {
 /// A sum whose terms are this many times larger than itself, or this small, is not trusted in f32.
 const CANCELS: f32 = 3.0;
 const TINY: f32 = 1e-27;
+/// Hits nearer to an end of the ray than this times the reach of the triangle are looked at in f64.
+const DOUBT: f32 = 1.0 / 16384.0;
 
 macro_rules! edges {
     ($a:ident, $b:ident, $c:ident) => {
@@ -68,7 +75,7 @@ macro_rules! edges {
 
 /// The lanes of `block` hit at 0 < t ≤ `limit`, and those that [`Found::hit`] must decide.
 #[inline(always)]
-pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> Found {
+pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> Option<Found> {
     let [kx, ky, kz] = ray.k;
     let a = corner::<L>(ray, &block.corner[kx][0], &block.corner[ky][0], &block.corner[kz][0]);
     let b = corner::<L>(ray, &block.corner[kx][1], &block.corner[ky][1], &block.corner[kz][1]);
@@ -77,16 +84,9 @@ pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> F
     let zero = L::splat(0.0);
     let low = u.min(v.min(w));
     let high = u.max(v.max(w));
-    let mut found = Found {
-        mask: zero.le(low) | high.le(zero),
-        unsure: 0,
-        t: [0.0; 8],
-        v: [0.0; 8],
-        w: [0.0; 8],
-        det: [0.0; 8],
-    };
-    if found.mask == 0 {
-        return found;
+    let mask = zero.le(low) | high.le(zero);
+    if mask == 0 {
+        return None;
     }
     let (ta, tb, tc) = (u.mul(a.2), v.mul(b.2), w.mul(c.2));
     let sum = ta.add(tb).add(tc);
@@ -95,13 +95,9 @@ pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> F
     let t = sum.div(det).mul(L::splat(ray.s[2]));
     let on_edge = (zero.le(low) & low.le(zero)) | (zero.le(high) & high.le(zero));
     let cancels = sum.abs().mul(L::splat(CANCELS)).le(terms.add(L::splat(TINY)));
-    found.unsure = found.mask & (on_edge | cancels);
-    found.mask &= found.unsure | (zero.lt(t) & t.le(L::splat(limit)));
-    t.store(&mut found.t);
-    v.store(&mut found.v);
-    w.store(&mut found.w);
-    det.store(&mut found.det);
-    found
+    let unsure = mask & (on_edge | cancels);
+    let mask = mask & (unsure | (zero.lt(t) & t.le(L::splat(limit))));
+    (mask != 0).then(|| Found { mask, unsure, t: t.array(), v: v.array(), w: w.array(), det: det.array() })
 }
 
 /// Corners in the sheared frame, their distances not yet scaled.
@@ -119,12 +115,15 @@ impl Found {
     #[inline(always)]
     pub fn hit(&self, ray: &Sheared, block: &Block, lane: usize, t_max: f32) -> Option<TriangleHit> {
         let triangle = block.id[lane];
-        let doubt = reach(ray, block, lane) * ray.s[2].abs() * (1.0 / 16384.0);
-        if self.unsure >> lane & 1 == 1 || self.t[lane] < doubt || t_max - self.t[lane] < doubt {
+        let t = self.t[lane];
+        let in_doubt = |doubt: f32| t < doubt || t_max - t < doubt;
+        if self.unsure >> lane & 1 == 1
+            || in_doubt(ray.doubt) && in_doubt(reach(ray, block, lane) * ray.s[2].abs() * DOUBT)
+        {
             return exact(ray, block, lane).map(|(t, u, v)| TriangleHit { t, u, v, triangle });
         }
         let det = self.det[lane];
-        Some(TriangleHit { t: self.t[lane], u: self.v[lane] / det, v: self.w[lane] / det, triangle })
+        Some(TriangleHit { t, u: self.v[lane] / det, v: self.w[lane] / det, triangle })
     }
 }
 
@@ -149,8 +148,14 @@ fn plane_distance(ray: &Sheared, block: &Block, lane: usize) -> f64 {
 }
 
 /// (t, u, v) of one triangle: the same edge functions, their signs exact; t from the plane and barycentrics in f64.
+#[cold]
 #[inline(never)]
 fn exact(ray: &Sheared, block: &Block, lane: usize) -> Option<(f32, f32, f32)> {
+    // Most often the triangle that the ray starts from: no need to know where it is passed.
+    let t = plane_distance(ray, block, lane) as f32;
+    if t.is_nan() || t <= 0.0 {
+        return None;
+    }
     let [kx, ky, kz] = ray.k;
     let mut rounded = [[0.0f64; 2]; 3];
     let mut deep = [[0.0f64; 3]; 3];
@@ -184,9 +189,7 @@ fn exact(ray: &Sheared, block: &Block, lane: usize) -> Option<(f32, f32, f32)> {
         weights = signed.map(|w| w * side);
         sum = weights[0] + weights[1] + weights[2];
     }
-    let (t, u, v) =
-        (plane_distance(ray, block, lane) as f32, (weights[1] / sum) as f32, (weights[2] / sum) as f32);
-    (t > 0.0).then_some((t, u, v))
+    Some((t, (weights[1] / sum) as f32, (weights[2] / sum) as f32))
 }
 
 fn edge_functions(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> [f64; 3] {
