@@ -53,7 +53,11 @@ fn everything_is_written() {
         assert!(mse.first() > mse.last(), "{mse:?}");
         assert!(run["slope"].as_f64().unwrap() < -0.5 && run["slope_ci"].is_array());
         assert!(run["efficiency"].as_f64().unwrap() > 0.0);
-        assert!(run["seconds_to"].get("0.01").is_some() && run["seeds"].as_array().unwrap().len() >= 3);
+        assert!(run["seconds_to"].get("0.01").is_some());
+        // A busy machine may leave seeds out; then it is said.
+        let seeds = run["seeds"].as_array().unwrap().len();
+        let left_out = results["left_out"].to_string();
+        assert_eq!(seeds < 3, left_out.contains(run["name"].as_str().unwrap()), "{seeds}: {left_out}");
     }
     let reference = &results["references"][0];
     assert!(reference["samples"].as_u64().unwrap() > 16 && reference["mse"].as_f64().unwrap() > 0.0);
@@ -72,7 +76,7 @@ fn a_second_call_goes_on() {
     for (old, new) in first["runs"].as_array().unwrap().iter().zip(second["runs"].as_array().unwrap()) {
         let seeds = |run: &Value| run["seeds"].as_array().unwrap().clone();
         let (old, new) = (seeds(old), seeds(new));
-        assert!(new.len() >= old.len() && new.len() >= 3, "{} then {}", old.len(), new.len());
+        assert!(new.len() >= old.len(), "{} then {}", old.len(), new.len());
         assert_eq!(old, new[..old.len()]);
     }
     assert!(second["spent_seconds"].as_f64() > first["spent_seconds"].as_f64());

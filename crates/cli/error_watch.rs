@@ -3,9 +3,9 @@
 use crate::error::Failure;
 use crate::options::RenderOptions;
 use crate::progress::Bar;
-use dapple_analysis::estimate::{Doublings, Estimate, Way, replicate};
+use dapple_analysis::estimate::{Doublings, Estimate, Way, replicate, within};
 use dapple_analysis::statistics;
-use dapple_integrator::camera::Camera;
+use dapple_integrator::camera::{Camera, Film};
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Checkpoint, Method, Outcome, Settings};
@@ -18,21 +18,33 @@ use std::path::PathBuf;
 /// No render stops for its error before it has so many samples per pixel: with fewer, rare bright ones may be unseen.
 const FEWEST: u32 = 64;
 
+/// A guess so much above the limit leaves no hope that the error is below it.
+const HOPE: f64 = 1.5;
+
 /// Looks at a render while its samples double.
 pub struct ErrorWatch<'a> {
+    scene: &'a Scene,
+    camera: &'a Camera,
+    settings: &'a Settings,
     way: Way,
-    doublings: Doublings,
+    doublings: Option<Doublings>,
     confidence: f64,
     limit: Option<f64>,
     log: Option<(PathBuf, File)>,
     bar: &'a Bar,
+    /// What was found when the limit held.
+    held: Option<Estimate>,
 }
 
 impl<'a> ErrorWatch<'a> {
     /// For a render of `settings`; fails if the log cannot be written or the error limit has no meaning.
-    pub fn new(options: &RenderOptions, settings: &Settings, bar: &'a Bar) -> Result<Self, Failure> {
-        let way = Way::of(settings);
-        if options.error_limit.is_some() && way != Way::Doublings {
+    pub fn new(
+        (scene, camera, settings): (&'a Scene, &'a Camera, &'a Settings),
+        options: &RenderOptions,
+        bar: &'a Bar,
+    ) -> Result<Self, Failure> {
+        let (way, doublings) = (Way::of(settings), Doublings::new(settings));
+        if options.error_limit.is_some() && (way == Way::None || doublings.is_none()) {
             let said = "the error of these points is not known while they are taken; use --pattern sobol or random, \
                         leave out --spp with stratified, and use no grid";
             return Err(Failure::Arguments(format!("--error-limit: {said}")));
@@ -42,28 +54,58 @@ impl<'a> ErrorWatch<'a> {
             Err(e) => Err(Failure::Arguments(format!("--log {}: cannot be written: {e}", path.display()))),
         };
         Ok(Self {
+            scene,
+            camera,
+            settings,
             way,
-            doublings: Doublings::new(settings),
+            doublings: doublings.filter(|_| way != Way::None),
             confidence: options.confidence.unwrap_or(statistics::CONFIDENCE),
             limit: options.error_limit,
             log: options.log.as_ref().map(open).transpose()?,
             bar,
+            held: None,
         })
     }
 
     /// Takes a checkpoint in; breaks when the error is small enough.
     pub fn look(&mut self, at: &Checkpoint<'_>) -> ControlFlow<()> {
+        let film = at.film();
         let mut known = None;
-        if self.way == Way::Doublings {
-            self.doublings.add(at.spp, at.film().mean());
-            known = self.doublings.estimate(self.confidence);
+        if let Some(doublings) = &mut self.doublings {
+            doublings.add(at.spp, film.mean());
+            known = doublings.estimate(self.confidence);
             self.bar.set_error(known.map(|e| e.error));
         }
-        self.write(at, known);
-        match (self.limit, known) {
-            (Some(limit), Some(known)) if at.spp >= FEWEST && known.bound <= limit => ControlFlow::Break(()),
-            _ => ControlFlow::Continue(()),
+        if let (Some(limit), Some(guess)) = (self.limit, known)
+            && at.spp >= FEWEST
+            && guess.error <= HOPE * limit
+        {
+            known = self.measure(&film, at.spp);
+            self.held = known.filter(|e| e.bound <= limit);
         }
+        self.write(at, known);
+        if self.held.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// The error of a picture of `spp` samples; renders a small part of it again where that is the only way.
+    fn measure(&self, film: &Film, spp: u32) -> Option<Estimate> {
+        match self.way {
+            Way::None => None,
+            Way::Within => within(film, self.confidence),
+            Way::Replicate => {
+                let settings = self.repeatable(spp)?;
+                replicate(self.scene, self.camera, &settings, film, self.confidence)
+            }
+        }
+    }
+
+    /// Settings that render `spp` samples of the same kind; `None` where that many are no whole set.
+    fn repeatable(&self, spp: u32) -> Option<Settings> {
+        let settings = self.settings;
+        let sobol = settings.method == Method::Path && settings.pattern == Pattern::Sobol;
+        let whole = settings.samples() == Some(spp);
+        (sobol || whole)
+            .then(|| Settings { spp: if sobol { Some(spp) } else { settings.spp }, ..settings.clone() })
     }
 
     fn write(&mut self, at: &Checkpoint<'_>, known: Option<Estimate>) {
@@ -77,28 +119,11 @@ impl<'a> ErrorWatch<'a> {
         }
     }
 
-    /// The error of the finished picture; renders a small part of it again where that is the only way.
-    pub fn finish(
-        self,
-        scene: &Scene,
-        camera: &Camera,
-        settings: &Settings,
-        outcome: &Outcome,
-    ) -> Option<Estimate> {
-        let last = match self.way {
-            Way::None => return None,
-            // The last count may lie beyond the last doubling; errors fall on as those of independent points at least.
-            Way::Doublings => self.doublings.estimate_at(outcome.stats.spp, self.confidence),
-            Way::Replicate => None,
-        };
-        let whole = settings.samples() == Some(outcome.stats.spp);
-        let sequence =
-            settings.method == Method::Path && matches!(settings.pattern, Pattern::Sobol | Pattern::Random);
-        if last.is_some() || !(whole || sequence) {
-            return last;
-        }
-        let spp = if settings.method == Method::Path { Some(outcome.stats.spp) } else { settings.spp };
-        let settings = Settings { spp, ..settings.clone() };
-        replicate(scene, camera, &settings, &outcome.film, self.confidence)
+    /// The error of the finished picture.
+    pub fn finish(self, outcome: &Outcome) -> Option<Estimate> {
+        let measured = || self.measure(&outcome.film, outcome.stats.spp);
+        // Of sets that were repeated while there was time, the last change is all there is.
+        let guessed = || self.doublings.as_ref().filter(|_| self.way != Way::None)?.estimate(self.confidence);
+        self.held.or_else(measured).or_else(guessed)
     }
 }

@@ -2,16 +2,17 @@
 //!
 //! The error is the relative RMSE of the whole picture: the root of the expected squared error, mean over pixels and
 //! channels, divided by the mean radiance. One number over all pixels can be known well although each pixel's own
-//! variance cannot. The variance within pixels is of no use for it: points that are spread evenly have errors far below
-//! it. Two ways look at the error itself:
+//! variance cannot.
 //!
-//! - [`Doublings`], at no cost, where the first half of a render's points is such a set itself (independent points,
-//!   Sobol points from 16 on, sets that are repeated while there is time). With D_k the change of the picture from n_{k−1} = n_k/2 to n_k samples, both halves
-//!   alike: E D_k² = V_{k−1} − V_k, so that the error left is the sum of all changes to come, V_k = D²_{k+1} + D²_{k+2} + …
-//!   Independent points have V ∝ 1/n, hence V_k = D_k². For Sobol points the ratio of changes is measured.
-//!   *Approximation*: that they go on falling as they did over the last one or two doublings.
-//! - [`replicate`], for everything else: blocks of the picture, a thirty-second of it, are rendered once more with
-//!   another seed. Half the squared difference of two independent renders is their variance, whatever the points.
+//! - [`within`]: for independent samples their variance within each pixel is the answer, at no cost. Points that are
+//!   spread evenly have errors far below it.
+//! - [`replicate`]: whatever the points, half the squared difference of two independent renders is their variance. So a
+//!   small part of the finished picture is rendered once more with another seed.
+//! - [`Doublings`]: a guess while the render runs, at no cost, where the first half of its points is such a set itself
+//!   (independent points, Sobol points from 16 on, sets that are repeated while there is time). With D_k the change of
+//!   the picture from n_{k−1} = n_k/2 to n_k samples, both halves alike: E D_k² = V_{k−1} − V_k, so that the error left
+//!   is the sum of all changes to come, V_k = D²_{k+1} + D²_{k+2} + … Independent points have V ∝ 1/n, hence V_k = D_k².
+//!   For Sobol points the ratio of changes is measured. *Approximation*: that they go on falling as they did.
 //!
 //! What no sample has seen cannot be in an estimate: bright events that are expected fewer than some thirty times in the
 //! whole picture make estimates and bounds too low.
@@ -23,6 +24,7 @@ pub use doublings::Doublings;
 pub use replicate::replicate;
 
 use crate::statistics;
+use dapple_integrator::camera::Film;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::{Effect, Method, Settings};
 
@@ -45,11 +47,11 @@ impl Estimate {
     }
 }
 
-/// How the errors of a render can be known.
+/// How the errors of a finished render can be known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// By [`Doublings`] from some count on; before it by [`replicate`].
-    Doublings,
+    /// By [`within`].
+    Within,
     /// By [`replicate`].
     Replicate,
     /// Not at all: cell centres are the same for every seed, and their error is no chance.
@@ -59,23 +61,24 @@ pub enum Way {
 impl Way {
     /// For the points of `settings`.
     pub fn of(settings: &Settings) -> Self {
-        match settings.method {
-            Method::Path => match settings.pattern {
-                Pattern::Grid => Self::None,
-                Pattern::Stratified if settings.spp.is_some() => Self::Replicate,
-                _ => Self::Doublings,
-            },
-            Method::Distribution => {
-                let grid = |e| settings.plans.of(e).pattern == Pattern::Grid && !settings.plans.is_off(e);
-                match settings.time_limit {
-                    _ if Effect::ALL.iter().any(|(effect, _)| grid(*effect)) => Self::None,
-                    // All points again and again, each time others.
-                    Some(_) => Self::Doublings,
-                    None => Self::Replicate,
-                }
-            }
+        let grid = |e| settings.plans.of(e).pattern == Pattern::Grid && !settings.plans.is_off(e);
+        match (settings.method, settings.pattern) {
+            (Method::Path, Pattern::Random) => Self::Within,
+            (Method::Path, Pattern::Grid) => Self::None,
+            (Method::Path, _) => Self::Replicate,
+            (Method::Distribution, _) if Effect::ALL.iter().any(|(e, _)| grid(*e)) => Self::None,
+            (Method::Distribution, _) => Self::Replicate,
         }
     }
+}
+
+/// The error of independent samples from their variance within pixels.
+pub fn within(film: &Film, confidence: f64) -> Option<Estimate> {
+    let variance = film.variance();
+    let (sum, spread) = sum_and_spread(variance.pixels.iter().map(|v| v.as_dvec3().element_sum()));
+    let mse = sum / (3 * variance.pixels.len()) as f64;
+    // Once for the estimate, once for the true error.
+    Estimate::new(mse, mse, (2.0 * spread).sqrt(), level(film.mean().mean()), confidence)
 }
 
 /// The mean of three channels.

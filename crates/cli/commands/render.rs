@@ -92,14 +92,14 @@ fn draw(
     options: &RenderOptions,
 ) -> Result<(Outcome, Option<Estimate>), Failure> {
     let bar = Bar::new(RenderOptions::is(options.quiet));
-    let mut watch = ErrorWatch::new(options, settings, &bar)?;
+    let (scene, camera) = (&loaded.scene, &view.camera);
+    let mut watch = ErrorWatch::new((scene, camera, settings), options, &bar)?;
     let progress = |progress| {
         bar.show(&progress);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let (scene, camera) = (&loaded.scene, &view.camera);
     let outcome = render_watched(scene, camera, settings, &progress, &mut |at| watch.look(at));
-    let error = watch.finish(scene, camera, settings, &outcome);
+    let error = watch.finish(&outcome);
     bar.finish();
     Ok((outcome, error))
 }

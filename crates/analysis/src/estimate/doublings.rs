@@ -31,14 +31,17 @@ pub struct Doublings {
 }
 
 impl Doublings {
-    /// Of a render with these settings, for which [`Way::of`](super::Way::of) says so.
-    pub fn new(settings: &Settings) -> Self {
-        let whole = match (settings.method, settings.pattern) {
-            (Method::Path, Pattern::Sobol | Pattern::Stratified) => WHOLE,
-            _ => 1,
+    /// Of a render with these settings; `None` where parts of it are no sets of points of their own: cell by cell, with
+    /// a count that is known beforehand.
+    pub fn new(settings: &Settings) -> Option<Self> {
+        let (sobol, whole) = match (settings.method, settings.pattern) {
+            (Method::Path, Pattern::Sobol) => (true, WHOLE),
+            (Method::Path, Pattern::Stratified) if settings.spp.is_none() => (false, WHOLE),
+            (Method::Path, Pattern::Random) => (false, 1),
+            (Method::Distribution, _) if settings.time_limit.is_some() => (false, 1),
+            _ => return None,
         };
-        let sobol = settings.method == Method::Path && settings.pattern == Pattern::Sobol;
-        Self { sobol, whole, last: None, changes: Vec::new() }
+        Some(Self { sobol, whole, last: None, changes: Vec::new() })
     }
 
     /// The picture at a further count.
@@ -64,14 +67,6 @@ impl Doublings {
         let spread = (2.0 * change.spread).sqrt();
         let high = if self.sobol { 0.5 * (mse + independent) } else { independent };
         Estimate::new(mse, high, spread, level, confidence)
-    }
-
-    /// The error at `samples`, at most twice the last count. *Approximation*: beyond it the squared error falls as 1/n, as
-    /// it does for independent points.
-    pub fn estimate_at(&self, samples: u32, confidence: f64) -> Option<Estimate> {
-        let Estimate { error, bound } = self.estimate(confidence)?;
-        let scale = (f64::from(self.last.as_ref()?.0) / f64::from(samples)).sqrt();
-        Some(Estimate { error: error * scale, bound: bound * scale })
     }
 
     /// The sum of all changes to come. Over two doublings, if there are three: Sobol points gain unevenly, more at
@@ -129,7 +124,7 @@ mod tests {
         let settings = Settings { pattern: Pattern::Random, ..Settings::default() };
         let mut held = 0;
         for seed in 0..40 {
-            let mut doublings = Doublings::new(&settings);
+            let mut doublings = Doublings::new(&settings).unwrap();
             let truth = independent(&mut doublings, seed, 32);
             let found = doublings.estimate(0.95).unwrap();
             assert!(
@@ -141,7 +136,9 @@ mod tests {
         }
         // Binomial (40, 0.95) is below 33 once in 10⁴.
         assert!(held >= 33, "{held}");
-        assert!(Doublings::new(&settings).estimate(0.95).is_none());
+        assert!(Doublings::new(&settings).unwrap().estimate(0.95).is_none());
+        let cells = Settings { pattern: Pattern::Stratified, ..Settings::default() };
+        assert!(Doublings::new(&cells).is_none());
     }
 
     /// Changes that fall as those of V ∝ n^−p lead to V, for any p within the bounds.

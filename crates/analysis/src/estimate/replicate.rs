@@ -1,11 +1,15 @@
 //! The error from blocks of the picture that are rendered once more with another seed.
+//!
+//! Blocks are chosen with a probability that follows the variance within their pixels: that is too large for points that
+//! are spread evenly, but it knows where the errors are. Dividing by the probability makes the sum over the picture
+//! unbiased whatever it knows.
 
 use super::{Estimate, level, sum_and_spread};
 use dapple_integrator::camera::{Camera, Film, PixelRect};
 use dapple_integrator::sampling::Key;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Settings, render};
-use glam::{DVec3, Vec3};
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -14,11 +18,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const SIDE: u32 = 8;
 /// One block of so many is rendered again.
 const ONE_IN: usize = 32;
-/// But at least so many, or all there are.
-const LEAST: usize = 12;
+/// But at least so many.
+const LEAST: usize = 24;
+/// Share of the choice that is even over the picture, so that no block is left to what the samples happened to see.
+const EVEN: f64 = 0.25;
 
-/// The error of `film`, a finished render of `settings` with `samples` per pixel. Renders some blocks again: about a
-/// thirty-second of the picture's time, more for pictures of less than 400 blocks of 8×8 pixels.
+/// The error of `film`, a finished render of `settings`. Renders some blocks again: at most a thirty-second of the
+/// picture, or 24 blocks of 8×8 pixels.
 pub fn replicate(
     scene: &Scene,
     camera: &Camera,
@@ -26,63 +32,75 @@ pub fn replicate(
     film: &Film,
     confidence: f64,
 ) -> Option<Estimate> {
-    let blocks = chosen(settings.rect(), settings.seed);
-    let pixels = again(scene, camera, settings, film, &blocks);
-    let (sum, spread) = sum_and_spread(pixels.iter().map(|p| p.square));
-    let known: f64 = pixels.iter().map(|p| p.within).sum();
-    let highest = pixels.iter().map(|p| p.within).fold(0.0, f64::max);
-    let all: Vec<f64> = film.variance().pixels.iter().map(|v| v.as_dvec3().element_sum()).collect();
-    let (within, within_spread) = sum_and_spread(all.iter().copied());
-    let mse = if known > 0.0 && within.is_finite() {
-        // The variance within pixels says how errors are spread over the picture, the blocks how much of it is true.
-        // Pixels above all that the blocks have seen are believed in full.
-        let ratio = (sum / known).min(1.0);
-        let scaled = |v: &f64| if *v > highest { *v } else { *v * ratio };
-        all.iter().map(scaled).sum::<f64>() / (3 * all.len()) as f64
-    } else {
-        sum / (3 * pixels.len()) as f64
-    };
-    let within_spread = if within.is_finite() { within_spread } else { spread };
-    Estimate::new(mse, mse, (spread + within_spread).sqrt(), level(film.mean().mean()), confidence)
+    let within: Vec<f64> = film.variance().pixels.iter().map(|v| v.as_dvec3().element_sum()).collect();
+    let chosen = chosen(settings.rect(), &within, settings.seed);
+    let again = again(scene, camera, settings, film, &chosen);
+    let (sum, spread) = sum_and_spread(again.into_iter().flatten());
+    let mse = sum / (3 * within.len()) as f64;
+    // The true error varies too, as far as few pixels make it up.
+    let (known, within_spread) = sum_and_spread(within.iter().copied());
+    let own = if known.is_finite() { within_spread } else { spread };
+    Estimate::new(mse, mse, (spread + own).sqrt(), level(film.mean().mean()), confidence)
 }
 
-/// What two renders of a pixel say.
-struct Pixel {
-    /// Half their squared difference, summed over channels.
-    square: f64,
-    /// The variance within the pixel.
-    within: f64,
+/// A block, and what its squares count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Chosen {
+    rect: PixelRect,
+    weight: f64,
 }
 
-/// Blocks of `rect`, spread over it, one at random in each of equally long stretches.
-fn chosen(rect: PixelRect, seed: u64) -> Vec<PixelRect> {
+/// Blocks of `rect`, whose pixels have the variances `within`: drawn at equal steps along their summed probabilities. A
+/// block that is met more than once is rendered once and counts accordingly.
+fn chosen(rect: PixelRect, within: &[f64], seed: u64) -> Vec<Chosen> {
     let columns = rect.width().div_ceil(SIDE) as usize;
     let count = columns * rect.height().div_ceil(SIDE) as usize;
-    let wanted = (count / ONE_IN).max(LEAST).min(count);
-    let place = |j: usize| {
-        let u = (Key::pixel(seed, j as u32, 0xb10c).bits() >> 11) as f64 / (1u64 << 53) as f64;
-        ((j as f64 + u) * count as f64 / wanted as f64) as usize
-    };
     let block = |i: usize| {
         let (x0, y0) = (rect.x0 + (i % columns) as u32 * SIDE, rect.y0 + (i / columns) as u32 * SIDE);
         PixelRect { x0, y0, x1: (x0 + SIDE).min(rect.x1), y1: (y0 + SIDE).min(rect.y1) }
     };
-    (0..wanted).map(|j| block(place(j).min(count - 1))).collect()
+    let mut sums = vec![0.0; count];
+    for (i, v) in within.iter().enumerate() {
+        let (x, y) = (i % rect.width() as usize, i / rect.width() as usize);
+        sums[y / SIDE as usize * columns + x / SIDE as usize] += v;
+    }
+    let total: f64 = sums.iter().sum();
+    let known = total > 0.0 && total.is_finite();
+    let share = |sum: f64| if known { sum / total } else { 1.0 / count as f64 };
+    let probability: Vec<f64> = sums.iter().map(|s| EVEN / count as f64 + (1.0 - EVEN) * share(*s)).collect();
+    let draws = (count / ONE_IN).max(LEAST).min(count);
+    let u = (Key::pixel(seed, 0, 0xb10c).bits() >> 11) as f64 / (1u64 << 53) as f64;
+    let mut times: BTreeMap<usize, f64> = BTreeMap::new();
+    let (mut at, mut below) = (0, probability[0]);
+    for j in 0..draws {
+        let wanted = (j as f64 + u) / draws as f64;
+        while below < wanted && at + 1 < count {
+            at += 1;
+            below += probability[at];
+        }
+        *times.entry(at).or_default() += 1.0;
+    }
+    let one =
+        |(i, times): (usize, f64)| Chosen { rect: block(i), weight: times / (draws as f64 * probability[i]) };
+    times.into_iter().map(one).collect()
 }
 
-/// Renders the blocks with another seed, as many at a time as there are threads.
+/// Renders the blocks with another seed, as many at a time as there are threads; per block, half the squared
+/// differences of its pixels, summed over channels and weighted.
 fn again(
     scene: &Scene,
     camera: &Camera,
     settings: &Settings,
     film: &Film,
-    blocks: &[PixelRect],
-) -> Vec<Pixel> {
-    let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    blocks: &[Chosen],
+) -> Vec<Vec<f64>> {
+    let (next, found) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
     let work = || {
-        while let Some(block) = blocks.get(next.fetch_add(1, Ordering::Relaxed)) {
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            let Some(block) = blocks.get(i) else { return };
             let settings = Settings {
-                crop: Some(*block),
+                crop: Some(block.rect),
                 seed: settings.seed ^ 0x5eed_5eed_5eed_5eed,
                 threads: Some(1),
                 aovs: Vec::new(),
@@ -90,9 +108,9 @@ fn again(
                 ..settings.clone()
             };
             let other = render(scene, camera, &settings, &|_| ControlFlow::Continue(())).film;
-            let pixels = compare(film, &other, *block);
+            let squares = squares(film, &other, block);
             if let Ok(mut found) = found.lock() {
-                found.push((block.y0, block.x0, pixels));
+                found.insert(i, squares);
             }
         }
     };
@@ -101,38 +119,57 @@ fn again(
         (1..threads).for_each(|_| drop(scope.spawn(work)));
         work();
     });
-    let mut found = found.into_inner().unwrap_or_default();
-    // Sums must not depend on who was first.
-    found.sort_by_key(|(y, x, _)| (*y, *x));
-    found.into_iter().flat_map(|(_, _, pixels)| pixels).collect()
+    // In the order of the blocks: sums must not depend on who was first.
+    found.into_inner().unwrap_or_default().into_values().collect()
 }
 
-fn compare(film: &Film, other: &Film, block: PixelRect) -> Vec<Pixel> {
-    let mut part = Film::new(block);
-    part.put(film);
-    let variances = part.variance().pixels.into_iter().zip(other.variance().pixels);
-    let within = |(a, b): (Vec3, Vec3)| 0.5 * (a.as_dvec3() + b.as_dvec3()).element_sum();
-    let pixels = (block.y0..block.y1).flat_map(|y| (block.x0..block.x1).map(move |x| (x, y)));
-    let square = |(x, y)| {
-        let d: DVec3 = film.mean_at(x, y) - other.mean_at(x, y);
-        0.5 * d.length_squared()
-    };
-    pixels.map(square).zip(variances.map(within)).map(|(square, within)| Pixel { square, within }).collect()
+fn squares(film: &Film, other: &Film, block: &Chosen) -> Vec<f64> {
+    let r = block.rect;
+    let pixels = (r.y0..r.y1).flat_map(|y| (r.x0..r.x1).map(move |x| (x, y)));
+    let half = |(x, y)| 0.5 * (film.mean_at(x, y) - other.mean_at(x, y)).length_squared();
+    pixels.map(|p| block.weight * half(p)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const RECT: PixelRect = PixelRect { x0: 3, y0: 5, x1: 515, y1: 517 };
+
     #[test]
-    fn blocks_lie_within_and_are_spread() {
-        let rect = PixelRect { x0: 3, y0: 5, x1: 515, y1: 517 };
-        let blocks = chosen(rect, 7);
-        assert_eq!(blocks.len(), 128);
-        assert!(blocks.iter().all(|b| b.x1 <= rect.x1 && b.y1 <= rect.y1 && b.area() == 64));
-        assert_eq!(blocks.iter().filter(|b| b.y0 < 5 + 256).count(), 64);
+    fn blocks_are_spread_evenly_where_nothing_is_known() {
+        for within in [vec![0.0; RECT.area()], vec![f64::INFINITY; RECT.area()]] {
+            let blocks = chosen(RECT, &within, 7);
+            assert_eq!(blocks.len(), 128);
+            assert!(
+                blocks.iter().all(|b| b.rect.x1 <= RECT.x1 && b.rect.y1 <= RECT.y1 && b.rect.area() == 64)
+            );
+            assert!(blocks.iter().all(|b| (b.weight - 32.0).abs() < 1e-9));
+        }
         let small = PixelRect { x0: 0, y0: 0, x1: 10, y1: 3 };
-        assert_eq!(chosen(small, 0).iter().map(PixelRect::area).sum::<usize>(), 30);
-        assert_ne!(chosen(rect, 1), chosen(rect, 2));
+        let all = chosen(small, &[1.0; 30], 0);
+        assert_eq!(all.iter().map(|b| b.rect.area()).sum::<usize>(), 30);
+    }
+
+    /// The weighted sum of anything over the blocks is unbiased, and where the variances say what is summed it is exact
+    /// but for the even share.
+    #[test]
+    fn weights_make_up_for_the_choice() {
+        let value = |i: usize| if i.is_multiple_of(511) { 50.0 } else { 1.0 + (i % 7) as f64 };
+        let within: Vec<f64> = (0..RECT.area()).map(value).collect();
+        let truth: f64 = within.iter().sum();
+        let sum = |seed: u64| -> f64 {
+            let at = |x: u32, y: u32| within[((y - 5) * 512 + (x - 3)) as usize];
+            let blocks = chosen(RECT, &within, seed);
+            let one = |b: &Chosen| {
+                let r = b.rect;
+                let pixels = (r.y0..r.y1).flat_map(|y| (r.x0..r.x1).map(move |x| (x, y)));
+                b.weight * pixels.map(|(x, y)| at(x, y)).sum::<f64>()
+            };
+            blocks.iter().map(one).sum()
+        };
+        let sums: Vec<f64> = (0..200).map(|seed| sum(seed) / truth).collect();
+        let mean = crate::statistics::mean(&sums, 0.9999).unwrap();
+        assert!(mean.contains(1.0) && mean.high - mean.low < 0.02, "{mean:?}");
     }
 }

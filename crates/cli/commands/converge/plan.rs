@@ -13,7 +13,7 @@ use dapple_integrator::scene::Scene;
 use std::ffi::OsString;
 
 /// Pixels down, where no size is given: errors are means over all pixels, so a small picture says as much as a large.
-const HEIGHT: f32 = 160.0;
+const HEIGHT: f32 = 96.0;
 
 /// Scattering events where runs of the distribution tracer take part and no number is given: its default.
 const BOUNCES: u32 = 5;
