@@ -4,6 +4,7 @@ use crate::options::RenderOptions;
 use crate::values::{self, Pixel, Seconds, Threshold};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use dapple_integrator::Effect;
+use dapple_integrator::sampling::Pattern;
 use std::path::PathBuf;
 
 /// Renders glTF 2.0 scenes on the CPU. Without a command: the built-in Cornell box.
@@ -42,6 +43,10 @@ pub enum Command {
     Diff(DiffArgs),
     /// Measure how much error is left after how many seconds, method against method
     Converge(Box<ConvergeArgs>),
+    /// Say how many rays a pixel takes, by effect and depth, without rendering
+    Rays(RaysArgs),
+    /// Render one effect with several counts and estimators side by side
+    Sheet(SheetArgs),
 }
 
 #[derive(Debug, Args)]
@@ -149,6 +154,35 @@ pub struct ConvergeArgs {
     /// The integral whose count grows in runs of the distribution tracer
     #[arg(long, value_name = "EFFECT", default_value = "pixel", value_parser = values::effect)]
     pub vary: Effect,
+    #[command(flatten)]
+    pub options: RenderOptions,
+}
+
+#[derive(Debug, Args)]
+pub struct RaysArgs {
+    /// A .gltf or .glb file, or builtin:NAME
+    pub scene: String,
+    #[command(flatten)]
+    pub options: RenderOptions,
+}
+
+/// Other effects that no option mentions are off; where reflections or refractions are varied, lights keep their points.
+#[derive(Debug, Args)]
+pub struct SheetArgs {
+    /// A .gltf or .glb file, or builtin:NAME
+    pub scene: String,
+    /// What is varied: pixel, lens, time, light, glossy, refract or diffuse
+    #[arg(long, value_name = "EFFECT", value_parser = values::effect)]
+    pub vary: Effect,
+    /// Numbers of points, one column each, such as 1,9,36,100
+    #[arg(long, value_name = "LIST", value_delimiter = ',', required = true, value_parser = values::point_count)]
+    pub counts: Vec<u32>,
+    /// One row each: grid, random, stratified, sobol
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "grid,random,stratified")]
+    pub estimators: Vec<Pattern>,
+    /// Measure errors against this picture [default: one by the path tracer, with 16 times the samples of the largest cell]
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
     #[command(flatten)]
     pub options: RenderOptions,
 }

@@ -11,6 +11,9 @@ use dapple_integrator::{Combine, Effect, Method, Plans, Settings, forecast};
 use glam::Vec2;
 use std::io::{BufRead, IsTerminal};
 
+/// Scattering events that the distribution tracer follows, where the path tracer follows more.
+pub const DISTRIBUTION_BOUNCES: u32 = 5;
+
 /// More rays per pixel than this are a question.
 const MANY_RAYS: f64 = 1e5;
 
@@ -25,6 +28,19 @@ impl EffectOptions {
             Effect::Glossy => self.glossy,
             Effect::Refract => self.refract,
             Effect::Diffuse => self.diffuse,
+        }
+    }
+
+    /// What was said about an effect, to be changed.
+    pub fn plan_mut(&mut self, effect: Effect) -> &mut Option<Plan> {
+        match effect {
+            Effect::Pixel => &mut self.pixel,
+            Effect::Lens => &mut self.lens,
+            Effect::Time => &mut self.time,
+            Effect::Light => &mut self.light,
+            Effect::Glossy => &mut self.glossy,
+            Effect::Refract => &mut self.refract,
+            Effect::Diffuse => &mut self.diffuse,
         }
     }
 }
@@ -79,7 +95,7 @@ pub fn lay(options: &RenderOptions, settings: &mut Settings) -> Result<(), Failu
     settings.secondary = effects.secondary.unwrap_or(1);
     settings.ambient = effects.ambient.map_or(glam::Vec3::ZERO, |c| c.0);
     if settings.method == Method::Distribution {
-        settings.max_bounces = options.max_bounces.unwrap_or(5);
+        settings.max_bounces = options.max_bounces.unwrap_or(DISTRIBUTION_BOUNCES);
     }
     Ok(())
 }

@@ -147,11 +147,14 @@ fn named<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a NamedCamera, 
 
 /// The size asked for, else 512 pixels high and as wide as the camera asks for.
 pub fn size(options: &RenderOptions, camera: &NamedCamera) -> Size {
-    options.size.unwrap_or_else(|| {
-        let aspect = camera.aspect.filter(|a| a.is_finite() && *a > 0.0).unwrap_or(1.5);
-        let width = (DEFAULT_HEIGHT as f32 * aspect.clamp(1.0 / 64.0, 64.0)).round().max(1.0) as u32;
-        Size { width, height: DEFAULT_HEIGHT }
-    })
+    options.size.unwrap_or_else(|| default_size(camera, DEFAULT_HEIGHT))
+}
+
+/// So high, and as wide as the camera asks for.
+pub fn default_size(camera: &NamedCamera, height: u32) -> Size {
+    let aspect = camera.aspect.filter(|a| a.is_finite() && *a > 0.0).unwrap_or(1.5);
+    let width = (height as f32 * aspect.clamp(1.0 / 64.0, 64.0)).round().max(1.0) as u32;
+    Size { width, height }
 }
 
 /// The part to render, checked against the picture's size and against memory.

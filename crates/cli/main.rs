@@ -52,6 +52,8 @@ fn run() -> Result<ExitCode, Failure> {
         Some(Command::Diff(a)) => commands::diff::run(&a).map(done),
         Some(Command::Plan(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
+        Some(Command::Rays(a)) => commands::rays::run(&a.scene, subcommand(&matches)).map(done),
+        Some(Command::Sheet(a)) => commands::sheet::run(&a, subcommand(&matches)).map(done),
     }
 }
 

@@ -6,8 +6,9 @@
 use crate::values;
 use dapple_integrator::camera::{Camera, Lens, Projection, Shutter};
 use dapple_integrator::imaging::picture::MetaValue;
+use dapple_integrator::sampling::Plan;
 use dapple_integrator::scene::{Scene, Space};
-use dapple_integrator::{Effect, Method, Settings, Stats};
+use dapple_integrator::{Combine, Effect, Method, Settings, Stats};
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
 /// All attributes of a render.
@@ -54,7 +55,7 @@ fn settings_text(settings: &Settings, stats: &Stats, lens: Option<Lens>, scene: 
         }
     }
     for (effect, name) in Effect::ALL {
-        let plan = settings.plans.of(effect);
+        let plan = plan_of(settings, effect);
         if settings.method == Method::Distribution || plan.count() == 0 {
             lines.push(format!("{name} = \"{plan}\""));
         }
@@ -82,6 +83,13 @@ fn settings_text(settings: &Settings, stats: &Stats, lens: Option<Lens>, scene: 
         lines.push(format!("crop = [{}, {}, {}, {}]", c.x0, c.y0, c.x1, c.y1));
     }
     lines.join("\n")
+}
+
+/// The plan as the render ran it: paired, every integral has as many points as the pixel.
+fn plan_of(settings: &Settings, effect: Effect) -> Plan {
+    let (plan, n) = (settings.plans.of(effect), settings.plans.pixel.count().max(1));
+    let paired = settings.method == Method::Distribution && settings.combine == Combine::Paired;
+    if paired && plan.count() > 0 && plan.count() != n { Plan::new(n, plan.pattern) } else { plan }
 }
 
 /// World to camera space, both in scene units; column vectors.

@@ -2,6 +2,7 @@
 
 use dapple_integrator::camera::{PixelRect, Shutter};
 use dapple_integrator::imaging::Tone;
+use dapple_integrator::sampling::plan::MAX_COUNT;
 use dapple_integrator::{Effect, Method};
 use glam::Vec3;
 use std::str::FromStr;
@@ -188,6 +189,12 @@ pub fn duration(s: &str) -> Result<Seconds, String> {
         return Err("expected a time of more than 0 and less than 100 years".into());
     }
     Ok(Duration::from_secs_f64(seconds))
+}
+
+/// A number of points of an integral that is not off.
+pub fn point_count(s: &str) -> Result<u32, String> {
+    let count = s.trim().parse().ok().filter(|n| (1..=MAX_COUNT).contains(n));
+    count.ok_or_else(|| format!("expected numbers of points, each from 1 to {MAX_COUNT}"))
 }
 
 /// `path` or `distribution`.

@@ -4,5 +4,7 @@ pub mod converge;
 pub mod diff;
 pub mod info;
 pub mod plan;
+pub mod rays;
 pub mod render;
 pub mod replay;
+pub mod sheet;

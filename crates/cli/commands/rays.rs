@@ -1,0 +1,137 @@
+//! `dapple rays`: how many rays a pixel will take, by effect and depth, without rendering.
+
+use crate::commands::render;
+use crate::error::Failure;
+use crate::load::{self, Source};
+use crate::options::RenderOptions;
+use crate::{effects, report, settings_file, values};
+use clap::ArgMatches;
+use dapple_integrator::forecast::{Forecast, Row, present};
+use dapple_integrator::{Effect, Method, Settings, forecast};
+use serde_json::{Value, json};
+
+/// The columns of a row, with the names of the effects they belong to.
+const COLUMNS: [&str; 5] = ["light", "glossy", "refract", "diffuse", "path"];
+
+/// Prints the forecast for `scene` with the sidecar's, the settings file's and the typed options.
+pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
+    let source = Source::new(Some(scene));
+    let options = settings_file::layered(source.path(), typed)?;
+    report::start(&options);
+    let loaded = load::load(&source, &options)?;
+    let view = &load::camera(&loaded.scene, &options)?;
+    let settings = render::settings(&options, view)?;
+    render::warn(&loaded);
+    effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
+    let told = Told {
+        settings: &settings,
+        present: present(&loaded.scene, &view.camera),
+        forecast: forecast(&loaded.scene, &view.camera, &settings),
+    };
+    if RenderOptions::is(options.json) {
+        report::json(&told.json());
+    } else {
+        told.text(scene).iter().for_each(|line| report::result(line));
+    }
+    Ok(())
+}
+
+/// What there is to say.
+struct Told<'a> {
+    settings: &'a Settings,
+    present: Vec<Effect>,
+    forecast: Forecast,
+}
+
+impl Told<'_> {
+    fn text(&self, scene: &str) -> Vec<String> {
+        let mut lines = vec![format!("{scene}: {}", self.method()), self.outer()];
+        let columns = self.columns();
+        let names = columns.iter().map(|name| format!("{name:>12}")).collect::<String>();
+        lines.push(format!("{:>5}{:>12}{names}", "depth", "arriving"));
+        for (depth, row) in self.forecast.rows.iter().enumerate() {
+            let cells = columns.iter().map(|name| count(cell(row, name))).collect::<String>();
+            lines.push(format!("{depth:>5}{}{cells}", count(row.arriving)));
+        }
+        let (total, [w, h]) = (self.forecast.total(), self.pixels());
+        let picture = total * f64::from(w) * f64::from(h);
+        lines.push(format!("at most {total} rays per pixel, {picture:.3e} for {w}x{h} pixels"));
+        lines.push("an upper bound: as if every ray met the surface that sends on the most rays".into());
+        lines
+    }
+
+    fn method(&self) -> String {
+        let name = values::method_name(self.settings.method);
+        match self.settings.method {
+            Method::Path if self.settings.spp.is_none() => format!("{name}, for one sample per pixel"),
+            Method::Path => name.into(),
+            Method::Distribution => format!("{name}, {}", self.settings.combine),
+        }
+    }
+
+    /// Where the camera rays come from, and what the scene does not have.
+    fn outer(&self) -> String {
+        let [pixel, lens, time] = self.forecast.outer;
+        let points = match self.settings.method {
+            Method::Path => format!("{pixel} samples"),
+            Method::Distribution => format!("{pixel} pixel x {lens} lens x {time} time"),
+        };
+        let rays = self.forecast.rows.first().map_or(0.0, |row| row.arriving);
+        let absent = Effect::ALL.into_iter().filter(|(effect, _)| !self.present.contains(effect));
+        let absent = absent.map(|(_, name)| name).collect::<Vec<_>>().join(", ");
+        match absent.as_str() {
+            "" => format!("{points} = {rays} camera rays per pixel"),
+            _ => format!("{points} = {rays} camera rays per pixel; not in the scene: {absent}"),
+        }
+    }
+
+    /// The columns that belong to the method.
+    fn columns(&self) -> Vec<&'static str> {
+        let path = |name: &&str| matches!(*name, "light" | "path");
+        match self.settings.method {
+            Method::Path => COLUMNS.into_iter().filter(path).collect(),
+            Method::Distribution => COLUMNS.into_iter().filter(|name| *name != "path").collect(),
+        }
+    }
+
+    fn pixels(&self) -> [u32; 2] {
+        let rect = self.settings.rect();
+        [rect.width(), rect.height()]
+    }
+
+    fn json(&self) -> Value {
+        let [pixel, lens, time] = self.forecast.outer;
+        let [w, h] = self.pixels();
+        let depths = self.forecast.rows.iter().enumerate().map(|(depth, row)| {
+            let mut line = json!({ "depth": depth, "arriving": row.arriving });
+            self.columns().into_iter().for_each(|name| line[name] = json!(cell(row, name)));
+            line
+        });
+        let combine = match self.settings.method {
+            Method::Path => Value::Null,
+            Method::Distribution => self.settings.combine.to_string().into(),
+        };
+        json!({
+            "method": values::method_name(self.settings.method), "combine": combine,
+            "outer": { "pixel": pixel, "lens": lens, "time": time },
+            "depths": depths.collect::<Vec<_>>(),
+            "rays_per_pixel": self.forecast.total(), "is_upper_bound": true, "width": w, "height": h,
+            "effects": self.present.iter().map(Effect::to_string).collect::<Vec<_>>(),
+        })
+    }
+}
+
+fn cell(row: &Row, column: &str) -> f64 {
+    match column {
+        "light" => row.light,
+        "glossy" => row.glossy,
+        "refract" => row.refract,
+        "diffuse" => row.diffuse,
+        _ => row.path,
+    }
+}
+
+/// A count in its column.
+fn count(rays: f64) -> String {
+    if rays < 1e10 { format!("{rays:>12}") } else { format!("{rays:>12.4e}") }
+}
