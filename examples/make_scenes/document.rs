@@ -233,6 +233,13 @@ pub fn metal(name: &str, rgb: [f64; 3], roughness: f64) -> Value {
     })
 }
 
+/// A mirror of reflectance `kr` that blurs by a square of side `blur` (dapple's own, `extras`); a smooth metal elsewhere.
+pub fn mirror(name: &str, kr: [f64; 3], blur: f64) -> Value {
+    let mut material = metal(name, kr, 0.0);
+    material["extras"] = json!({ "dapple": { "mirror": { "kr": kr, "blur": blur } } });
+    material
+}
+
 /// A dielectric coat over a diffuse base.
 pub fn plastic(name: &str, rgb: [f64; 3], roughness: f64) -> Value {
     json!({

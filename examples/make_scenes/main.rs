@@ -5,6 +5,7 @@
 
 mod classics;
 mod document;
+mod effects;
 mod plain;
 mod shape;
 mod sky;
@@ -15,6 +16,7 @@ use std::path::{Path, PathBuf};
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).map_or_else(|| PathBuf::from("scenes"), PathBuf::from);
     std::fs::create_dir_all(&folder)?;
+    let checker = png_bytes(&plain::checker())?;
     for (name, document) in [
         ("cornell", classics::cornell()),
         ("cornell_spheres", classics::cornell_spheres()),
@@ -22,14 +24,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("furnace", plain::furnace()),
         ("environment", plain::environment()),
         ("motion_blur", plain::motion_blur()),
-        ("antialias", plain::antialias(&png_bytes(&plain::checker())?)),
+        ("antialias", plain::antialias(&checker)),
+        ("soft_shadow", effects::soft_shadow()),
+        ("blurred_reflection", effects::blurred_reflection(&checker)),
+        ("depth_of_field", effects::depth_of_field()),
+        ("all_effects", effects::all_effects(&checker)),
     ] {
         std::fs::write(folder.join(name).with_extension("gltf"), document.to_text())?;
         println!("{name}.gltf");
     }
-    dapple_imaging::write::hdr(&folder.join("sky.hdr"), &sky::picture())?;
-    println!("sky.hdr");
-    for (name, text) in plain::SIDECARS {
+    for (name, sky) in [("sky.hdr", sky::picture()), ("town.hdr", sky::town())] {
+        dapple_imaging::write::hdr(&folder.join(name), &sky)?;
+        println!("{name}");
+    }
+    for (name, text) in plain::SIDECARS.into_iter().chain(effects::SIDECARS) {
         std::fs::write(folder.join(name), text)?;
         println!("{name}");
     }

@@ -1,4 +1,4 @@
-//! A small sky: a gradient, a horizon, a ground, and a sun of one texel.
+//! Two skies: by day a gradient, a horizon, a ground and a sun of one texel; by night the lights of a town.
 
 use dapple_imaging::Picture;
 use glam::Vec3;
@@ -28,4 +28,29 @@ fn colour(height: f32) -> Vec3 {
     }
     let fade = (1.0 - height) * (1.0 - height);
     zenith + (horizon - zenith) * (fade * fade)
+}
+
+/// Linear radiance, latitude-longitude: a dark sky, and lamps of one texel each low over the horizon ahead (−z).
+pub fn town() -> Picture {
+    const WIDTH: usize = 512;
+    const HEIGHT: usize = 256;
+    let mut pixels = Vec::with_capacity(WIDTH * HEIGHT);
+    for row in 0..HEIGHT {
+        let height = 1.0 - (2 * row + 1) as f32 / HEIGHT as f32;
+        let fade = if height < 0.0 { 0.3 } else { 1.0 - height };
+        pixels.extend(std::iter::repeat_n(Vec3::new(0.012, 0.016, 0.035) * (fade * fade), WIDTH));
+    }
+    let colours = [
+        Vec3::new(1.0, 0.62, 0.25),
+        Vec3::new(1.0, 0.85, 0.6),
+        Vec3::new(0.5, 0.75, 1.0),
+        Vec3::new(1.0, 0.3, 0.2),
+    ];
+    for i in 0..26 {
+        // Steps of no common measure with the width of what is seen: spread, but not in rows.
+        let column = WIDTH / 2 + (i * 19) % 83 - 41;
+        let row = HEIGHT / 2 - 3 - (i * 7) % 11;
+        pixels[row * WIDTH + column] = colours[i % 4] * (9.0 + (i * 5 % 7) as f32);
+    }
+    Picture { width: WIDTH, height: HEIGHT, pixels }
 }
