@@ -64,12 +64,30 @@ fn option_values() {
         (&["--camera", "nobody"], "nobody"),
         (&["--camera", "7"], "7"),
         (&["--settings", "missing.toml"], "missing.toml"),
+        (&["--pixel", "0x4"], "--pixel"),
+        (&["--light", "abc"], "--light"),
+        (&["--glossy", "4x4:hexagons"], "--glossy"),
+        (&["--lens", "-1"], "-1"),
+        (&["--time", "99999999"], "--time"),
+        (&["--combine", "x"], "--combine"),
+        (&["--secondary", "0"], "--secondary"),
+        (&["--ambient", "1,1,-1"], "--ambient"),
+        (&["--aperture-radius", "-1"], "--aperture-radius"),
+        (&["--aperture-radius", "nan"], "--aperture-radius"),
+        (&["--aperture-shape", "blades:2"], "--aperture-shape"),
+        (&["--focus-distance", "0"], "--focus-distance"),
+        (&["--focus-distance", "-inf"], "--focus-distance"),
         (&["--no-such-option"], "--no-such-option"),
         (&["builtin:cornell"], "builtin:cornell"),
     ] {
         let all = [&["render", "builtin:cornell"], arguments].concat();
         complains(folder.path(), &all, &[named]);
     }
+    let paired = ["render", "builtin:cornell", "--method", "distribution", "--combine", "paired"];
+    complains(folder.path(), &[&paired[..], &["--light", "9"]].concat(), &["--light", "9", "16"]);
+    complains(folder.path(), &[&paired[..], &["--pixel", "4", "--glossy", "3"]].concat(), &["--glossy"]);
+    complains(folder.path(), &["rays", "builtin:cornell", "--lens", "1x"], &["--lens"]);
+    complains(folder.path(), &["rays", "missing.glb"], &["missing.glb"]);
     complains(folder.path(), &["render", "builtin:nothing"], &["builtin:nothing", "cornell"]);
     complains(folder.path(), &["sing"], &["sing"]);
     complains(folder.path(), &["replay", "builtin:cornell", "--pixel", "0,0"], &["--sample"]);
@@ -77,6 +95,35 @@ fn option_values() {
     complains(folder.path(), &[&replay[..], &["4,0"]].concat(), &["--pixel 4,0", "4x4"]);
     let replay = ["replay", "builtin:cornell", "--pixel", "0,0", "--spp", "4", "--sample", "4"];
     complains(folder.path(), &replay, &["--sample 4"]);
+}
+
+#[test]
+fn sheets() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::copy(dapple::scene("sky.hdr"), folder.path().join("sky.hdr")).unwrap();
+    for (arguments, named) in [
+        (&["--vary", "smell", "--counts", "1"][..], "smell"),
+        (&["--vary", "light"], "--counts"),
+        (&["--counts", "1"], "--vary"),
+        (&["--vary", "light", "--counts", "0"], "--counts"),
+        (&["--vary", "light", "--counts", ""], "--counts"),
+        (&["--vary", "light", "--counts", "1,,2"], "--counts"),
+        (&["--vary", "light", "--counts", "1,99999999"], "--counts"),
+        (&["--vary", "light", "--counts", "1", "--estimators", "grid,hexagons"], "hexagons"),
+        (&["--vary", "light", "--counts", "1", "--estimators", ""], "--estimators"),
+        (&["--vary", "light", "--counts", "1", "--reference", "missing.exr"], "missing.exr"),
+        (&["--vary", "light", "--counts", "1", "--reference", "sky.hdr", "--size", "8x8"], "sky.hdr"),
+        (&["--vary", "light", "--counts", "1", "--size", "4096x4096", "-o", "a.exr"], "a.exr"),
+        (&["--vary", "light", "--counts", "1", "-o", "a.png", "-o", "b.png"], "-o"),
+        (&["--vary", "light", "--counts", "1", "-o", "missing/a.png"], "missing/a.png"),
+        (&["--vary", "light", "--counts", "1,2,3,4", "--size", "8192x8192"], "--size"),
+        (&["--vary", "light", "--counts", "1,200000", "--size", "4x4"], "--yes"),
+        (&["--vary", "light", "--counts", "9", "--combine", "paired", "--size", "4x4"], "--light"),
+        (&["--vary", "lens", "--counts", "1"], "--aperture-radius"),
+    ] {
+        let all = [&["sheet", "builtin:cornell", "--quiet"], arguments].concat();
+        complains(folder.path(), &all, &[named]);
+    }
 }
 
 #[test]

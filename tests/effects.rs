@@ -1,0 +1,184 @@
+//! The distribution tracer from the command line: its options, what it says beforehand, sheets, and settings that give the
+//! picture again.
+
+mod dapple;
+
+use dapple::{files, run, scene, triangle, well};
+use dapple_imaging::picture::MetaValue;
+use dapple_imaging::read;
+use std::fs;
+use std::path::Path;
+
+const CORNELL: [&str; 6] = ["render", "builtin:cornell", "--method", "distribution", "--size", "12x8"];
+const FEW: [&str; 8] = ["--pixel", "2x1", "--light", "2x2:grid", "--glossy", "1", "--max-bounces", "2"];
+
+fn pixels(path: &Path) -> Vec<[u32; 3]> {
+    read::picture(path).unwrap().pixels.iter().map(|p| p.to_array().map(f32::to_bits)).collect()
+}
+
+#[test]
+fn a_distribution_render_says_its_rays_and_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = well(folder.path(), &[&CORNELL[..], &FEW, &["--json"]].concat());
+    assert_eq!(files(folder.path()), ["cornell.exr", "cornell.png"]);
+    // 2 · (1 + 4 + 1 · (1 + 1)): camera, shadow and diffuse rays, and the same with one point below the first hit.
+    assert!(run.err.contains("at most 16 rays per pixel"), "{}", run.err);
+    let json = run.json();
+    assert_eq!((&json["method"], &json["spp"]), (&"distribution".into(), &2.into()));
+    assert!(json["rays"].as_u64().unwrap() <= 16 * 12 * 8);
+    let mean = read::picture(&folder.path().join("cornell.exr")).unwrap().mean();
+    assert!(mean.min_element() > 0.01, "{mean}");
+}
+
+#[test]
+fn what_a_scene_lacks_is_noted_and_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = well(folder.path(), &[&CORNELL[..], &FEW, &["-o", "a.exr"]].concat());
+    let more = ["--lens", "7x7", "--time", "9", "--refract", "5", "-o", "b.exr"];
+    let noted = well(folder.path(), &[&CORNELL[..], &FEW, &more].concat());
+    for effect in ["--lens", "--time", "--refract"] {
+        let note = format!("note: {effect} is left out: the scene has no such effect");
+        assert!(noted.err.contains(&note) && !plain.err.contains(&note), "{}", noted.err);
+    }
+    // It neither enters the forecast nor changes the picture.
+    assert!(noted.err.contains("at most 16 rays per pixel"), "{}", noted.err);
+    assert!(pixels(&folder.path().join("a.exr")) == pixels(&folder.path().join("b.exr")));
+    let by_path = ["render", "builtin:cornell", "--size", "8x8", "--spp", "1", "--light", "3x3"];
+    assert!(well(folder.path(), &by_path).err.contains("note: --light is left out"));
+}
+
+#[test]
+fn many_rays_need_a_yes() {
+    let folder = tempfile::tempdir().unwrap();
+    let many = ["--pixel", "200x200", "--light", "1", "--diffuse", "0", "--max-bounces", "3"];
+    let many =
+        [&["render", "builtin:cornell", "--method", "distribution", "--size", "2x1"], &many[..]].concat();
+    // Camera and shadow ray.
+    assert!(well(folder.path(), &many).err.contains("at most 80000 rays"));
+    fs::remove_file(folder.path().join("cornell.exr")).unwrap();
+    fs::remove_file(folder.path().join("cornell.png")).unwrap();
+    let more = many.iter().map(|&a| if a == "1" { "1x2" } else { a }).collect::<Vec<_>>();
+    let refused = run(folder.path(), &more);
+    assert_eq!((refused.code, refused.out.as_str()), (2, ""), "{}", refused.err);
+    assert!(refused.err.contains("120000 rays") && refused.err.contains("--yes"), "{}", refused.err);
+    assert!(files(folder.path()).is_empty());
+    well(folder.path(), &[&more[..], &["--yes"]].concat());
+}
+
+/// The `settings` attribute of an EXR.
+fn settings_of(path: &Path) -> String {
+    let layers = read::layers(path).unwrap();
+    let found = layers.metadata.into_iter().find(|(key, _)| key == "settings");
+    match found.unwrap().1 {
+        MetaValue::Text(text) => text,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn the_settings_in_an_exr_give_its_picture_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let lens = ["--aperture-radius", "0.05", "--focus-distance", "1.1", "--aperture-shape", "blades:5:12"];
+    let off = ["--diffuse", "0", "--ambient", "0.3,0.2,0.1"];
+    for (i, more) in [
+        [&CORNELL[..], &FEW, &lens, &["--seed", "77", "--secondary", "2"]].concat(),
+        [
+            &CORNELL[..],
+            &lens,
+            &off,
+            &["--combine", "paired", "--lens", "3:random", "--pixel", "3x1:sobol", "--filter", "tent"],
+        ]
+        .concat(),
+        [&CORNELL[..], &off, &["--pixel", "0", "--lens", "1", "--crop", "3,2,9,7"]].concat(),
+        vec!["render", "builtin:cornell", "--size", "12x8", "--spp", "3", "--light", "0", "--pixel", "0"],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let (a, b, toml) = (format!("a{i}.exr"), format!("b{i}.exr"), format!("{i}.toml"));
+        well(folder.path(), &[&more[..], &["-o", &a]].concat());
+        let text = settings_of(&folder.path().join(&a));
+        fs::write(folder.path().join(&toml), &text).unwrap();
+        well(folder.path(), &["render", "builtin:cornell", "--settings", &toml, "-o", &b]);
+        let [a, b] = [a, b].map(|name| folder.path().join(name));
+        assert!(pixels(&a) == pixels(&b), "{text}");
+        assert_eq!(text, settings_of(&b));
+    }
+}
+
+#[test]
+fn rays_are_counted_without_rendering() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["rays", "builtin:cornell", "--method", "distribution", "--size", "12x8"];
+    let all = [&arguments[..], &FEW].concat();
+    let text = well(folder.path(), &all).out;
+    assert!(text.contains("at most 16 rays per pixel") && text.contains("upper bound"), "{text}");
+    let json = well(folder.path(), &[&all[..], &["--json"]].concat()).json();
+    assert_eq!(json["rays_per_pixel"], 16.0);
+    assert_eq!(json["outer"], serde_json::json!({ "pixel": 2, "lens": 1, "time": 1 }));
+    assert_eq!(json["depths"][0]["light"], 8.0);
+    assert_eq!(json["depths"][1]["light"], 2.0);
+    assert_eq!(json["depths"][2]["arriving"], 2.0);
+    let path = ["rays", "builtin:cornell", "--spp", "4", "--max-bounces", "1", "--json"];
+    // Camera ray, shadow ray, the ray that goes on.
+    assert_eq!(well(folder.path(), &path).json()["rays_per_pixel"], 12.0);
+    assert!(files(folder.path()).is_empty());
+}
+
+#[test]
+fn a_sheet_shows_counts_and_estimators() {
+    let folder = tempfile::tempdir().unwrap();
+    let soft_shadow = scene("soft_shadow.gltf");
+    let sheet = ["sheet", soft_shadow.to_str().unwrap(), "--vary", "light", "--size", "48x32", "--json"];
+    let counts = ["--counts", "1,16", "--estimators", "grid,random,stratified,sobol", "-o", "s.png"];
+    let run = well(folder.path(), &[&sheet[..], &counts].concat());
+    assert_eq!(files(folder.path()), ["s.png"]);
+    assert!(run.err.contains("reference: path tracer, 256 samples"), "{}", run.err);
+    let json = run.json();
+    let cells = json["cells"].as_array().unwrap();
+    assert_eq!(cells.len(), 8);
+    let error = |i: usize| cells[i]["relative_rmse"].as_f64().unwrap();
+    for row in [0, 2, 4, 6] {
+        assert!(error(row + 1) < 0.6 * error(row), "{}: {} {}", cells[row], error(row), error(row + 1));
+    }
+    // With 16 points, one point per cell is better than points anywhere.
+    assert!(error(5) < error(3) && error(7) < error(3));
+    let picture = read::picture(&folder.path().join("s.png")).unwrap();
+    assert!(picture.width > 2 * 48 && picture.height > 4 * 32);
+}
+
+/// Errors are measured against the file: a cell is its own reference.
+#[test]
+fn a_sheet_takes_a_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = ["--size", "12x8", "--max-bounces", "2"];
+    let off = [
+        "--method",
+        "distribution",
+        "--pixel",
+        "0",
+        "--diffuse",
+        "0",
+        "--glossy",
+        "0",
+        "--light",
+        "4:random",
+    ];
+    well(folder.path(), &[&["render", "builtin:cornell", "-o", "r.exr"], &size[..], &off].concat());
+    let sheet = ["sheet", "builtin:cornell", "--vary", "light", "--counts", "4,5", "--estimators", "random"];
+    let reference = ["--reference", "r.exr", "--max-bounces", "2", "--json", "-o", "s.png"];
+    let json = well(folder.path(), &[&sheet[..], &reference].concat()).json();
+    assert_eq!(json["reference"], "r.exr");
+    assert_eq!(json["cells"][0]["relative_rmse"], 0.0);
+    assert!(json["cells"][1]["relative_rmse"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn a_scene_without_an_effect_makes_no_sheet() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.gltf"), triangle(|_, _| {})).unwrap();
+    let run = run(folder.path(), &["sheet", "scene.gltf", "--vary", "lens", "--counts", "1"]);
+    assert_eq!(run.code, 2);
+    assert!(run.err.contains("--vary lens") && run.err.contains("--aperture-radius"), "{}", run.err);
+    assert_eq!(files(folder.path()), ["scene.gltf"]);
+}
