@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// Two path runs on a small furnace; `more` comes last.
+/// Two runs of the path tracer on a small picture; `more` comes last.
 fn converge(folder: &Path, more: &[&str]) -> Value {
     let arguments = [
         &["converge", "builtin:cornell", "-o", "out", "--size", "16x16", "--json", "--seeds", "3"][..],
@@ -94,6 +94,28 @@ fn a_reference_from_a_file() {
     assert!(results["runs"][0]["slope"].as_f64().unwrap() < -0.5);
 }
 
+/// The same renderer from outside has the same errors, and a reference of its own.
+#[test]
+fn another_renderer() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = env!("CARGO_BIN_EXE_dapple");
+    let command = format!(
+        "other='{own}' render {{scene}} --size 16x16 --pattern random --spp {{spp}} --seed {{seed}} -o {{out}} --quiet"
+    );
+    let results = converge(folder.path(), &["--budget", "6s", "--external", &command]);
+    let other = results["runs"].as_array().unwrap().iter().find(|r| r["name"] == "other").unwrap();
+    assert_eq!(other["method"], "external");
+    assert!(!numbers(&other["mse"]).is_empty() && numbers(&other["seconds"])[0] > 0.0);
+    let key = &other["reference"];
+    let reference = results["references"].as_array().unwrap().iter().find(|r| r["key"] == *key).unwrap();
+    assert!(reference["kind"].as_str().unwrap().contains("by other"));
+    let failing = ["--budget", "1s", "--external", "broken=echo no such luck >&2; false {spp} {out}"];
+    let base = ["converge", "builtin:cornell", "-o", "out2", "--size", "16x16", "--run", "a:"];
+    let found = run(folder.path(), &[&base[..], &failing].concat());
+    assert_eq!(found.code, 2);
+    assert!(found.err.contains("broken") && found.err.contains("no such luck"), "{}", found.err);
+}
+
 #[test]
 fn bad_input() {
     let folder = tempfile::tempdir().unwrap();
@@ -111,6 +133,7 @@ fn bad_input() {
         (&["-o", "out", "--run", "--method path"], &["--run"]),
         (&["-o", "out", "--run", "a:", "--run", "a:"], &["a", "two"]),
         (&["-o", "out", "--vary", "mood"], &["--vary"]),
+        (&["-o", "out", "--external", "x=y"], &["--external", "{spp}"]),
         (&["-o", "out", "--spp", "4"], &["--spp"]),
         (&["-o", "out", "--seeds", "0"], &["--seeds"]),
         (&["-o", "file/out"], &["file/out"]),

@@ -151,6 +151,9 @@ pub struct ConvergeArgs {
     /// What the pictures should be, taken as exact [default: rendered here, as two independent halves]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
+    /// Another renderer: a name and a command with {scene}, {spp}, {out} and, if it can, {seed}; may be repeated
+    #[arg(long, value_name = "NAME=COMMAND", allow_hyphen_values = true)]
+    pub external: Vec<String>,
     /// The integral whose count grows in runs of the distribution tracer
     #[arg(long, value_name = "EFFECT", default_value = "pixel", value_parser = values::effect)]
     pub vary: Effect,

@@ -69,22 +69,24 @@ impl<'a> ErrorWatch<'a> {
 
     /// Takes a checkpoint in; breaks when the error is small enough.
     pub fn look(&mut self, at: &Checkpoint<'_>) -> ControlFlow<()> {
-        let film = at.film();
-        let mut known = None;
-        if let Some(doublings) = &mut self.doublings {
-            doublings.add(at.spp, film.mean());
-            known = doublings.estimate(self.confidence);
-            self.bar.set_error(known.map(|e| e.error));
-        }
-        if let (Some(limit), Some(guess)) = (self.limit, known)
-            && at.spp >= FEWEST
-            && guess.error <= HOPE * limit
-        {
-            known = self.measure(&film, at.spp);
-            self.held = known.filter(|e| e.bound <= limit);
-        }
+        let known = self.guess(at);
         self.write(at, known);
         if self.held.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// The error by how the picture changed; measured where it may be below the limit.
+    fn guess(&mut self, at: &Checkpoint<'_>) -> Option<Estimate> {
+        let doublings = self.doublings.as_mut()?;
+        let film = at.film();
+        doublings.add(at.spp, film.mean());
+        let guess = doublings.estimate(self.confidence)?;
+        self.bar.set_error(Some(guess.error));
+        let limit = self.limit.filter(|limit| at.spp >= FEWEST && guess.error <= HOPE * limit);
+        let Some(limit) = limit else { return Some(guess) };
+        // Of sets that are repeated while there is time, the guess is all there is.
+        let measured = self.measure(&film, at.spp).unwrap_or(guess);
+        self.held = Some(measured).filter(|e| e.bound <= limit);
+        Some(measured)
     }
 
     /// The error of a picture of `spp` samples; renders a small part of it again where that is the only way.
@@ -122,7 +124,6 @@ impl<'a> ErrorWatch<'a> {
     /// The error of the finished picture.
     pub fn finish(self, outcome: &Outcome) -> Option<Estimate> {
         let measured = || self.measure(&outcome.film, outcome.stats.spp);
-        // Of sets that were repeated while there was time, the last change is all there is.
         let guessed = || self.doublings.as_ref().filter(|_| self.way != Way::None)?.estimate(self.confidence);
         self.held.or_else(measured).or_else(guessed)
     }

@@ -1,6 +1,7 @@
 //! `dapple converge`: renders scenes by several methods, measures their errors against time, and writes what it found
 //! after every seed, so that an interrupt loses at most the seed under way and a second call goes on.
 
+mod external;
 mod folder;
 mod plan;
 mod schedule;
@@ -14,6 +15,7 @@ use clap::ArgMatches;
 use dapple_analysis::converge::Clock;
 use dapple_analysis::report::summary;
 use dapple_analysis::results::{Machine, Results, SCHEMA};
+use external::External;
 use folder::Folder;
 use serde_json::json;
 use std::process::ExitCode;
@@ -26,6 +28,7 @@ struct Session<'a> {
     folder: Folder,
     results: Results,
     bar: Bar,
+    externals: Vec<External>,
 }
 
 /// Measures, writes, and says in words what came out.
@@ -34,12 +37,13 @@ pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Fai
     let given = &arguments.options;
     report::start(given);
     check(arguments)?;
+    let externals = arguments.external.iter().map(|e| External::parse(e)).collect::<Result<_, _>>()?;
     let folder = Folder::open(given.output.as_deref().unwrap_or_default())?;
     let old = folder.read()?;
     let spent = old.spent_seconds;
     let bar = Bar::new(RenderOptions::is(given.quiet));
     let results = Results { spent_seconds: spent, ..describe(arguments) };
-    let mut session = Session { arguments, clock, folder, results, bar };
+    let mut session = Session { arguments, clock, folder, results, bar, externals };
     interrupt::listen();
     for (i, scene) in arguments.scenes.iter().enumerate() {
         let rest = arguments.scenes.len() - i;

@@ -1,8 +1,8 @@
 //! One scene: the references, then every run seed after seed until time is up.
 
-use super::Session;
 use super::folder::plain;
 use super::plan::{self, Planned};
+use super::{Session, external};
 use crate::error::Failure;
 use crate::load::{self, Loaded, Source};
 use crate::{interrupt, machine, settings_file, values};
@@ -35,10 +35,20 @@ pub fn scene(
     let planned = plan::runs(session.arguments, &options, &loaded.scene)?;
     let first = session.results.runs.len();
     session.results.runs.extend(planned.iter().map(|p| record(name, p, old)));
-    let mut scene = SceneRuns { name, loaded: &loaded, planned: &planned, first, end };
+    // Other renderers come last, each with the time of a run.
+    let others = std::mem::take(&mut session.externals);
+    let share = (end - session.clock.elapsed()) / (planned.len() + others.len()) as f64;
+    let own_end = end - share * others.len() as f64;
+    let mut scene = SceneRuns { name, loaded: &loaded, planned: &planned, first, end: own_end };
     let references = scene.references(session, old)?;
     scene.rounds(session, &references)?;
     scene.note_left_out(session);
+    for (i, other) in others.iter().enumerate() {
+        let left = (end - session.clock.elapsed()) / (others.len() - i) as f64;
+        let end = session.clock.elapsed() + left;
+        external::measure(session, other, name, old, end)?;
+    }
+    session.externals = others;
     Ok(())
 }
 
