@@ -1,0 +1,157 @@
+//! A11, A13: does a ray that leaves a surface leave it?
+
+use super::{Case, Check, Effort, Outcome};
+use crate::noise::Noise;
+use crate::scenes::{ball, cube};
+use crate::tally::Tally;
+use dapple_integrator::geometry::shapes::Sphere;
+use dapple_integrator::geometry::{Hit, Mesh, Opaque, Ray, World, WorldBuilder};
+use glam::Vec3;
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        id: "A11",
+        title: "a convex body does not shadow itself",
+        naive: "a fixed offset is too small far away (acne) and too large nearby (missed walls)",
+        source: "Pharr, Jakob & Humphreys 2023, §6.8; SCIENCE A11",
+        check: Check::Run(convex),
+    },
+    Case {
+        id: "A13",
+        title: "grazing hits lie on their plane",
+        naive: "o + t·d is off by t·2⁻²⁴, many times its height over the plane",
+        source: "Pharr, Jakob & Humphreys 2023, §6.8; SCIENCE A13",
+        check: Check::Run(grazing),
+    },
+];
+
+/// Radius and offset; a body of less than 1e5 ulp of its coordinates is left out: there the error bound itself reaches
+/// through it.
+const BODIES: [(f32, f32); 7] =
+    [(1e-3, 0.0), (1.0, 0.0), (1e3, 0.0), (1.0, 1e3), (1e3, 1e3), (1.0, 1e5), (1e3, 1e5)];
+
+fn world_of(mesh: Mesh) -> World {
+    let mut builder = WorldBuilder::default();
+    builder.add_mesh(mesh);
+    builder.build()
+}
+
+/// Whether a point of a cube lies on one wall only: in a coordinate that rounds to the neighbouring wall it lies on both,
+/// and no side is wrong.
+fn on_one_wall(p: Vec3, r: f32, offset: Vec3) -> bool {
+    let q = (p - offset).abs();
+    [q.x == r, q.y == r, q.z == r].iter().filter(|&&on| on).count() == 1
+}
+
+/// Leaving from a hit outward, grazing (1e-6) to perpendicular, and inward: outgoing rays that hit, and ingoing ones that
+/// do not hit exactly once.
+fn leave(world: &World, noise: &mut Noise, ray: &Ray, hit: &Hit, rays: usize) -> [u64; 2] {
+    let s = world.surface(ray, 0.0, hit);
+    let mut wrong = [0; 2];
+    for _ in 0..rays {
+        let cosine = 10f64.powf(-6.0 * f64::from(noise.unit()));
+        let d = noise.about(s.ng, cosine);
+        wrong[0] += u64::from(world.blocked(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque));
+        let into = Ray::new(s.origin_towards(-d), -d);
+        let once = world.closest(&into, 0.0, &Opaque).is_some_and(|hit| {
+            let far = world.surface(&into, 0.0, &hit);
+            // Left half along the normal: a ray that has slid along the neighbouring face passes its edge nearer than any
+            // f32 test can tell.
+            let d = far.ng - d;
+            far.ng.dot(d) > 0.0 && !world.blocked(&Ray::new(far.origin_towards(d), d), 0.0, &Opaque)
+        });
+        wrong[1] += u64::from(!once);
+    }
+    wrong
+}
+
+fn body(tally: &mut Tally, name: &str, world: &World, r: f32, offset: Vec3, effort: Effort) {
+    let (mut noise, mut sum) = (Noise(11), [0; 2]);
+    for _ in 0..effort.of(20, 300, 10_000) {
+        let d = noise.direction();
+        let ray = Ray::new(offset + noise.cube() * (0.3 * r) - d * (4.0 * r), d);
+        let Some(hit) = world.closest(&ray, 0.0, &Opaque) else {
+            sum[1] += 1;
+            continue;
+        };
+        if name == "cube" && !on_one_wall(world.surface(&ray, 0.0, &hit).p, r, offset) {
+            continue;
+        }
+        let wrong = leave(world, &mut noise, &ray, &hit, 50);
+        sum = [sum[0] + wrong[0], sum[1] + wrong[1]];
+    }
+    tally.none(format!("outgoing rays that hit the {name} of radius {r} at {}", offset.x), sum[0]);
+    tally.none(format!("ingoing rays without exactly one hit, {name} of radius {r} at {}", offset.x), sum[1]);
+}
+
+fn convex(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    for (r, shift) in BODIES {
+        let offset = Vec3::new(shift, -shift, shift);
+        body(&mut tally, "cube", &world_of(cube(r, offset)), r, offset, effort);
+        body(&mut tally, "ball of triangles", &world_of(ball(1, r, offset)), r, offset, effort);
+        let mut builder = WorldBuilder::default();
+        builder.add_sphere(Sphere { centre: offset, radius: r });
+        body(&mut tally, "exact sphere", &builder.build(), r, offset, effort);
+    }
+    tally.finish()
+}
+
+/// Points a few ulp from the edges of a cube: inward rays must hit a wall, outward ones none.
+pub(super) fn beside_edges(tally: &mut Tally, points: u32) {
+    for (r, shift) in BODIES {
+        let offset = Vec3::new(shift, -shift, shift);
+        let world = world_of(cube(r, offset));
+        let (mut noise, mut leaks, mut back) = (Noise(5), 0, 0);
+        for i in 0..points {
+            let (tiny, s) = (f32::EPSILON * (1 + i % 4) as f32, noise.unit());
+            let (u, v) = [(tiny, s), (s, tiny), (s, 1.0 - s - tiny)][(i % 3) as usize];
+            let hit = Hit { t: 1.0, u, v: v.max(0.0), primitive: i % 12, object: 0 };
+            let surface = world.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
+            if !on_one_wall(surface.p, r, offset) {
+                continue;
+            }
+            let cosine = f64::from(noise.unit()) * 0.999 + 1e-6;
+            let d = noise.about(surface.ng, cosine);
+            back += u64::from(world.blocked(&Ray::new(surface.origin_towards(d), d), 0.0, &Opaque));
+            let inward = Ray::new(surface.origin_towards(-d), -d);
+            leaks += u64::from(world.closest(&inward, 0.0, &Opaque).is_none());
+        }
+        tally.none(format!("leaks beside an edge, radius {r} at {shift}"), leaks);
+        tally.none(format!("rays back onto the wall beside an edge, radius {r} at {shift}"), back);
+    }
+}
+
+/// A square of side 1e6 under a tilted horizon, seen from height 1 at down to 1e-4 rad.
+fn grazing(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    let (x, z) = (Vec3::new(0.96, 0.28, 0.0), Vec3::new(-0.168, 0.576, 0.8));
+    let up = x.cross(z) * -1.0;
+    let corner = |a: f32, b: f32| x * (a * 5e5) + z * (b * 5e5);
+    let world = world_of(Mesh {
+        positions: vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    });
+    let (mut noise, mut missed, mut again, mut worst) = (Noise(3), 0, 0, 0.0f64);
+    for i in 0..effort.of(5_000, 100_000, 5_000_000) {
+        let below = 1e-4 * 10f32.powf(4.0 * noise.unit());
+        let angle = i as f32;
+        let ray = Ray::new(up, (x * angle.cos() + z * angle.sin()) - up * below);
+        let Some(hit) = world.closest(&ray, 0.0, &Opaque) else {
+            missed += 1;
+            continue;
+        };
+        let s = world.surface(&ray, 0.0, &hit);
+        let [a, b, c] = world.corners(0, hit.primitive).map(|p| p.as_dvec3());
+        let n = (b - a).cross(c - a).normalize();
+        let residual = n.dot(s.p.as_dvec3() - a).abs();
+        worst = worst.max(residual / n.abs().dot(s.p_error.as_dvec3()));
+        let d = noise.about(s.ng, 1e-6);
+        again += u64::from(world.blocked(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque));
+    }
+    tally.none("rays aimed at the plane that miss it", missed);
+    tally.none("grazing rays that hit it again", again);
+    tally.at_most("distance of a hit from its plane over its bound", worst, 1.0);
+    tally.finish()
+}

@@ -1,0 +1,201 @@
+//! A16 to A18: edges that are smoothed, moved and turned.
+
+use super::{Case, Check, Effort, Outcome};
+use crate::closed_form::moving_box;
+use crate::scenes::{ball, quad, run, seen, seen_in_parallel, shadeless};
+use crate::tally::Tally;
+use dapple_integrator::camera::Shutter;
+use dapple_integrator::geometry::Mesh;
+use dapple_integrator::geometry::motion::{Channel, Interpolation, Node, Track, Trs, Value};
+use dapple_integrator::sampling::Moments;
+use dapple_integrator::scene::{Scene, SceneError, TexturedMaterial};
+use dapple_integrator::{Effect, Plans, Settings};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        id: "A16",
+        title: "shadow terminator of a tessellated ball",
+        naive: "shading normals and flat facets disagree at the terminator: hard facet edges that no refinement removes",
+        source: "SCIENCE A16",
+        check: Check::Run(terminator),
+    },
+    Case {
+        id: "A17",
+        title: "linear motion from none to 1e7 pixels",
+        naive: "boxes for one instant lose what moves; a(1 − t) + bt in the wrong form does not arrive",
+        source: "SCIENCE A17",
+        check: Check::Run(streak),
+    },
+    Case {
+        id: "A18",
+        title: "rotation beyond 180° in the shutter",
+        naive: "interpolated matrices collapse at 180°, quaternions take the short way round",
+        source: "SCIENCE A18",
+        check: Check::Run(turns),
+    },
+];
+
+fn track<T: Value>(times: Vec<f64>, values: Vec<T>) -> Option<Channel<T>> {
+    Track::new(times, values, Interpolation::Linear).ok().map(|t| Channel::Track(Arc::new(t)))
+}
+
+fn lit(triangles: u32) -> Result<Scene, SceneError> {
+    let mut builder = seen(DVec3::new(0.0, 0.0, 6.0), DVec3::ZERO, 0.34);
+    let white = builder.material(TexturedMaterial::lambert("white", Vec3::ONE));
+    if triangles == 0 {
+        builder.sphere("ball", DVec3::ZERO, 1.0, white);
+    } else {
+        builder.mesh("ball", ball(triangles, 1.0, Vec3::ZERO), DAffine3::IDENTITY, white);
+    }
+    builder.point_light(DVec3::new(20.0, 5.0, 4.0), Vec3::splat(1e3), f64::INFINITY);
+    builder.build()
+}
+
+/// Mean over the lit side and largest difference to the exact sphere, away from its outline.
+fn terminator(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    let side = effort.of(48, 128, 512);
+    let settings = Settings { max_bounces: 1, size: (side, side), spp: Some(16), ..Settings::default() };
+    let picture = |level| lit(level).ok().map(|scene| run(&scene, &settings).film.mean());
+    let Some(exact) = picture(0) else { return tally.finish() };
+    let inside = |i: usize| {
+        let at = |k: usize| 2.0 * (k as f64 + 0.5) / f64::from(side) - 1.0;
+        at(i % side as usize).hypot(at(i / side as usize)) < 0.85
+    };
+    let (mut means, mut worst) = (Vec::new(), Vec::new());
+    for level in [2, 3, 4, 5] {
+        let Some(image) = picture(level) else { return tally.finish() };
+        let pairs = exact.pixels.iter().zip(&image.pixels).enumerate().filter(|(i, _)| inside(*i));
+        let off: Vec<[f64; 2]> = pairs.map(|(_, (a, b))| [f64::from(b.x - a.x), f64::from(a.x)]).collect();
+        let sum: f64 = off.iter().map(|o| o[1]).sum();
+        means.push(off.iter().map(|o| o[0]).sum::<f64>().abs() / sum);
+        worst.push(off.iter().map(|o| o[0].abs()).fold(0.0, f64::max) / (sum / off.len() as f64));
+    }
+    // n doubles with every level: n⁻² is a factor of 64 over three of them, n⁻¹ one of 8.
+    tally.at_most("mean error over the lit side, finest over coarsest", means[3] / means[0], 1.0 / 16.0);
+    tally.at_most("mean error over the lit side, finest", means[3], 1e-3);
+    tally.at_most("largest difference near the terminator, finest over coarsest", worst[3] / worst[0], 0.5);
+    tally.remark(format!("mean errors {means:.5?}, largest differences {worst:.5?} of the mean"));
+    tally.finish()
+}
+
+/// A bar `w` pixels wide that moves by `delta` pixels to the right while the shutter is open; its right edge starts at 0.
+fn bar(w: f64, delta: f64) -> Result<Scene, SceneError> {
+    let mut builder = seen_in_parallel(DVec3::new(0.0, 0.0, 1.0), 0.5);
+    let white = builder.material(shadeless(1.0));
+    let mesh = quad(Vec3::new(-w as f32, -4.0, 0.0), Vec3::X * w as f32, Vec3::Y * 8.0);
+    let moved = track(vec![0.0, 1.0], vec![DVec3::ZERO, DVec3::X * delta]);
+    let translation = moved.unwrap_or(Channel::Constant(DVec3::ZERO));
+    builder.moving_mesh("bar", mesh, vec![Node::Trs(Trs { translation, ..Trs::default() })], white);
+    builder.exposure(0.0, Shutter { open: 0.0, close: 1.0 });
+    builder.build()
+}
+
+fn streak(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    let w = f64::from(1.3f32);
+    for delta in [1e-3, 1.0, 2.4, 1e3, 1e7] {
+        let Ok(scene) = bar(w, delta) else {
+            tally.holds(format!("the bar that moves by {delta} is built"), false);
+            continue;
+        };
+        // One row of 8 pixels of side 1, x from −4 to 4.
+        let mut columns = [Moments::default(); 8];
+        let replicas = effort.of(40, 400, 4000);
+        let spp = if delta > 100.0 { 1024 } else { 64 };
+        for seed in 0..replicas {
+            let settings = Settings { size: (8, 1), spp: Some(spp), seed, ..Settings::default() };
+            let image = run(&scene, &settings).film.mean();
+            columns.iter_mut().zip(&image.pixels).for_each(|(m, p)| m.add(f64::from(p.x)));
+        }
+        for (i, m) in columns.iter().enumerate() {
+            let x = i as f64 - 4.0;
+            // G of SCIENCE A17 runs along the streak, which begins w behind the edge that starts at 0.
+            let exact = if delta > 100.0 { plateau(x, w, delta) } else { moving_box(x + w, w, delta) };
+            let what = format!("pixel {i}, moved by {delta}");
+            let error = m.standard_error();
+            // Where every sample agrees nothing is known of the spread: one in all could differ.
+            let floor = 4.0 / (replicas as f64 * f64::from(spp));
+            tally.within(&*what, m.mean, exact, 4.0 * error + floor + 1e-6);
+        }
+    }
+    tally.finish()
+}
+
+/// Of a pixel [x, x + 1] in the rising part or on the plateau of a streak much longer than the bar.
+fn plateau(x: f64, w: f64, delta: f64) -> f64 {
+    // Point coverage clamp(x + w, 0, w)/Δ.
+    let area = |a: f64| {
+        if a <= 0.0 {
+            0.0
+        } else if a < w {
+            0.5 * a * a
+        } else {
+            0.5 * w * w + (a - w) * w
+        }
+    };
+    (area(x + w + 1.0) - area(x + w)) / delta
+}
+
+/// A wedge of 40° about the view axis that turns by `total` in steps of less than 180°.
+fn wedge(total: f64) -> Result<Scene, SceneError> {
+    let mut builder = seen_in_parallel(DVec3::new(0.0, 0.0, 1.0), 1.0);
+    let white = builder.material(shadeless(1.0));
+    let beta = 40f64.to_radians();
+    let rim: Vec<Vec3> = (0..=8)
+        .map(|i| DVec3::new((beta * f64::from(i) / 8.0).cos(), (beta * f64::from(i) / 8.0).sin(), 0.0) * 4.0)
+        .map(|p| p.as_vec3())
+        .collect();
+    let mut mesh = Mesh { positions: vec![Vec3::ZERO], ..Mesh::default() };
+    mesh.positions.extend(rim);
+    mesh.triangles = (1..9).map(|i| [0, i, i + 1]).collect();
+    let steps = (total / 2.0).ceil().max(1.0) as usize;
+    let part = |i: usize| i as f64 / steps as f64;
+    let keys = (0..=steps).map(|i| DQuat::from_rotation_z(total * part(i))).collect();
+    let rotation = track((0..=steps).map(part).collect(), keys).unwrap_or(Channel::Constant(DQuat::IDENTITY));
+    builder.moving_mesh("wedge", mesh, vec![Node::Trs(Trs { rotation, ..Trs::default() })], white);
+    builder.exposure(0.0, Shutter { open: 0.0, close: 1.0 });
+    builder.build()
+}
+
+/// |{τ ∈ [0, Θ]: (φ − τ) mod 2π ∈ [0, β]}|/Θ.
+fn covered(phi: f64, total: f64) -> f64 {
+    let beta = 40f64.to_radians();
+    let whole = (total / TAU).floor();
+    let rest = total - whole * TAU;
+    // τ from φ − β to φ, on the circle, within [0, rest].
+    let overlap = |low: f64, high: f64| (high.min(rest) - low.max(0.0)).max(0.0);
+    let phi = phi.rem_euclid(TAU);
+    let within = overlap(phi - beta, phi) + overlap(phi - beta + TAU, phi + TAU);
+    (whole * beta + within) / total
+}
+
+fn turns(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    for degrees in [90.0, 180.0, 360.0, 1080.0, 1e5, 360_000.0] {
+        let total = f64::to_radians(degrees);
+        let Ok(scene) = wedge(total) else {
+            tally.holds(format!("the wedge that turns by {degrees}° is built"), false);
+            continue;
+        };
+        let mut moments = [Moments::default(); 64];
+        let mut plans = Plans::default();
+        *plans.of_mut(Effect::Pixel) = dapple_integrator::sampling::Plan::OFF;
+        for seed in 0..effort.of(10, 60, 1000) {
+            let settings = Settings { size: (8, 8), spp: Some(128), seed, plans, ..Settings::default() };
+            let image = run(&scene, &settings).film.mean();
+            moments.iter_mut().zip(&image.pixels).for_each(|(m, p)| m.add(f64::from(p.x)));
+        }
+        for (i, m) in moments.iter().enumerate() {
+            let (x, y) = ((i % 8) as f64 - 3.5, 3.5 - (i / 8) as f64);
+            let exact = covered(y.atan2(x), total);
+            let floor = 1.0 / 128.0 / (m.n as f64).sqrt();
+            let what = format!("pixel {i} of a wedge turned by {degrees}°");
+            tally.within(what, m.mean, exact, 4.0 * m.standard_error().max(floor * 0.25) + 1e-6);
+        }
+    }
+    tally.finish()
+}

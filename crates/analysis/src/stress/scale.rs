@@ -1,0 +1,211 @@
+//! A01, A02, A12, A15: does the size of a scene, or its place, change what is seen?
+
+use super::{Case, Check, Effort, Outcome};
+use crate::closed_form::furnace;
+use crate::scenes::{cube, matte, moments, pixels, quad, run, seen, square};
+use crate::tally::Tally;
+use dapple_integrator::Settings;
+use dapple_integrator::geometry::{Mesh, Opaque, Ray};
+use dapple_integrator::scene::{CameraPose, Scene, SceneBuilder, SceneError};
+use dapple_integrator::settings::Strategy;
+use glam::{DAffine3, DVec3, Vec3};
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        id: "A01",
+        title: "closed furnace, sizes 1e-12 to 1e12",
+        naive: "an absolute ray epsilon leaks rays out of small rooms (too dark) or hits them again (too bright)",
+        source: "Pharr, Jakob & Humphreys 2023, §6.8; SCIENCE A01",
+        check: Check::Run(sizes),
+    },
+    Case {
+        id: "A02",
+        title: "closed furnace far from the origin",
+        naive: "f32 coordinates have steps of 0.06 at 1e6 and of 1 at 1e7: walls and eye are rounded apart",
+        source: "Pharr, Jakob & Humphreys 2023, §5.1.1; SCIENCE A02",
+        check: Check::Run(far),
+    },
+    Case {
+        id: "A12",
+        title: "no leak along concave edges",
+        naive: "an offset along one wall's normal pushes the ray's origin through the other wall",
+        source: "Pharr, Jakob & Humphreys 2023, §6.8; SCIENCE A12",
+        check: Check::Run(concave_edges),
+    },
+    Case {
+        id: "A15",
+        title: "teapot in a stadium",
+        naive: "tolerances that grow with the scene's box swallow the small object",
+        source: "SCIENCE A15",
+        check: Check::Run(stadium),
+    },
+];
+
+/// A closed room of half side (or radius) `scale` about `centre`; every wall emits 1 and reflects half.
+fn room(scale: f64, centre: DVec3, baked: f32, round: bool) -> SceneBuilder {
+    let place = |v: DVec3| centre + (v + DVec3::splat(f64::from(baked))) * scale;
+    let eye = DVec3::new(0.3125, -0.21875, 0.40625);
+    let mut builder = seen(place(eye), place(eye + DVec3::new(-0.625, 0.3125, -0.6875)), 1.6);
+    let wall = builder.material(matte(0.5, 1.0));
+    if round {
+        builder.sphere("room", centre, scale, wall);
+    } else {
+        let transform = DAffine3::from_translation(centre) * DAffine3::from_scale(DVec3::splat(scale));
+        builder.mesh("room", cube(1.0, Vec3::splat(baked)), transform, wall);
+    }
+    builder
+}
+
+/// Without roulette and light sampling every path brings 2 − 2⁻⁴⁰ exactly, whatever it meets: any leak shows.
+fn certain(side: u32) -> Settings {
+    Settings { max_bounces: 40, roulette: false, strategy: Strategy::BsdfOnly, ..square(side, 4) }
+}
+
+fn both(side: u32, spp: u32) -> Settings {
+    Settings { max_bounces: 40, roulette: false, ..square(side, spp) }
+}
+
+fn each_size(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
+    let exact = furnace(1.0, 0.5, 40);
+    for k in (-12..=12).step_by(effort.of(6, 3, 1)) {
+        for (round, shape) in [(false, "cube"), (true, "sphere")] {
+            let scene = room(10f64.powi(k), DVec3::ZERO, 0.0, round).build()?;
+            let image = run(&scene, &certain(12)).film.mean();
+            let worst = image
+                .pixels
+                .iter()
+                .map(|p| f64::from(p.x))
+                .fold(2.0, |a: f64, b| if (b - exact).abs() > (a - exact).abs() { b } else { a });
+            tally.within(format!("{shape} of size 1e{k}, worst pixel"), worst, exact, 2e-5);
+            let noisy = moments(&run(&scene, &both(effort.of(8, 16, 32), effort.of(16, 32, 256))));
+            tally.mean(format!("{shape} of size 1e{k}, with aiming"), &noisy, exact, 0.05);
+        }
+    }
+    Ok(())
+}
+
+fn sizes(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    let built = each_size(&mut tally, effort);
+    tally.holds("every room is built", built.is_ok());
+    tally.finish()
+}
+
+fn each_place(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
+    let settings = both(16, effort.of(4, 16, 64));
+    let home = run(&room(1.0, DVec3::ZERO, 0.0, false).build()?, &settings).film.mean();
+    // Multiples of the grid on which scenes are centred, then others.
+    let places = [1024.0, 131_072.0, 8_388_608.0, 1e3, 1e4, 1e5, 1e6, 1e7, 1234.567, 7_654_321.1];
+    for t in places {
+        let away = run(&room(1.0, DVec3::new(t, -t, t), 0.0, false).build()?, &settings).film.mean();
+        let pairs = home.pixels.iter().zip(&away.pixels);
+        if t == f64::from(t as u32) {
+            tally.none(
+                format!("pixels changed by moving the node to {t}"),
+                pairs.filter(|(a, b)| a != b).count() as u64,
+            );
+        } else {
+            let worst = pairs.map(|(a, b)| f64::from((a.x - b.x).abs() / a.x)).fold(0.0, f64::max);
+            tally.within(format!("largest relative change of a pixel by moving to {t}"), worst, 0.0, 1e-6);
+        }
+    }
+    let k = (home.pixels.len() as f64).recip();
+    for power in [-20, 7, 33] {
+        let scaled = run(&room(2f64.powi(power), DVec3::ZERO, 0.0, false).build()?, &settings).film.mean();
+        let changed = home.pixels.iter().zip(&scaled.pixels).filter(|(a, b)| a != b).count();
+        tally.within(format!("share of pixels changed by the scale 2^{power}"), changed as f64 * k, 0.0, 0.0);
+    }
+    for baked in [1e3, 1e4, 1e5] {
+        let m = pixels(room(1.0, DVec3::ZERO, baked, false), &certain(16))?;
+        tally.within(format!("vertices at {baked}"), m.mean, furnace(1.0, 0.5, 40), 0.01);
+    }
+    Ok(())
+}
+
+fn far(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    let built = each_place(&mut tally, effort);
+    tally.holds("every room is built", built.is_ok());
+    tally.finish()
+}
+
+/// A narrow view along an edge and into a corner of the closed cube: every pixel must be lit by both walls.
+fn along_edges(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
+    let (exact, side) = (furnace(1.0, 0.5, 40), effort.of(16, 48, 256));
+    for (scale, shift) in [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 1e5)] {
+        for target in [DVec3::new(1.0, 1.0, 0.1), DVec3::new(-1.0, 0.2, 1.0), DVec3::ONE] {
+            let centre = DVec3::splat(shift);
+            let mut builder = room(scale, centre, 0.0, false);
+            let eye = centre + DVec3::new(0.3125, -0.21875, 0.40625) * scale;
+            let pose = CameraPose::look_at(eye, centre + target * scale, DVec3::new(0.3, 0.9, 0.1), 1e-4);
+            builder.camera("edge", pose);
+            let scene = builder.build()?;
+            let camera = &scene.cameras[1].camera;
+            let image = dapple_integrator::render(&scene, camera, &certain(side), &|_| {
+                std::ops::ControlFlow::Continue(())
+            });
+            let dark = image.film.mean().pixels.iter().filter(|p| f64::from(p.x) < exact - 2e-5).count();
+            tally.none(format!("dark pixels at an edge, size {scale}, at {shift}"), dark as u64);
+        }
+    }
+    Ok(())
+}
+
+fn concave_edges(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    let built = along_edges(&mut tally, effort);
+    tally.holds("every room is built", built.is_ok());
+    super::leaving::beside_edges(&mut tally, effort.of(2000, 20_000, 1_000_000));
+    tally.finish()
+}
+
+/// A ball of radius 5e-4 on a floor of side 1e6, and alone.
+fn teapot(with_floor: bool) -> Result<Scene, SceneError> {
+    let mut builder = seen(DVec3::new(0.0, 1e-3, 4e-3), DVec3::new(0.0, 5e-4, 0.0), 0.3);
+    let body = builder.material(matte(0.5, 0.0));
+    let mesh = crate::scenes::ball(4, 5e-4, Vec3::Y * 5e-4);
+    builder.mesh("teapot", Mesh { normals: Vec::new(), ..mesh }, DAffine3::IDENTITY, body);
+    if with_floor {
+        let floor = quad(Vec3::new(-5e5, 0.0, 5e5), Vec3::X * 1e6, Vec3::Z * -1e6);
+        builder.mesh("floor", floor, DAffine3::IDENTITY, body);
+    }
+    builder.build()
+}
+
+fn compare(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
+    let (alone, whole) = (teapot(false)?, teapot(true)?);
+    let side = effort.of(64, 256, 1024);
+    let (mut lost, mut furthest, mut seen) = (0u64, 0.0f64, 0u64);
+    for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
+        let hit = |scene: &Scene| {
+            let half = glam::Vec2::splat(0.5);
+            let ray: Ray = scene.cameras[0].camera.ray((x, y), half, (side, side), half);
+            let hit = scene.world.closest(&ray, 0.0, &Opaque)?;
+            let p = scene.world.surface(&ray, 0.0, &hit).p;
+            (hit.object == 0).then(|| (hit.primitive, scene.space.to_world(p)))
+        };
+        match (hit(&alone), hit(&whole)) {
+            (Some((_, a)), Some((_, b))) => {
+                seen += 1;
+                furthest = furthest.max((a - b).length() / 5e-4);
+            }
+            (None, None) => {}
+            // On the silhouette a rounding of the eye's place decides.
+            _ => lost += 1,
+        }
+    }
+    tally.at_most(
+        "share of the object's pixels that come or go with the floor",
+        lost as f64 / seen as f64,
+        2e-3,
+    );
+    tally.within("largest move of a visible point, in radii of the object", furthest, 0.0, 2e-3);
+    Ok(())
+}
+
+fn stadium(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    let built = compare(&mut tally, effort);
+    tally.holds("both scenes are built", built.is_ok());
+    tally.finish()
+}

@@ -1,0 +1,203 @@
+//! D08 to D10, D16, D17: the render loop: threads, limits, crops, and pictures that are no light.
+
+use super::{Case, Check, Effort, Outcome};
+use crate::scenes::{irradiance_meter, moments, run, square};
+use crate::tally::Tally;
+use dapple_integrator::camera::PixelRect;
+use dapple_integrator::imaging::Picture;
+use dapple_integrator::lights::Environment;
+use dapple_integrator::sampling::Pattern;
+use dapple_integrator::scene::{Scene, builtin};
+use dapple_integrator::settings::Strategy;
+use dapple_integrator::{Combine, Method, Settings, render};
+use glam::Vec3;
+use std::ops::ControlFlow;
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        id: "D08",
+        title: "the same bits at any number of threads",
+        naive: "random numbers drawn in sequence, sums in the order of arrival",
+        source: "SCIENCE D08",
+        check: Check::Run(threads),
+    },
+    Case {
+        id: "D09",
+        title: "when to stop is not decided by what was seen",
+        naive: "a pixel that stops at a small variance has not seen its rare bright samples: mean 0.03 in place of 1",
+        source: "SCIENCE D09",
+        check: Check::Run(stopping),
+    },
+    Case {
+        id: "D10",
+        title: "environment texels that are no radiance",
+        naive: "one NaN texel makes the table, and everything lit by it, black",
+        source: "SCIENCE D10",
+        check: Check::Run(texels),
+    },
+    Case {
+        id: "D16",
+        title: "stopped at any moment, every pixel has the same samples",
+        naive: "what takes long is missing: the picture depends on the clock",
+        source: "SCIENCE D16",
+        check: Check::Run(stopped),
+    },
+    Case {
+        id: "D17",
+        title: "a crop is a part of the picture",
+        naive: "state left over from the pixel before",
+        source: "SCIENCE D17",
+        check: Check::Run(crops),
+    },
+];
+
+fn rooms() -> Vec<(&'static str, Scene)> {
+    let names = ["cornell", "cornell-spheres"];
+    names.into_iter().filter_map(|n| Some((n, builtin::builtin(n)?.build().ok()?))).collect()
+}
+
+/// Every way to render, small.
+fn ways(side: u32, spp: u32) -> Vec<(String, Settings)> {
+    let mut all = Vec::new();
+    for pattern in [Pattern::Sobol, Pattern::Stratified, Pattern::Random] {
+        all.push((format!("path, {pattern}"), Settings { pattern, ..square(side, spp) }));
+    }
+    for combine in [Combine::Nested, Combine::Paired] {
+        let settings =
+            Settings { method: Method::Distribution, combine, max_bounces: 2, ..square(side, spp) };
+        all.push((format!("distribution, {combine}"), settings));
+    }
+    all
+}
+
+fn bits(picture: &Picture) -> Vec<[u32; 3]> {
+    picture.pixels.iter().map(|p| p.to_array().map(f32::to_bits)).collect()
+}
+
+fn threads(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    for (room, scene) in rooms() {
+        for (way, settings) in ways(effort.of(20, 40, 128), effort.of(2, 4, 16)) {
+            let image = |threads| {
+                bits(&run(&scene, &Settings { threads: Some(threads), ..settings.clone() }).film.mean())
+            };
+            let one = image(1);
+            for n in [1, 2, 7, 64] {
+                let differ = image(n).iter().zip(&one).filter(|(a, b)| a != b).count();
+                tally.none(format!("pixels of {room} that differ with {n} threads, {way}"), differ as u64);
+            }
+        }
+    }
+    tally.finish()
+}
+
+/// A floor under a sky whose light comes from a cap that a cosine-weighted direction meets once in a thousand.
+fn rare() -> Option<Scene> {
+    let (w, h) = (64, 64);
+    let mut pixels = vec![Vec3::ZERO; w * h];
+    pixels[..w].fill(Vec3::ONE);
+    let sky = Environment::picture(Picture { width: w, height: h, pixels }, 0.0, 1.0, false).ok()?;
+    let mut builder = irradiance_meter();
+    builder.environment(sky);
+    builder.build().ok()
+}
+
+fn stopping(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    let Some(scene) = rare() else { return tally.finish() };
+    let settings = Settings {
+        strategy: Strategy::BsdfOnly,
+        pattern: Pattern::Random,
+        max_bounces: 1,
+        ..square(effort.of(32, 64, 256), 256)
+    };
+    let share = (std::f64::consts::PI / 64.0).sin().powi(2);
+    let m = moments(&run(&scene, &settings));
+    tally.mean("rare bright samples, over their share", &m, share, 0.05);
+    // Stopped after whichever pass the clock allows: the same samples in every pixel.
+    for passes in 1..4 {
+        let camera = &scene.cameras[0].camera;
+        let outcome = render(&scene, camera, &settings, &|p| {
+            if p.spp >= passes { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let rect = settings.rect();
+        let uneven = (0..rect.x1).flat_map(|x| (0..rect.y1).map(move |y| (x, y)));
+        let uneven =
+            uneven.filter(|&(x, y)| outcome.film.count(x, y) != u64::from(outcome.stats.spp)).count();
+        tally.none(
+            format!("pixels with another number of samples, stopped at {} of 256", outcome.stats.spp),
+            uneven as u64,
+        );
+    }
+    tally.remark("no pixel is ever given fewer samples than another");
+    tally.finish()
+}
+
+fn texels(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    let with = |value: f32| {
+        let mut pixels = vec![Vec3::splat(0.5); 32 * 16];
+        pixels[5 * 32 + 9] = Vec3::new(0.5, value, 0.5);
+        Environment::picture(Picture { width: 32, height: 16, pixels }, 0.0, 1.0, false)
+    };
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0] {
+        let refused = with(bad).is_err_and(|e| (e.x, e.y) == (9, 5) && e.to_string().contains("(9, 5)"));
+        tally.holds(format!("a texel of {bad} is refused by its place"), refused);
+    }
+    for good in [65_504.0, 1e30, 1e-40] {
+        let Ok(sky) = with(good) else {
+            tally.holds(format!("a texel of {good} is taken"), false);
+            continue;
+        };
+        let mut builder = irradiance_meter();
+        builder.environment(sky);
+        let Ok(scene) = builder.build() else { continue };
+        let outcome = run(&scene, &Settings { max_bounces: 2, ..square(8, effort.of(16, 64, 256)) });
+        tally.none(format!("samples not finite with a texel of {good}"), outcome.stats.bad_sample_count);
+        let dark = outcome.film.mean().pixels.iter().filter(|p| p.x <= 0.3).count();
+        tally.none(format!("pixels that a texel of {good} darkens"), dark as u64);
+    }
+    tally.finish()
+}
+
+fn stopped(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    for (room, scene) in rooms() {
+        let side = effort.of(16, 48, 128);
+        let camera = &scene.cameras[0].camera;
+        for after in [1u64, 3_000, 100_000, 1_000_000] {
+            let outcome = render(&scene, camera, &square(side, 64), &|p| {
+                if p.rays >= after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            // The same as a render of so many samples from the start: of one set of 64, its first ones.
+            let uneven = (0..side * side)
+                .filter(|i| outcome.film.count(i % side, i / side) != u64::from(outcome.stats.spp));
+            tally.none(
+                format!("pixels of {room} with another number of samples, stopped at {after} rays"),
+                uneven.count() as u64,
+            );
+        }
+    }
+    tally.finish()
+}
+
+fn crops(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    for (room, scene) in rooms() {
+        for (way, settings) in ways(effort.of(20, 40, 128), 2) {
+            let side = settings.size.0;
+            let whole = run(&scene, &settings).film.mean();
+            for (x, y, w, h) in [(0, 0, 1, 1), (13, 7, 1, 1), (3, 5, 9, 11), (side - 1, side - 1, 1, 1)] {
+                let crop = PixelRect { x0: x, y0: y, x1: x + w, y1: y + h };
+                let part = run(&scene, &Settings { crop: Some(crop), ..settings.clone() }).film.mean();
+                let differ = (0..w * h).filter(|i| {
+                    let at = (y + i / w) * side + x + i % w;
+                    part.pixels[*i as usize].to_array().map(f32::to_bits)
+                        != whole.pixels[at as usize].to_array().map(f32::to_bits)
+                });
+                tally.none(format!("pixels of a crop of {room} that differ, {way}"), differ.count() as u64);
+            }
+        }
+    }
+    tally.finish()
+}
