@@ -39,6 +39,10 @@ pub enum Command {
     Plan(PlanArgs),
     /// Trace one sample again and print the vertices of its path
     Replay(ReplayArgs),
+    /// Check stiff and extreme cases on this build and machine
+    Stress(StressArgs),
+    /// Hold both tracers and every estimator against closed forms
+    Verify(VerifyArgs),
     /// Measure how far a picture is from a reference
     Diff(DiffArgs),
     /// Measure how much error is left after how many seconds, method against method
@@ -92,6 +96,29 @@ pub struct ReplayArgs {
     pub sample: u32,
     #[command(flatten)]
     pub options: RenderOptions,
+}
+
+#[derive(Debug, Args)]
+pub struct StressArgs {
+    /// Only these: ids such as A03, or B* for all that begin with B, comma-separated
+    #[arg(long, value_name = "ID,...")]
+    pub case: Option<String>,
+    /// Take as long as it needs: up to 1e8 rays per case
+    #[arg(long)]
+    pub thorough: bool,
+    /// Write a page, stress.html, into this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Print one JSON object instead of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct VerifyArgs {
+    /// Print one JSON object instead of the table
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -11,6 +11,7 @@ mod effects;
 mod error;
 mod error_watch;
 mod interrupt;
+mod ledger;
 mod load;
 mod machine;
 mod measure;
@@ -51,6 +52,8 @@ fn run() -> Result<ExitCode, Failure> {
         Some(Command::Converge(a)) => commands::converge::run(&a, subcommand(&matches)),
         Some(Command::Diff(a)) => commands::diff::run(&a).map(done),
         Some(Command::Plan(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
+        Some(Command::Stress(a)) => commands::stress::run(&a),
+        Some(Command::Verify(a)) => commands::verify::run(&a),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
         Some(Command::Rays(a)) => commands::rays::run(&a.scene, subcommand(&matches)).map(done),
         Some(Command::Sheet(a)) => commands::sheet::run(&a, subcommand(&matches)).map(done),

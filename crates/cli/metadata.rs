@@ -60,6 +60,9 @@ fn settings_text(settings: &Settings, stats: &Stats, lens: Option<Lens>, scene: 
             lines.push(format!("{name} = \"{plan}\""));
         }
     }
+    if let Some(clamp) = settings.clamp {
+        lines.push(format!("clamp = {clamp}"));
+    }
     if settings.ambient != Vec3::ZERO {
         let a = settings.ambient;
         lines.push(format!("ambient = [{}, {}, {}]", a.x, a.y, a.z));

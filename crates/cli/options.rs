@@ -110,6 +110,9 @@ pub struct RenderOptions {
     /// Follow every path to --max-bounces
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Sampling")]
     pub no_roulette: Option<bool>,
+    /// Let no sample be brighter than X in any channel: fewer sparks, but light is lost, as the report says [default: off]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::positive, help_heading = "Sampling")]
+    pub clamp: Option<f32>,
     /// Pixel filter: box, box:RADIUS, tent, gaussian, mitchell or blackman-harris [default: box]
     #[arg(long, value_name = "NAME", help_heading = "Sampling")]
     pub filter: Option<Filter>,

@@ -1,5 +1,6 @@
 //! What is said after a render: results on standard output, a summary for people on standard error.
 
+use crate::ledger::Ledger;
 use crate::load::Loaded;
 use crate::machine;
 use crate::output::Outputs;
@@ -30,6 +31,8 @@ pub struct Report {
     pub mrays_per_second: f64,
     pub peak_memory_bytes: u64,
     pub bad_samples: u64,
+    /// What altered the estimate.
+    pub ledger: Ledger,
     pub triangles: usize,
     pub lights: usize,
     pub kernel: String,
@@ -79,6 +82,7 @@ impl Report {
             mrays_per_second: stats.rays as f64 / 1e6 / stats.seconds.max(1e-9),
             peak_memory_bytes: machine::peak_memory_bytes(),
             bad_samples: stats.bad_sample_count,
+            ledger: Ledger::new(settings, stats),
             triangles: loaded.scene.survey.triangles,
             lights: loaded.scene.lights.len(),
             kernel: stats.kernel.clone(),

@@ -5,8 +5,20 @@ use clap::ArgMatches;
 use clap::parser::ValueSource;
 
 /// Options that change no path, and need not be repeated.
-const IRRELEVANT: [&str; 11] =
-    ["plan", "output", "half", "aov", "exposure", "tone", "threads", "json", "quiet", "log", "confidence"];
+const IRRELEVANT: [&str; 12] = [
+    "plan",
+    "clamp",
+    "output",
+    "half",
+    "aov",
+    "exposure",
+    "tone",
+    "threads",
+    "json",
+    "quiet",
+    "log",
+    "confidence",
+];
 
 /// `dapple replay SCENE --pixel X,Y --sample I` with what was typed for the render and matters to the path; settings
 /// files are read again by themselves.

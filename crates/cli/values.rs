@@ -106,6 +106,11 @@ pub fn non_negative(s: &str) -> Result<f32, String> {
     finite(s).ok().filter(|x| *x >= 0.0).ok_or_else(|| "expected a finite number, zero or more".into())
 }
 
+/// A finite number above zero.
+pub fn positive(s: &str) -> Result<f32, String> {
+    finite(s).ok().filter(|x| *x > 0.0).ok_or_else(|| "expected a finite number above zero".into())
+}
+
 /// How much of a scene a render keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlanKind {

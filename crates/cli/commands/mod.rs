@@ -1,5 +1,6 @@
 //! One file per command.
 
+pub mod checks;
 pub mod converge;
 pub mod diff;
 pub mod info;
@@ -8,3 +9,5 @@ pub mod rays;
 pub mod render;
 pub mod replay;
 pub mod sheet;
+pub mod stress;
+pub mod verify;

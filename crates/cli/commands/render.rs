@@ -66,6 +66,7 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         filter: options.filter.unwrap_or_default(),
         aovs: options.aov.clone().unwrap_or_default(),
         general: options.is_general(),
+        clamp: options.clamp,
         cull_backfaces: RenderOptions::is(options.cull_backfaces),
         ..default
     };
@@ -130,6 +131,7 @@ fn say_stopped(stats: &Stats) {
 fn tell(options: &RenderOptions, told: &Report) {
     if !RenderOptions::is(options.quiet) {
         report::say(&told.summary());
+        told.ledger.summary().iter().for_each(|line| report::say(line));
     }
     if RenderOptions::is(options.json) {
         report::json(told);

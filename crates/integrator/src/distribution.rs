@@ -11,7 +11,8 @@ use crate::direct::{Beam, transmittance};
 use crate::effects::{Effect, Plans};
 use crate::emission::{self, Arrival, Rival};
 use crate::kernel::Job;
-use crate::path::Follow;
+use crate::ledger::{Cut, FAINT};
+use crate::path::{Follow, cut_short};
 use crate::places::Place;
 use crate::vertex::{Scattered, Vertex};
 use crate::visibility::Visibility;
@@ -105,6 +106,11 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         vertex.sharpen(self.job.sharp);
         self.follow.vertex(place.depth, &vertex, beta, le);
         if vertex.shading.unlit || place.depth >= settings.max_bounces {
+            cut_short(&vertex, beta, self.follow);
+            return absorbed * le;
+        }
+        if beta.max_element() < FAINT {
+            self.follow.cut(Cut::Faint, beta);
             return absorbed * le;
         }
         let direct = self.direct(&vertex, place, sigma_a);

@@ -3,7 +3,7 @@
 use crate::distribution::pixel_point;
 use crate::effects::{Combine, Effect};
 use crate::needs::Needs;
-use crate::path::{self, Follow, Unwatched};
+use crate::path::{self, Follow};
 use crate::places::Integrals;
 use crate::sample::Sample;
 use crate::settings::{Method, Settings};
@@ -80,7 +80,8 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Radiance and filter weight of sample `index` of pixel (x, y); fills `first` if the kernel watches the first hit.
+/// Radiance and filter weight of sample `index` of pixel (x, y); fills `first` if the kernel watches the first hit, and
+/// its ledger in any case.
 pub(crate) type Kernel =
     fn(&Job<'_>, pixel: (u32, u32), index: u32, first: &mut FirstHit, rays: &mut u64) -> (Vec3, f32);
 
@@ -122,13 +123,13 @@ fn cutout(job: &Job<'_>) -> Cutout {
     Cutout { cull_backfaces: job.settings.cull_backfaces }
 }
 
-kernel!(path_solid, path_sample, solid, _first, &mut Unwatched);
+kernel!(path_solid, path_sample, solid, first, &mut first.ledger);
 kernel!(path_solid_watched, path_sample, solid, first, first);
-kernel!(path_alpha, path_sample, cutout, _first, &mut Unwatched);
+kernel!(path_alpha, path_sample, cutout, first, &mut first.ledger);
 kernel!(path_alpha_watched, path_sample, cutout, first, first);
-kernel!(distribution_solid, pixel_point, solid, _first, &mut Unwatched);
+kernel!(distribution_solid, pixel_point, solid, first, &mut first.ledger);
 kernel!(distribution_solid_watched, pixel_point, solid, first, first);
-kernel!(distribution_alpha, pixel_point, cutout, _first, &mut Unwatched);
+kernel!(distribution_alpha, pixel_point, cutout, first, &mut first.ledger);
 kernel!(distribution_alpha_watched, pixel_point, cutout, first, first);
 
 /// One sample of the settings' method, with whoever follows it.

@@ -8,6 +8,7 @@
 use crate::direct::{Aim, Beam, transmittance};
 use crate::emission::{self, Arrival, Rival};
 use crate::kernel::Job;
+use crate::ledger::{Cut, FAINT, Ledger};
 use crate::sample::Sample;
 use crate::vertex::{Scattered, Vertex};
 use crate::visibility::Visibility;
@@ -26,11 +27,16 @@ pub(crate) trait Follow {
     fn direct(&mut self, _direct: Vec3) {}
     fn scattered(&mut self, _depth: u32, _sample: &BsdfSample) {}
     fn escaped(&mut self, _depth: u32, _beta: Vec3, _radiance: Vec3, _d: Vec3) {}
+    /// A path of throughput `_beta` ended before the light did.
+    fn cut(&mut self, _why: Cut, _beta: Vec3) {}
 }
 
-/// Nobody watches.
-pub(crate) struct Unwatched;
-impl Follow for Unwatched {}
+/// Nobody watches; only what alters the estimate is written down.
+impl Follow for Ledger {
+    fn cut(&mut self, why: Cut, beta: Vec3) {
+        self.cut(why, beta);
+    }
+}
 
 /// Radiance along `ray` for one sample; counts rays.
 pub(crate) fn li<V: Visibility, F: Follow>(
@@ -64,6 +70,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         vertex.sharpen(job.sharp);
         follow.vertex(depth, &vertex, state.beta, le);
         if vertex.shading.unlit || depth >= settings.max_bounces {
+            cut_short(&vertex, state.beta, follow);
             return radiance;
         }
         let direct = direct(job, visibility, &vertex, sample, depth, state.sigma_a, rays);
@@ -74,6 +81,10 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         let Some(next) = vertex.scatter(uc, u, job.followed) else { return radiance };
         follow.scattered(depth, &next.sample);
         state.go(job, &vertex, &next, sample.time);
+        if state.beta.max_element() < FAINT {
+            follow.cut(Cut::Faint, state.beta);
+            return radiance;
+        }
         ray = next.ray;
         if settings.roulette
             && depth >= ROULETTE_FROM
@@ -83,6 +94,13 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         }
     }
     radiance
+}
+
+/// Writes down a path that ends at a vertex which would have scattered on.
+pub(crate) fn cut_short<F: Follow>(vertex: &Vertex, beta: Vec3, follow: &mut F) {
+    if !vertex.shading.unlit && !vertex.bsdf.lobes().is_empty() {
+        follow.cut(Cut::Depth, beta * vertex.bsdf.albedo());
+    }
 }
 
 /// One light by next-event estimation; without interreflection also what only diffuse directions would find.

@@ -5,6 +5,7 @@
 //! threads changes no bit of the picture, for each pixel's samples are added in order.
 
 use crate::kernel::{self, Job};
+use crate::ledger::Ledger;
 use crate::settings::Settings;
 use crate::tile::Tile;
 use dapple_camera::{Camera, Film};
@@ -53,6 +54,8 @@ pub struct Stats {
     pub bad_samples: Vec<BadSample>,
     /// How many samples were not finite. They add zero and still count.
     pub bad_sample_count: u64,
+    /// What altered the estimate.
+    pub ledger: Ledger,
 }
 
 /// A sample that was not finite; `dapple replay --pixel x,y --sample i` shows its path.
@@ -152,6 +155,7 @@ fn finish(job: &Job<'_>, tiles: Vec<Tile>, mut stats: Stats) -> Outcome {
         film.put(&tile.film);
         stats.rays += tile.rays;
         stats.bad_sample_count += tile.bad_count;
+        stats.ledger.merge(&tile.ledger);
         let room = REPORTED - stats.bad_samples.len();
         stats.bad_samples.extend(tile.bad.iter().take(room));
     }

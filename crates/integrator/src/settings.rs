@@ -60,6 +60,9 @@ pub struct Settings {
     /// Take the general path everywhere: every decision drawn, every question asked, though the scene needs none of it.
     /// Changes no bit of the picture; for comparison and debugging.
     pub general: bool,
+    /// No sample is brighter than this in any channel: fewer sparks, less light. *Approximation*; what it takes away is
+    /// told in [`crate::Ledger`]. `None`: nothing is clamped.
+    pub clamp: Option<f32>,
     /// Which of the two strategies for direct light take part; for tests and teaching.
     pub strategy: Strategy,
 }
@@ -97,6 +100,7 @@ impl Default for Settings {
             secondary: 1,
             ambient: Vec3::ZERO,
             general: false,
+            clamp: None,
             strategy: Strategy::Both,
         }
     }

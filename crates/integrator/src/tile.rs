@@ -1,6 +1,7 @@
 //! A tile of the film: the pixels one worker renders, with the layers asked for.
 
 use crate::kernel::{Job, Kernel};
+use crate::ledger::{Cut, Ledger};
 use crate::path::Follow;
 use crate::render::BadSample;
 use crate::vertex::Vertex;
@@ -23,6 +24,8 @@ pub(crate) struct FirstHit {
     p: Vec3,
     /// Object + 1 at the first ray; 0 = nothing.
     object: u32,
+    /// Of all rays.
+    pub ledger: Ledger,
 }
 
 impl Follow for FirstHit {
@@ -44,6 +47,10 @@ impl Follow for FirstHit {
 
     fn escaped(&mut self, depth: u32, _: Vec3, _: Vec3, _: Vec3) {
         self.rays += u32::from(depth == 0);
+    }
+
+    fn cut(&mut self, why: Cut, beta: Vec3) {
+        self.ledger.cut(why, beta);
     }
 }
 
@@ -83,6 +90,7 @@ pub(crate) struct Tile {
     pub rays: u64,
     pub bad: Vec<BadSample>,
     pub bad_count: u64,
+    pub ledger: Ledger,
 }
 
 impl Tile {
@@ -107,6 +115,7 @@ impl Tile {
             rays: 0,
             bad: Vec::new(),
             bad_count: 0,
+            ledger: Ledger::default(),
         }
     }
 
@@ -123,7 +132,13 @@ impl Tile {
 
     fn sample(&mut self, job: &Job<'_>, kernel: Kernel, x: u32, y: u32, index: u32) {
         let mut first = FirstHit::default();
-        let (value, weight) = kernel(job, (x, y), index, &mut first, &mut self.rays);
+        let (mut value, weight) = kernel(job, (x, y), index, &mut first, &mut self.rays);
+        if let Some(most) = job.settings.clamp {
+            value = first.ledger.clamp(value, most);
+        }
+        if !first.ledger.is_clean() {
+            self.ledger.merge(&first.ledger);
+        }
         if !self.film.add(x, y, value, weight) {
             self.bad_count += 1;
             if self.bad.len() < REMEMBERED {

@@ -64,7 +64,7 @@ fn rough_glass(effort: Effort) -> Outcome {
     for ior in INDICES {
         for alpha in [1e-6f32, 2e-3, 0.01, 0.1, 0.5, 1.0] {
             for mu in [1.0, 0.4, 0.05, -1.0, -0.6, -0.05] {
-                let m = albedo(&glass(ior, alpha.sqrt()), direction(mu, 0.3), 1024, effort.of(2, 8, 128));
+                let m = albedo(&glass(ior, alpha.sqrt()), direction(mu, 0.3), 256, effort.of(8, 32, 512));
                 let what = format!("R + T at η = {ior}, α = {alpha}, μ = {mu}");
                 tally.at_most(&*what, m.mean - 4.0 * m.standard_error(), 1.0 + 1e-5);
                 if alpha < 1e-3 {
@@ -147,11 +147,11 @@ fn dense(effort: Effort) -> Outcome {
         for metallic in [0.0, 1.0] {
             for transmission in [0.0, 1.0] {
                 let base = Material { ior: 0.0, metallic, transmission, roughness, ..glass(1.5, 0.0) };
-                let m = albedo(&base, direction(0.7, 0.1), 1024, effort.of(2, 8, 64));
+                let m = albedo(&base, direction(0.7, 0.1), 256, effort.of(8, 64, 512));
                 let what = format!(
                     "glTF's index 0, metallic {metallic}, transmission {transmission}, roughness {roughness}"
                 );
-                tally.at_most(&*what, m.mean, 1.0 + 1e-4);
+                tally.at_most(&*what, m.mean - 4.0 * m.standard_error(), 1.0 + 1e-4);
                 if roughness == 0.0 {
                     tally.within(format!("{what}: reflects everything"), m.mean, 1.0, 1e-4);
                 }
@@ -226,7 +226,7 @@ fn corners(effort: Effort) -> Outcome {
             ..Material::default()
         };
         for mu in [1.0, 0.5, 0.05, -0.4] {
-            let m = albedo(&material, direction(mu, 0.9), 512, effort.of(2, 8, 64));
+            let m = albedo(&material, direction(mu, 0.9), 128, effort.of(16, 64, 512));
             let what = format!("corner {i:06b}, μ = {mu}");
             tally.at_most(&*what, m.mean - 4.0 * m.standard_error(), 1.0 + 1e-3);
             tally.holds(format!("{what}: not negative"), m.mean >= 0.0);

@@ -192,9 +192,10 @@ fn turns(effort: Effort) -> Outcome {
         for (i, m) in moments.iter().enumerate() {
             let (x, y) = ((i % 8) as f64 - 3.5, 3.5 - (i / 8) as f64);
             let exact = covered(y.atan2(x), total);
-            let floor = 1.0 / 128.0 / (m.n as f64).sqrt();
+            // The spread of few sets is not well known; one in all of independent times is no more than this.
+            let floor = 0.5 * (exact * (1.0 - exact) / (128.0 * m.n as f64)).sqrt();
             let what = format!("pixel {i} of a wedge turned by {degrees}°");
-            tally.within(what, m.mean, exact, 4.0 * m.standard_error().max(floor * 0.25) + 1e-6);
+            tally.within(what, m.mean, exact, 4.0 * m.standard_error().max(floor) + 1e-6);
         }
     }
     tally.finish()

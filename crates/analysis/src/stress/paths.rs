@@ -91,8 +91,8 @@ fn variance(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     for albedo in [0.5f32, 0.8, 0.95] {
         let Ok(scene) = furnace(albedo) else { continue };
-        let spp = effort.of(16, 128, 1024);
-        let outcome = run(&scene, &alone(32, spp));
+        let spp = effort.of(16, 256, 2048);
+        let outcome = run(&scene, &alone(effort.of(16, 64, 64), spp));
         let variances: Moments =
             outcome.film.variance().pixels.iter().map(|p| f64::from(p.x) * f64::from(spp)).collect();
         // The first roulette, after four reflections, survives with ρ⁴ and leaves a throughput of 1; every later one
@@ -102,8 +102,8 @@ fn variance(effort: Effort) -> Outcome {
         let (alive, mean) = (rho.powi(4), 1.0 / (1.0 - rho));
         let exact = alive * later + alive * (1.0 - alive) * mean * mean;
         let what = format!("variance at albedo {albedo}");
-        tally.mean(&*what, &variances, exact, 0.05);
-        tally.mean(format!("mean at albedo {albedo}"), &moments(&outcome), mean, 0.05);
+        tally.mean(&*what, &variances, exact, effort.of(0.2, 0.0125, 0.005));
+        tally.mean(format!("mean at albedo {albedo}"), &moments(&outcome), mean, effort.of(0.2, 0.02, 0.01));
     }
     tally.holds("survival by the throughput keeps q > ρ²", roulette_variance(0.99, 0.99).is_finite());
     tally.remark(

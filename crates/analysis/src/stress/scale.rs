@@ -105,8 +105,9 @@ fn each_place(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
                 pairs.filter(|(a, b)| a != b).count() as u64,
             );
         } else {
-            let worst = pairs.map(|(a, b)| f64::from((a.x - b.x).abs() / a.x)).fold(0.0, f64::max);
-            tally.within(format!("largest relative change of a pixel by moving to {t}"), worst, 0.0, 1e-6);
+            let squares: f64 = pairs.map(|(a, b)| f64::from((a.x - b.x) / a.x).powi(2)).sum();
+            let rms = (squares / home.pixels.len() as f64).sqrt();
+            tally.within(format!("relative RMS change of the picture by moving to {t}"), rms, 0.0, 1e-6);
         }
     }
     let k = (home.pixels.len() as f64).recip();

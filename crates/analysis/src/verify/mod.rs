@@ -1,1 +1,153 @@
-//! placeholder
+//! Do both tracers, with every estimator, find the values that can be written down? The closed-form scenes of SCIENCE
+//! §1.E: value, error in standard errors, and the rate at which the error falls with the number of points.
+
+mod effects;
+mod rooms;
+mod surfaces;
+
+use crate::scenes::run;
+use crate::tally::{ERRORS, Outcome};
+use dapple_integrator::camera::Lens;
+use dapple_integrator::sampling::{Moments, Pattern, Plan};
+use dapple_integrator::scene::{Scene, SceneError};
+use dapple_integrator::{Effect, Method, Plans, Settings};
+
+/// One closed-form scene, one pixel wide.
+pub struct Form {
+    /// E1 to E18.
+    pub id: &'static str,
+    /// What is seen.
+    pub title: &'static str,
+    /// Where the formula comes from.
+    pub source: &'static str,
+    scene: Scene,
+    exact: f64,
+    /// The integrals that are on.
+    effects: &'static [Effect],
+    max_bounces: u32,
+    /// Most that n × n midpoints err, times n; only where the grid is the whole estimate.
+    grid: Option<f64>,
+    /// Without any integral, or where the density is the integrand, points do not matter.
+    certain: bool,
+}
+
+impl Form {
+    fn new(
+        id: &'static str,
+        title: &'static str,
+        scene: Scene,
+        exact: f64,
+        effects: &'static [Effect],
+    ) -> Self {
+        let source = "SCIENCE §1.E";
+        Self { id, title, source, scene, exact, effects, max_bounces: 1, grid: None, certain: false }
+    }
+}
+
+/// One tracer with one estimator.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// `path` or `distribution`.
+    pub method: &'static str,
+    /// The estimator.
+    pub pattern: Pattern,
+    /// Expected value, mean, standard error, tolerance.
+    pub outcome: Outcome,
+    /// Exponent of the mean squared error against the number of points; None where nothing is left of it.
+    pub rate: Option<f64>,
+}
+
+/// All scenes.
+///
+/// # Errors
+/// A scene that cannot be built.
+pub fn forms() -> Result<Vec<Form>, SceneError> {
+    let mut all = surfaces::forms()?;
+    all.extend(effects::forms()?);
+    all.extend(rooms::forms()?);
+    all.sort_by_key(|form| form.id.trim_start_matches('E').parse::<u32>().unwrap_or(0));
+    Ok(all)
+}
+
+/// Every tracer with every estimator on one scene, by `replicas` independent renders each.
+pub fn measure(form: &Form, replicas: u64) -> Vec<Measured> {
+    let mut all = Vec::new();
+    for (method, name) in [(Method::Path, "path"), (Method::Distribution, "distribution")] {
+        for pattern in [Pattern::Grid, Pattern::Random, Pattern::Stratified, Pattern::Sobol] {
+            if pattern != Pattern::Grid || form.grid.is_some() {
+                all.push(estimate(form, (method, name), pattern, replicas));
+            }
+        }
+    }
+    all
+}
+
+/// `side`² points of every integral that is on.
+fn settings(form: &Form, method: Method, pattern: Pattern, side: u32, seed: u64) -> Settings {
+    let mut plans = Plans::default();
+    for (effect, _) in Effect::ALL {
+        let plan = Plan { nx: side, ny: side, pattern };
+        *plans.of_mut(effect) = if form.effects.contains(&effect) { plan } else { Plan::OFF };
+    }
+    Settings {
+        method,
+        size: (1, 1),
+        spp: Some(side * side),
+        pattern,
+        seed,
+        plans,
+        max_bounces: form.max_bounces,
+        roulette: false,
+        threads: Some(1),
+        ..Settings::default()
+    }
+}
+
+fn values(form: &Form, method: Method, pattern: Pattern, side: u32, replicas: u64) -> Moments {
+    let value = |seed| {
+        let p = run(&form.scene, &settings(form, method, pattern, side, seed)).film.mean_at(0, 0);
+        p.element_sum() / 3.0
+    };
+    (0..replicas).map(value).collect()
+}
+
+/// Variance and squared bias.
+fn mse(m: &Moments, exact: f64) -> f64 {
+    m.variance() + (m.mean - exact).powi(2)
+}
+
+fn estimate(
+    form: &Form,
+    (method, name): (Method, &'static str),
+    pattern: Pattern,
+    replicas: u64,
+) -> Measured {
+    let is_grid = pattern == Pattern::Grid;
+    let (few, many, replicas) = if is_grid { (8, 32, 2) } else { (4, 8, replicas) };
+    let small = values(form, method, pattern, few, replicas);
+    let large = values(form, method, pattern, many, replicas);
+    let (a, b) = (mse(&small, form.exact), mse(&large, form.exact));
+    // Below rounding there is no rate.
+    let floor = (1e-6 * form.exact).powi(2);
+    let rate =
+        (a > floor && b > floor).then(|| (b / a).ln() / (f64::from(many) / f64::from(few)).powi(2).ln());
+    let error = if is_grid { 0.0 } else { large.standard_error() };
+    let rounding = 5e-6 * form.exact.abs();
+    let tolerance = match form.grid {
+        Some(bound) if is_grid => bound / f64::from(many) + rounding,
+        _ => ERRORS * error + rounding,
+    };
+    let telling = is_grid || form.certain || error <= 0.02 * form.exact;
+    let passed = (large.mean - form.exact).abs() <= tolerance && telling;
+    let note = format!("{} points, {replicas} renders", many * many);
+    let outcome = Outcome { expected: form.exact, measured: large.mean, error, tolerance, passed, note };
+    Measured { method: name, pattern, outcome, rate }
+}
+
+/// The scene's camera with a lens, lengths in world units.
+fn with_lens(mut scene: Scene, lens: Lens) -> Scene {
+    let render = |length: f32| (f64::from(length) * scene.space.scale) as f32;
+    let lens = Lens { radius: render(lens.radius), focus_distance: render(lens.focus_distance), ..lens };
+    scene.cameras[0].camera.lens = Some(lens);
+    scene
+}

@@ -1,0 +1,191 @@
+//! Results of checks, as a table, as JSON and as a page.
+
+use crate::error::Failure;
+use crate::report;
+use dapple_analysis::stress::Outcome;
+use serde::Serialize;
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Exit code of checks that fail.
+const FAILED: u8 = 1;
+
+/// One check and what it came to.
+#[derive(Serialize)]
+pub struct Row {
+    pub id: String,
+    pub family: String,
+    pub title: String,
+    /// What goes wrong in naive renderers.
+    #[serde(skip_serializing_if = "str::is_empty")]
+    pub naive: &'static str,
+    pub source: &'static str,
+    /// Why it does not run; null when it does.
+    pub pending: Option<&'static str>,
+    /// Null when it is pending.
+    pub passed: Option<bool>,
+    #[serde(flatten)]
+    pub numbers: Option<Numbers>,
+    pub seconds: f64,
+}
+
+/// Numbers that JSON can hold: null where one is not finite.
+#[derive(Serialize)]
+pub struct Numbers {
+    pub expected: Option<f64>,
+    pub measured: Option<f64>,
+    /// Standard error; 0 where nothing is random.
+    pub error: Option<f64>,
+    pub tolerance: Option<f64>,
+    /// |measured − expected| over the standard error, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard_errors: Option<f64>,
+    /// Exponent of the mean squared error against the number of points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+    pub note: String,
+}
+
+impl From<&Outcome> for Numbers {
+    fn from(o: &Outcome) -> Self {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        Self {
+            expected: finite(o.expected),
+            measured: finite(o.measured),
+            error: finite(o.error),
+            tolerance: finite(o.tolerance),
+            standard_errors: None,
+            rate: None,
+            note: o.note.clone(),
+        }
+    }
+}
+
+/// Everything that was checked.
+#[derive(Serialize)]
+pub struct Table {
+    pub version: &'static str,
+    pub passed: usize,
+    pub failed: usize,
+    pub pending: usize,
+    pub seconds: f64,
+    pub cases: Vec<Row>,
+}
+
+impl Row {
+    fn verdict(&self) -> &'static str {
+        match (self.passed, self.pending) {
+            (Some(true), _) => "pass",
+            (Some(false), _) => "FAIL",
+            (None, _) => "pending",
+        }
+    }
+
+    /// One line of the table.
+    pub fn line(&self) -> String {
+        let (id, verdict, title) = (&self.id, self.verdict(), &self.title);
+        let said = match (&self.numbers, self.pending) {
+            (Some(n), _) => {
+                format!(
+                    "{} of {} ± {}; {}",
+                    number(n.measured),
+                    number(n.expected),
+                    number(n.tolerance),
+                    n.note
+                )
+            }
+            (None, Some(reason)) => reason.to_string(),
+            (None, None) => String::new(),
+        };
+        let naive =
+            if self.naive.is_empty() { String::new() } else { format!("\n      naive: {}", self.naive) };
+        format!("{id}  {verdict:7}  {:6.2} s  {title}: {said}{naive}", self.seconds)
+    }
+}
+
+fn number(x: Option<f64>) -> String {
+    match x {
+        None => "not finite".into(),
+        Some(x) if x == 0.0 || (1e-3..1e6).contains(&x.abs()) => format!("{x:.6}"),
+        Some(x) => format!("{x:.3e}"),
+    }
+}
+
+impl Table {
+    pub fn new(cases: Vec<Row>, seconds: f64) -> Self {
+        let count = |passed| cases.iter().filter(|row| row.passed == passed).count();
+        let (passed, failed, pending) = (count(Some(true)), count(Some(false)), count(None));
+        Self { version: env!("CARGO_PKG_VERSION"), passed, failed, pending, seconds, cases }
+    }
+
+    /// Says what came out, and gives the exit code.
+    pub fn tell(&self, json: bool, page: Option<(&Path, &str)>) -> Result<ExitCode, Failure> {
+        if let Some((folder, title)) = page {
+            self.write(folder, title)?;
+        }
+        if json {
+            report::json(self);
+        }
+        let Self { passed, failed, pending, seconds, .. } = self;
+        report::say(&format!("{passed} pass, {failed} fail, {pending} pending; {seconds:.1} s"));
+        Ok(if *failed > 0 { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+    }
+
+    /// `folder/TITLE.html`, whole or not at all.
+    fn write(&self, folder: &Path, title: &str) -> Result<(), Failure> {
+        let path = folder.join(format!("{title}.html"));
+        let wrong = |e: std::io::Error| Failure::Arguments(format!("cannot write {}: {e}", path.display()));
+        fs::create_dir_all(folder).map_err(wrong)?;
+        let unfinished = folder.join(format!(".{title}.{}.part", std::process::id()));
+        let written = fs::write(&unfinished, self.page(title)).and_then(|()| fs::rename(&unfinished, &path));
+        if written.is_err() {
+            // What cannot be written can often not be removed either.
+            let _ = fs::remove_file(&unfinished);
+        }
+        written.map_err(wrong)?;
+        report::say(&format!("wrote {}", path.display()));
+        Ok(())
+    }
+
+    fn page(&self, title: &str) -> String {
+        let rows: String = self.cases.iter().map(html_row).collect();
+        let Self { version, passed, failed, pending, seconds, .. } = self;
+        format!(
+            "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>dapple {title}</title>\
+             <meta name=\"viewport\" content=\"width=device-width\"><style>{STYLE}</style>\
+             <h1>dapple {title}</h1><p>dapple {version}: {passed} pass, {failed} fail, {pending} pending, in {seconds:.1} s.\
+             </p><table><tr><th>case<th>result<th>expected<th>measured<th>standard error<th>tolerance<th>seconds\
+             <th>what</tr>{rows}</table></html>\n"
+        )
+    }
+}
+
+const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;margin:2em auto;max-width:75em;padding:0 1em;color:#222;\
+    background:#fff}table{border-collapse:collapse}td,th{padding:.35em .6em;border-bottom:1px solid #ddd;text-align:left;\
+    vertical-align:top}td.n{font-variant-numeric:tabular-nums;white-space:nowrap}.pass{color:#17692d}.FAIL{color:#b00020;\
+    font-weight:700}.pending{color:#666}small{color:#555}";
+
+fn html_row(row: &Row) -> String {
+    let verdict = row.verdict();
+    let cell = |x: Option<f64>| format!("<td class=n>{}", number(x));
+    let numbers = match &row.numbers {
+        Some(n) => [n.expected, n.measured, n.error, n.tolerance].map(cell).concat(),
+        None => "<td><td><td><td>".into(),
+    };
+    let note = row.numbers.as_ref().map_or(row.pending.unwrap_or_default(), |n| &n.note);
+    let naive =
+        if row.naive.is_empty() { String::new() } else { format!("<br>Naive: {}", escaped(row.naive)) };
+    format!(
+        "<tr><td>{}<td class={verdict}>{verdict}{numbers}<td class=n>{:.2}<td>{}{naive}<br><small>{}<br>{}</small></tr>",
+        escaped(&row.id),
+        row.seconds,
+        escaped(&row.title),
+        escaped(note),
+        escaped(row.source)
+    )
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}

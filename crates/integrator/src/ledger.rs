@@ -1,0 +1,100 @@
+//! What was done to the estimate that the light did not do? Every event counted, with the energy it removed.
+//!
+//! A render with clean settings (roulette, no clamp, more bounces than paths take) has nothing here. Counting costs
+//! something only where an event happens.
+
+use glam::Vec3;
+
+/// Throughput below which a path ends: what it could still bring is lost in the rounding of any picture.
+pub(crate) const FAINT: f32 = 1e-30;
+
+/// Why a path ended before the light did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cut {
+    /// At `max_bounces`.
+    Depth,
+    /// Its throughput fell below [`FAINT`].
+    Faint,
+}
+
+/// Events and what they removed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Entry {
+    /// How many.
+    pub count: u64,
+    /// Mean of the channels, summed. For clamped samples: radiance, summed over samples. For paths that were cut: their
+    /// throughput, that is the radiance lost if radiance 1 had arrived, for what would have arrived is not known.
+    pub energy: f64,
+}
+
+impl Entry {
+    fn add(&mut self, energy: Vec3) {
+        self.count += 1;
+        self.energy += f64::from(energy.element_sum()) / 3.0;
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.count += other.count;
+        self.energy += other.energy;
+    }
+}
+
+/// What altered the estimate. Non-finite samples are counted in [`crate::Stats`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Samples brighter than the clamp.
+    pub clamped: Entry,
+    /// Paths that ended at the largest number of bounces though they could have gone on.
+    pub depth: Entry,
+    /// Paths that ended because they carried less than 1e-30.
+    pub faint: Entry,
+}
+
+impl Ledger {
+    /// Whether nothing happened.
+    pub fn is_clean(&self) -> bool {
+        *self == Self::default()
+    }
+
+    pub(crate) fn cut(&mut self, why: Cut, throughput: Vec3) {
+        match why {
+            Cut::Depth => self.depth.add(throughput),
+            Cut::Faint => self.faint.add(throughput),
+        }
+    }
+
+    /// `value` made darker, in its own colour, until no channel exceeds `most`. A value that is not finite stays what it
+    /// is, and is told as that.
+    pub(crate) fn clamp(&mut self, value: Vec3, most: f32) -> Vec3 {
+        let largest = value.max_element();
+        if !(largest > most && value.is_finite()) {
+            return value;
+        }
+        let clamped = value * (most / largest);
+        self.clamped.add(value - clamped);
+        clamped
+    }
+
+    pub(crate) fn merge(&mut self, other: &Self) {
+        self.clamped.merge(&other.clamped);
+        self.depth.merge(&other.depth);
+        self.faint.merge(&other.faint);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clamp_keeps_the_colour_and_what_it_took_is_known() {
+        let mut ledger = Ledger::default();
+        assert_eq!(ledger.clamp(Vec3::new(1.0, 2.0, 0.5), 2.0), Vec3::new(1.0, 2.0, 0.5));
+        assert!(ledger.is_clean());
+        assert_eq!(ledger.clamp(Vec3::new(8.0, 4.0, 0.0), 2.0), Vec3::new(2.0, 1.0, 0.0));
+        assert_eq!(ledger.clamped, Entry { count: 1, energy: 3.0 });
+        assert!(ledger.clamp(Vec3::NAN, 1.0).is_nan());
+        assert_eq!(ledger.clamp(Vec3::INFINITY, 1.0), Vec3::INFINITY);
+        assert_eq!(ledger.clamped.count, 1);
+    }
+}
