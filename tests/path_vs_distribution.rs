@@ -27,7 +27,7 @@ struct Effort {
 }
 
 const QUICK: Effort = Effort { size: "16x12", path: 512, nested: 64, paired: 256, tile: 4 };
-const LONG: Effort = Effort { size: "48x32", path: 8192, nested: 1024, paired: 4096, tile: 4 };
+const LONG: Effort = Effort { size: "32x24", path: 4096, nested: 512, paired: 2048, tile: 4 };
 
 /// Chance that any comparison of the run fails though nothing is wrong.
 const LEVEL: f64 = 1e-5;
@@ -147,7 +147,7 @@ fn the_tracers_agree_on_every_scene() {
 }
 
 #[test]
-#[ignore = "takes an hour; .ci/weekly runs it"]
+#[ignore = "takes half an hour; .ci/weekly runs it"]
 fn the_tracers_agree_closely_on_every_scene() {
     compare_all(LONG);
 }
