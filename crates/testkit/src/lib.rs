@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 pub mod chi_square;
+pub mod closed_form;
 pub mod intersect;
 mod partition;
 pub mod quadrature;

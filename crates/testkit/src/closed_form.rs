@@ -1,0 +1,226 @@
+//! What would an exact renderer show? Radiances, irradiances and coverages that can be written down, in f64.
+//!
+//! The linear edge is the centre piece: antialiasing, a square lens, linear motion and the square blur all move a picture
+//! linearly in their random numbers, so an edge seen through all of them at once is the volume of a cube under a plane.
+
+use crate::quadrature;
+use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_1_PI, PI};
+
+/// Rounding that [`linear_edge`] may show.
+const ROUNDING: f64 = 1e-9;
+
+/// Share of the unit cube in which Σ a_i ξ_i ≤ c: V = 1/(d! Π a_i) Σ_v (−1)^|v| (c − a·v)₊^d [Barrow & Smith 1979].
+///
+/// Any signs. Coefficients so small that f64 could not hold the alternating sum are replaced by their means, which errs
+/// by their square.
+pub fn linear_edge(coefficients: &[f64], c: f64) -> f64 {
+    let mut a: Vec<f64> = coefficients.iter().map(|a| a.abs()).collect();
+    let mut c = c - coefficients.iter().map(|a| a.min(0.0)).sum::<f64>();
+    a.sort_by(|x, y| y.total_cmp(x));
+    // Infinite or not a number where a coefficient is zero.
+    let is_rounded_off = |a: &[f64]| {
+        let scale = factorial(a.len()) * product(a);
+        scale == 0.0 || f64::EPSILON * a.iter().sum::<f64>().powi(a.len() as i32) / scale > ROUNDING
+    };
+    while a.len() > 1 && is_rounded_off(&a) {
+        c -= 0.5 * a.pop().unwrap_or(0.0);
+    }
+    if c <= 0.0 || a.iter().sum::<f64>() <= c {
+        return f64::from(c > 0.0);
+    }
+    let power = a.len() as i32;
+    let corner = |v: u32| {
+        let at: f64 = (0..).zip(&a).map(|(i, a)| f64::from(v >> i & 1) * a).sum();
+        let sign = if v.count_ones().is_multiple_of(2) { 1.0 } else { -1.0 };
+        sign * (c - at).max(0.0).powi(power)
+    };
+    (0..1 << a.len()).map(corner).sum::<f64>() / (factorial(a.len()) * product(&a))
+}
+
+fn factorial(n: usize) -> f64 {
+    (1..=n).map(|i| i as f64).product()
+}
+
+fn product(a: &[f64]) -> f64 {
+    a.iter().product()
+}
+
+/// Irradiance over πL from a rectangle parallel to the receiver at unit distance, one corner straight above it, sides
+/// `x` and `y` of either sign [Howell 2010].
+pub fn corner_rectangle(x: f64, y: f64) -> f64 {
+    let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
+    (x / p * (y / p).atan() + y / q * (x / q).atan()) / (2.0 * PI)
+}
+
+/// Irradiance over πL from the rectangle between two corners in the plane at `height` above a receiver at the origin.
+pub fn parallel_rectangle(low: DVec2, high: DVec2, height: f64) -> f64 {
+    let corner = |x: f64, y: f64| corner_rectangle(x / height, y / height);
+    corner(high.x, high.y) - corner(low.x, high.y) - corner(high.x, low.y) + corner(low.x, low.y)
+}
+
+/// Irradiance over πL from a rectangle that stands on the receiver's plane at distance `c`, `b` wide from the foot to one
+/// side, `a` high [Howell 2010].
+pub fn perpendicular_rectangle(a: f64, b: f64, c: f64) -> f64 {
+    let (x, y) = (a / b, c / b);
+    let r = (x * x + y * y).sqrt();
+    ((1.0 / y).atan() - y / r * (1.0 / r).atan()) / (2.0 * PI)
+}
+
+/// Irradiance over πL from a disk of `radius` parallel to the receiver at `height`, `d` to the side [Howell 2010].
+pub fn parallel_disk(radius: f64, height: f64, d: f64) -> f64 {
+    let (r2, s2) = (radius * radius, height * height + d * d);
+    0.5 * (1.0 - (s2 - r2) / ((s2 + r2).powi(2) - 4.0 * r2 * d * d).sqrt())
+}
+
+/// Irradiance over πL from a sphere whose centre lies `q` ≥ 1 radii away at an angle of cosine `cos` to the receiver's
+/// normal; what is below the horizon is cut off [Howell 2010].
+pub fn sphere(q: f64, cos: f64) -> f64 {
+    if q * cos >= 1.0 || q * cos <= -1.0 {
+        return cos.max(0.0) / (q * q);
+    }
+    let (x, sin) = ((q * q - 1.0).sqrt(), (1.0 - cos * cos).sqrt());
+    let y = -x * cos / sin;
+    let s = sin * (1.0 - y * y).max(0.0).sqrt();
+    ((cos * y.acos() - x * s) / (q * q) + s.atan2(x)) * FRAC_1_PI
+}
+
+/// Irradiance over πL at the origin from a polygon above the receiver's plane z = 0 [Lambert 1760]: half the sum of the
+/// edges' angles times the cosines of their planes' normals.
+pub fn polygon(corners: &[DVec3]) -> f64 {
+    let edge = |i: usize| {
+        let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
+        let cross = a.cross(b);
+        let sine = cross.length();
+        if sine == 0.0 { 0.0 } else { sine.atan2(a.dot(b)) * cross.z / sine }
+    };
+    ((0..corners.len()).map(edge).sum::<f64>() / (2.0 * PI)).abs()
+}
+
+/// The part of a convex polygon where `inside` ≥ 0; `inside` must be linear.
+pub fn clipped(corners: &[DVec3], inside: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
+    let mut kept = Vec::new();
+    for (i, &a) in corners.iter().enumerate() {
+        let b = corners[(i + 1) % corners.len()];
+        let (x, y) = (inside(a), inside(b));
+        if x >= 0.0 {
+            kept.push(a);
+        }
+        if (x < 0.0) != (y < 0.0) {
+            kept.push(a + (b - a) * (x / (x - y)));
+        }
+    }
+    kept
+}
+
+/// ∫∫ h/(h² + x² + y²)^(3/2) over the rectangle between two corners: what an isotropic point light of unit intensity
+/// at height `h` above the origin gives to it, which is the solid angle it is seen under.
+pub fn flux_of_point_light(low: DVec2, high: DVec2, h: f64) -> f64 {
+    let corner = |x: f64, y: f64| (x * y / (h * (h * h + x * x + y * y).sqrt())).atan();
+    corner(high.x, high.y) - corner(low.x, high.y) - corner(high.x, low.y) + corner(low.x, low.y)
+}
+
+/// Width on the floor of the penumbra of a straight edge at height `h` under a light `w` wide at height `light`.
+pub fn penumbra_width(w: f64, h: f64, light: f64) -> f64 {
+    w * h / (light - h)
+}
+
+/// Share of a disk on the inner side of a straight line, `s` its distance from the centre over the radius.
+pub fn disk_beside_line(s: f64) -> f64 {
+    let s = s.clamp(-1.0, 1.0);
+    0.5 + (s * (1.0 - s * s).sqrt() + s.asin()) * FRAC_1_PI
+}
+
+/// Diameter in pixels of the blur of a point at distance `z` along the axis; `aperture` the lens' diameter, `height`
+/// the picture's in pixels.
+pub fn blur_diameter(aperture: f64, z: f64, focus: f64, height: f64, tan_half: f64) -> f64 {
+    aperture * (1.0 / z - 1.0 / focus).abs() * height / (2.0 * tan_half)
+}
+
+/// Radiance of a perfectly reflecting GGX surface, single scattering, seen along its normal, where a white cap of half
+/// angle `theta` ≤ 90° about the normal is all there is [Heitz 2014; Walter 2007].
+pub fn ggx_cap(alpha: f64, theta: f64) -> f64 {
+    let a2 = alpha * alpha;
+    let integrand = |m: f64| {
+        let (tan, tan_wi) = (m.tan(), (2.0 * m).tan());
+        let g2 = 2.0 / (1.0 + (1.0 + a2 * tan_wi * tan_wi).sqrt());
+        g2 * 2.0 * a2 * tan * (1.0 + tan * tan) / (tan * tan + a2).powi(2)
+    };
+    quadrature::line(integrand, 0.0, 0.5 * theta, 1e-9)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    #[track_caller]
+    fn near(a: f64, b: f64, tolerance: f64) {
+        assert!((a - b).abs() <= tolerance, "{a} {b}");
+    }
+
+    #[test]
+    fn linear_edges_in_every_dimension() {
+        near(linear_edge(&[2.0], 0.5), 0.25, 1e-15);
+        near(linear_edge(&[1.0, 0.37, 2.0, 0.9, 0.5], 2.3), 0.458_013, 5e-7);
+        near(linear_edge(&[1.0; 4], 2.1), 0.566_345_8, 5e-8);
+        // ax + by ≤ c in the unit square: a trapezoid; a sign is a mirror image.
+        near(linear_edge(&[0.4, 1.0], 0.7), 0.5, 1e-14);
+        near(linear_edge(&[-0.4, 1.0], 0.3), 0.5, 1e-14);
+        near(linear_edge(&[1.0, 1e-12], 0.3), 0.3, 1e-11);
+        near(linear_edge(&[1.0, 0.0], 0.3), 0.3, 1e-15);
+        assert_eq!((linear_edge(&[1.0, 1.0], -0.1), linear_edge(&[1.0, 1.0], 2.1)), (0.0, 1.0));
+        let mixed = linear_edge(&[0.8, -0.5, 0.3], 0.2);
+        let by_lines = |x: f64, y: f64| ((0.2 - 0.8 * x + 0.5 * y) / 0.3).clamp(0.0, 1.0);
+        near(mixed, quadrature::rectangle(by_lines, [0.0; 2], [1.0; 2], 1e-7), 1e-6);
+    }
+
+    #[test]
+    fn rectangles_and_disks_are_their_integrals() {
+        // L cosθ cosθ'/d² over the surface, over πL.
+        let parallel = |x: f64, y: f64| 0.49 / (0.49 + x * x + y * y).powi(2) * FRAC_1_PI;
+        let (low, high) = (DVec2::new(-0.2, 0.3), DVec2::new(0.9, 1.1));
+        let sum = quadrature::rectangle(parallel, low.to_array(), high.to_array(), 1e-9);
+        near(parallel_rectangle(low, high, 0.7), sum, 1e-9);
+        let standing = |y: f64, z: f64| 0.6 * z / (0.36 + y * y + z * z).powi(2) * FRAC_1_PI;
+        let sum = quadrature::rectangle(standing, [0.0; 2], [0.8, 1.3], 1e-9);
+        near(perpendicular_rectangle(1.3, 0.8, 0.6), sum, 1e-9);
+        let disk = |r: f64, phi: f64| r * parallel(0.5 + r * phi.cos(), r * phi.sin());
+        let sum = quadrature::rectangle(disk, [0.0; 2], [0.8, 2.0 * PI], 1e-9);
+        near(parallel_disk(0.8, 0.7, 0.5), sum, 1e-8);
+        let point = |x: f64, y: f64| 0.7 / (0.49 + x * x + y * y).powf(1.5);
+        let sum = quadrature::rectangle(point, low.to_array(), high.to_array(), 1e-9);
+        near(flux_of_point_light(low, high, 0.7), sum, 1e-9);
+    }
+
+    #[test]
+    fn polygons_are_rectangles_and_spheres_are_caps() {
+        let corners = [(-0.2, 0.3), (0.9, 0.3), (0.9, 1.1), (-0.2, 1.1)].map(|(x, y)| DVec3::new(x, y, 0.7));
+        let whole = parallel_rectangle(DVec2::new(-0.2, 0.3), DVec2::new(0.9, 1.1), 0.7);
+        near(polygon(&corners), whole, 1e-14);
+        let line = |p: DVec3| p.x + 0.4 * p.y - 0.5;
+        let (right, left) = (clipped(&corners, line), clipped(&corners, |p| -line(p)));
+        near(polygon(&right) + polygon(&left), whole, 1e-14);
+        assert!(polygon(&right) > 0.1 * whole && polygon(&left) > 0.1 * whole);
+        for (q, cos) in [(1.5, 0.2), (1.2, -0.3), (3.0, 0.9), (1.01, 0.0)] {
+            // cosθ₊ over the cone about the centre.
+            let (sin, edge) = ((1.0f64 - cos * cos).sqrt(), (1.0f64 / q).asin());
+            let seen = |a: f64, phi: f64| a.sin() * (a.cos() * cos + a.sin() * sin * phi.cos()).max(0.0);
+            let sum = quadrature::rectangle(seen, [0.0; 2], [edge, 2.0 * PI], 1e-7);
+            near(sphere(q, cos), sum * FRAC_1_PI, 1e-6);
+        }
+        near(sphere(1.5, 2.0 / 3.0 - 1e-9), sphere(1.5, 2.0 / 3.0 + 1e-9), 1e-8);
+    }
+
+    #[test]
+    fn rough_mirrors_and_disks_beside_lines() {
+        near(ggx_cap(1.0, FRAC_PI_2), 1.0 - std::f64::consts::LN_2, 1e-6);
+        near(ggx_cap(0.5, FRAC_PI_2), 0.68785, 5e-6);
+        near(ggx_cap(0.1, FRAC_PI_2), 0.98830, 5e-6);
+        let chord = |x: f64| 2.0 * (1.0 - x * x).sqrt() * FRAC_1_PI;
+        near(disk_beside_line(0.3), quadrature::line(chord, -1.0, 0.3, 1e-9), 1e-8);
+        near(penumbra_width(0.5, 1.0, 3.0), 0.25, 0.0);
+        // A point at infinity: A/z_f in tangents.
+        near(blur_diameter(0.1, f64::INFINITY, 2.0, 400.0, 0.5), 20.0, 1e-12);
+    }
+}
