@@ -1,12 +1,17 @@
 //! Small scenes and measurements shared by the tests of this crate.
 #![allow(dead_code)]
 
+pub mod maps;
+pub mod tracers;
+
 use dapple_geometry::Mesh;
+use dapple_integrator::camera::{Aperture, Camera, Lens, Projection};
 use dapple_integrator::{Outcome, Settings, render};
-use dapple_materials::Material;
+use dapple_lights::Environment;
+use dapple_materials::{Material, Mirror};
 use dapple_sampling::Moments;
 use dapple_scene::{CameraPose, Scene, SceneBuilder, TexturedMaterial};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec3};
 use std::ops::ControlFlow;
 
 /// Purely Lambertian, emitting.
@@ -92,4 +97,42 @@ pub fn assert_close(what: &str, outcome: &Outcome, exact: f64) {
     assert!(error <= 2e-3 * exact, "{what}: standard error {error} is too large to tell");
     let floor = 2e-6 * exact;
     assert!((mean - exact).abs() <= 4.0 * error + floor, "{what}: {mean} ± {error}, exact {exact}");
+}
+
+/// Shows `color` from both sides and is no light: found by chance only.
+pub fn shadeless(color: f32) -> TexturedMaterial {
+    TexturedMaterial { unlit: true, ..matte(color, 0.0) }
+}
+
+/// A mirror of square blur `blur` that loses nothing.
+pub fn blurred_mirror(blur: f32) -> TexturedMaterial {
+    TexturedMaterial {
+        name: format!("mirror {blur}"),
+        base: Material { mirror: Some(Mirror { kr: Vec3::ONE, blur }), ..Material::default() },
+        ..TexturedMaterial::default()
+    }
+}
+
+/// A builder with a camera of parallel rays at `from` along `d`, `up` upwards, seeing ± `half_height`; black around.
+pub fn seen_in_parallel(from: DVec3, d: DVec3, up: DVec3, half_height: f64) -> SceneBuilder {
+    let mut builder = SceneBuilder::new("test");
+    let pose = CameraPose::look_at(from, from + d, up, 1.0);
+    let projection = Projection::Orthographic { half_height: half_height as f32 };
+    builder.camera("camera", CameraPose { projection, ..pose });
+    builder.environment(Environment::constant(Vec3::ZERO));
+    builder
+}
+
+/// The scene's camera with a lens, lengths in world units; an infinite focus is allowed.
+pub fn with_lens(scene: &Scene, aperture: Aperture, radius: f64, focus: f64) -> Camera {
+    let length = |l| scene.space.length_to_render(l);
+    let lens = Lens { aperture, radius: length(radius), focus_distance: length(focus) };
+    Camera { lens: Some(lens), ..scene.cameras[0].camera.clone() }
+}
+
+/// The half-plane n·(s, t) ≤ c of the plane origin + s·u + t·v, 20 units to each side; `n` unit.
+pub fn half_plane(origin: Vec3, [u, v]: [Vec3; 2], n: DVec2, c: f64) -> Mesh {
+    let n = n.as_vec2();
+    let (across, along) = (u * n.x + v * n.y, v * n.x - u * n.y);
+    quad(origin + across * c as f32 - along * 20.0, across * -20.0, along * 40.0)
 }

@@ -1,0 +1,133 @@
+//! Rough mirrors under a cap and under half a sky (SCIENCE E13), found by chance and aimed at as well.
+
+use crate::common::maps::midpoint_bound;
+use crate::common::tracers::*;
+use crate::common::*;
+use dapple_integrator::Effect;
+use dapple_lights::Environment;
+use dapple_sampling::Pattern;
+use dapple_scene::{Scene, TexturedMaterial};
+use dapple_testkit::closed_form::{ggx_cap, linear_edge};
+use glam::{DAffine3, DVec2, DVec3, Vec3};
+use std::f64::consts::FRAC_PI_2;
+
+/// A perfectly reflecting rough metal at z = 0, seen along its normal from between it and a disk at z = 1 that fills a
+/// cone of half angle `theta`.
+fn under_a_cap(roughness: f32, theta: f64, disk: TexturedMaterial) -> Scene {
+    let mut builder = seen_in_parallel(DVec3::Z * 0.5, DVec3::NEG_Z, DVec3::Y, 1e-5);
+    let rough = builder.material(metal(Vec3::ONE, roughness));
+    let plane = quad(Vec3::new(-0.01, -0.01, 0.0), Vec3::X * 0.02, Vec3::Y * 0.02);
+    builder.mesh("metal", plane, DAffine3::IDENTITY, rough);
+    let white = builder.material(disk);
+    builder.disk("cap", DVec3::Z, DVec3::NEG_Z, theta.tan(), white);
+    builder.build().unwrap()
+}
+
+const CAPS: [(f32, f64); 4] = [(0.2, 0.05), (0.5, 0.4), (0.7, 0.9), (1.0, 1.2)];
+
+#[test]
+fn a_cap_found_by_chance() {
+    for (roughness, theta) in CAPS {
+        let scene = under_a_cap(roughness, theta, shadeless(1.0));
+        let camera = scene.cameras[0].camera.clone();
+        let exact = ggx_cap(f64::from(roughness).powi(2), theta);
+        for tracer in TRACERS {
+            for pattern in PATTERNS {
+                // The weight is at most 1 and falls with the angle, which is the second coordinate's; cut off at the cap
+                // it varies by 1. It does not vary with the first.
+                let side = if pattern == Pattern::Grid { 64 } else { 4 };
+                let settings = one_pixel(tracer, pattern, &[(Effect::Glossy, [side; 2])], side * side);
+                let bound = midpoint_bound([0.0, 1.0], [side; 2]);
+                let what = format!("roughness {roughness}, {tracer:?} {pattern}");
+                if pattern == Pattern::Grid {
+                    let mean = values(&scene, &camera, &settings, 0)[0];
+                    assert!((mean - exact).abs() <= bound, "{what}: {mean}, exact {exact}, bound {bound}");
+                } else {
+                    let moments = replicas(&scene, &camera, &settings, 1000)[0];
+                    assert_mean_known_to(&what, &moments, exact, 0.02 * exact);
+                }
+            }
+        }
+    }
+}
+
+/// The same light as a light: points on it and directions of the lobe share the work.
+#[test]
+fn a_cap_aimed_at() {
+    for (roughness, theta) in CAPS {
+        let scene = under_a_cap(roughness, theta, matte(0.0, 1.0));
+        let camera = scene.cameras[0].camera.clone();
+        let exact = ggx_cap(f64::from(roughness).powi(2), theta);
+        for tracer in TRACERS {
+            for pattern in UNBIASED {
+                // Unequal counts: the weights must know them.
+                let plans = [(Effect::Light, [3, 3]), (Effect::Glossy, [2, 1])];
+                let settings = one_pixel(tracer, pattern, &plans, 9);
+                let moments = replicas(&scene, &camera, &settings, 1500)[0];
+                let what = format!("roughness {roughness}, {tracer:?} {pattern}");
+                assert_mean_known_to(&what, &moments, exact, 0.02 * exact);
+            }
+        }
+    }
+}
+
+/// Below a black half-plane at a height a ten-thousandth of its extent, half of a white sky is left.
+#[test]
+fn half_a_sky() {
+    for roughness in [0.3f32, 0.7, 1.0] {
+        let height = 1e-3;
+        let mut builder = seen_in_parallel(DVec3::Z * 0.5 * height, DVec3::NEG_Z, DVec3::Y, 1e-8);
+        let rough = builder.material(metal(Vec3::ONE, roughness));
+        let plane = quad(Vec3::new(-0.01, -0.01, 0.0), Vec3::X * 0.02, Vec3::Y * 0.02);
+        builder.mesh("metal", plane, DAffine3::IDENTITY, rough);
+        let black = builder.material(shadeless(0.0));
+        let plane = half_plane(Vec3::Z * height as f32, [Vec3::X, Vec3::Y], DVec2::X, 0.0);
+        builder.mesh("half-plane", plane, DAffine3::IDENTITY, black);
+        builder.environment(Environment::constant(Vec3::ONE));
+        let scene = builder.build().unwrap();
+        let camera = scene.cameras[0].camera.clone();
+        let exact = 0.5 * ggx_cap(f64::from(roughness).powi(2), FRAC_PI_2);
+        for tracer in TRACERS {
+            for pattern in UNBIASED {
+                let settings = one_pixel(tracer, pattern, &[(Effect::Glossy, [4, 4])], 16);
+                let moments = replicas(&scene, &camera, &settings, 1000)[0];
+                let what = format!("roughness {roughness}, {tracer:?} {pattern}");
+                assert_mean_known_to(&what, &moments, exact, 0.02 * exact);
+            }
+        }
+    }
+}
+
+/// A bright half-plane over a blurred mirror that is a light: the square's density must be right, or the weights are not.
+#[test]
+fn an_edge_over_a_blurred_mirror_aimed_at() {
+    let (blur, height, c, n) = (0.9, 0.5, 0.0817, DVec2::from_angle(0.6));
+    for tilt in [0.0f64, 0.5, 0.9] {
+        // Rays along −z meet a mirror turned by half the tilt and leave at `tilt` to +z, in the plane of y and z.
+        let r = DVec3::new(0.0, tilt.sin(), tilt.cos());
+        let mut builder = seen_in_parallel(DVec3::Z * 0.2, DVec3::NEG_Z, DVec3::Y, 1e-6);
+        let mirror = builder.material(blurred_mirror(blur as f32));
+        let slope = Vec3::new(0.0, (0.5 * tilt).cos() as f32, -(0.5 * tilt).sin() as f32);
+        let plane = quad((-Vec3::X - slope) * 0.01, Vec3::X * 0.02, slope * 0.02);
+        builder.mesh("mirror", plane, DAffine3::IDENTITY, mirror);
+        let bright = builder.material(TexturedMaterial { double_sided: true, ..matte(0.0, 1.0) });
+        let side = DVec3::X.cross(r).as_vec3();
+        let mut plane = half_plane((r * height).as_vec3(), [Vec3::X, side], n, c);
+        // Near enough to be aimed at with some success.
+        plane.positions.iter_mut().for_each(|p| *p = *p * 0.1 + (r * height).as_vec3() * 0.9);
+        builder.mesh("light", plane, DAffine3::IDENTITY, bright);
+        let scene = builder.build().unwrap();
+        let camera = scene.cameras[0].camera.clone();
+        let (extent, c) = (blur * height, 0.1 * c);
+        let exact = linear_edge(&[n.x * extent, n.y * extent], c + 0.5 * (n.x + n.y) * extent);
+        for tracer in TRACERS {
+            for pattern in UNBIASED {
+                let plans = [(Effect::Light, [4, 4]), (Effect::Glossy, [2, 2])];
+                let settings = one_pixel(tracer, pattern, &plans, 16);
+                let moments = replicas(&scene, &camera, &settings, 1500)[0];
+                let what = format!("tilt {tilt}, {tracer:?} {pattern}");
+                assert_mean_known_to(&what, &moments, exact, 0.02 * exact);
+            }
+        }
+    }
+}
