@@ -1,0 +1,15 @@
+//! How fast the distribution tracer's error falls: slopes of log MSE on log N for each effect and estimator (SCIENCE
+//! §1.F), through the tracer, on scenes with closed forms.
+//!
+//! Every replica has its own seed and its own random placement of the scene, with its own exact value: the midpoint grid,
+//! which is the same everywhere, has a mean error only over placements. `docs/convergence.md` is the long table, printed by
+//! `cargo test --release -p dapple-integrator --test convergence -- --ignored --nocapture --test-threads 1`.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod edges;
+mod fit;
+mod joint;
+mod smooth;
+mod study;

@@ -1,0 +1,133 @@
+//! Smooth integrands: a plane lit by a point light, seen through pixel, lens and mirror; and a quad light.
+//!
+//! Expected: random −1; in two dimensions −2 stratified and grid, about −2.9 Sobol; in one −3, −4, −3.
+
+use crate::common::tracers::*;
+use crate::common::*;
+use crate::edges::only;
+use crate::study::*;
+use dapple_integrator::camera::{Aperture, Camera};
+use dapple_integrator::{Effect, Settings};
+use dapple_sampling::Plan;
+use dapple_scene::Scene;
+use dapple_testkit::Rng;
+use dapple_testkit::closed_form::{flux_of_point_light, parallel_rectangle};
+use glam::{DAffine3, DVec2, DVec3, Vec3};
+use std::f64::consts::FRAC_1_PI;
+
+const PLANE: [Option<f64>; 4] = [Some(-1.0), Some(-2.0), Some(-2.0), Some(-2.88)];
+const LINE: [Option<f64>; 4] = [Some(-1.0), Some(-3.0), Some(-4.0), Some(-3.0)];
+
+/// Height of the point light over the plane, and where it stands.
+const HEIGHT: f64 = 0.6;
+
+/// Parallel rays down to z = 0 and a white plane there, or, mirrored, a blurred mirror at z = 0 under the plane at z = 5.
+/// A point light shines on it from `light` in the plane. Pixel, lens and blur each move the picture over a unit square.
+pub fn lit_plane(light: DVec2, mirrored: bool) -> (Scene, Camera) {
+    let mut builder = seen_in_parallel(DVec3::Z * 2.0, DVec3::NEG_Z, DVec3::Y, 0.5);
+    let white = builder.material(matte(1.0, 0.0));
+    let plane = quad(Vec3::new(-9.0, -9.0, 0.0), Vec3::X * 18.0, Vec3::Y * 18.0);
+    if mirrored {
+        let mirror = builder.material(blurred_mirror(0.2));
+        builder.mesh("mirror", plane, DAffine3::IDENTITY, mirror);
+        let above = quad(Vec3::new(-9.0, -9.0, 5.0), Vec3::Y * 18.0, Vec3::X * 18.0);
+        builder.mesh("plane", above, DAffine3::IDENTITY, white);
+        builder.point_light(light.extend(5.0 - HEIGHT), Vec3::ONE, f64::INFINITY);
+    } else {
+        builder.mesh("plane", plane, DAffine3::IDENTITY, white);
+        builder.point_light(light.extend(HEIGHT), Vec3::ONE, f64::INFINITY);
+    }
+    let scene = builder.build().unwrap();
+    let camera = with_lens(&scene, Aperture::Square, 0.5, f64::INFINITY);
+    (scene, camera)
+}
+
+/// The camera moved by about `by` (world units), and by how much exactly.
+pub fn moved(scene: &Scene, camera: &Camera, by: DVec3) -> (Camera, DVec3) {
+    let scale = scene.space.scale;
+    let origin = camera.origin + (by * scale).as_vec3();
+    (Camera { origin, ..camera.clone() }, (origin - camera.origin).as_dvec3() / scale)
+}
+
+/// Mean radiance of the unit square about `middle`.
+pub fn mean_radiance(middle: DVec2, light: DVec2) -> f64 {
+    let low = middle - light - DVec2::splat(0.5);
+    flux_of_point_light(low, low + DVec2::ONE, HEIGHT) * FRAC_1_PI
+}
+
+/// Up to `reach` in either direction.
+pub fn somewhere(seed: u64, reach: f64) -> DVec3 {
+    let mut rng = Rng::new(seed);
+    DVec3::new(rng.f64() * 2.0 - 1.0, rng.f64() * 2.0 - 1.0, 0.0) * reach
+}
+
+fn plane_through(name: &str, effect: Effect, effort: Effort) {
+    let mirrored = effect == Effect::Glossy;
+    // Beside the mirror's blur, which would show the point itself.
+    let light = if mirrored { DVec2::new(0.95, 0.75) } else { DVec2::new(0.3, 0.2) };
+    let (scene, camera) = lit_plane(light, mirrored);
+    let error = |plan: Plan, seed: u64| {
+        let (camera, p) = moved(&scene, &camera, somewhere(seed, if mirrored { 0.2 } else { 0.6 }));
+        let settings = Settings { max_bounces: 2, ..only(effect, plan) };
+        values(&scene, &camera, &settings, seed)[0] - mean_radiance(p.truncate(), light)
+    };
+    Study { name, layout: Layout::Square, counts: effort.counts(), expected: PLANE, error: &error }
+        .check(effort);
+}
+
+/// A quad light of this size at 0.8 above the floor; the floor's place moves along `freedom`.
+fn quad_light(name: &str, size: DVec2, freedom: DVec3, layout: Layout, effort: Effort) {
+    let (height, bright) = (0.8, (0.8 / size.y) as f32);
+    let mut builder = seen_in_parallel(DVec3::Z * 0.2, DVec3::NEG_Z, DVec3::Y, 1e-6);
+    let white = builder.material(matte(1.0, 0.0));
+    let floor = quad(Vec3::new(-2.0, -2.0, 0.0), Vec3::X * 4.0, Vec3::Y * 4.0);
+    builder.mesh("floor", floor, DAffine3::IDENTITY, white);
+    let bright_material = builder.material(matte(0.0, bright));
+    let half = (size * 0.5).as_vec2();
+    // Faces down: y before x.
+    let corner = Vec3::new(-half.x, half.y, height as f32);
+    let light = quad(corner, Vec3::X * 2.0 * half.x, Vec3::NEG_Y * 2.0 * half.y);
+    builder.mesh("light", light, DAffine3::IDENTITY, bright_material);
+    let scene = builder.build().unwrap();
+    let camera = scene.cameras[0].camera.clone();
+    let error = |plan: Plan, seed: u64| {
+        let (camera, p) = moved(&scene, &camera, somewhere(seed, 0.5) * freedom);
+        let (p, half) = (p.truncate(), half.as_dvec2());
+        let exact = f64::from(bright) * parallel_rectangle(-half - p, half - p, height);
+        values(&scene, &camera, &only(Effect::Light, plan), seed)[0] - exact
+    };
+    let (counts, expected) = match layout {
+        Layout::Square => (effort.counts(), PLANE),
+        _ => (effort.counts_on_a_line(), LINE),
+    };
+    Study { name, layout, counts, expected, error: &error }.check(effort);
+}
+
+fn in_the_plane(effort: Effort) {
+    plane_through("smooth, pixel", Effect::Pixel, effort);
+    plane_through("smooth, lens", Effect::Lens, effort);
+    plane_through("smooth, square gloss", Effect::Glossy, effort);
+    quad_light("smooth, quad light", DVec2::new(0.9, 0.7), DVec3::ONE, Layout::Square, effort);
+}
+
+/// So narrow that only its length counts, which is the second coordinate.
+fn on_a_line(effort: Effort) {
+    quad_light("1-D smooth, narrow light", DVec2::new(1.2, 1e-3), DVec3::X, Layout::Column, effort);
+}
+
+#[test]
+fn smooth_planes() {
+    in_the_plane(QUICK);
+}
+
+#[test]
+fn smooth_lines() {
+    on_a_line(QUICK);
+}
+
+#[test]
+#[ignore = "the long table: minutes"]
+fn smooth_in_full() {
+    in_the_plane(FULL);
+    on_a_line(FULL);
+}

@@ -1,0 +1,94 @@
+//! One integral, four estimators, many counts: what a table row is made of.
+
+use crate::fit::{Slope, slope};
+use dapple_sampling::{Moments, Pattern, Plan};
+
+pub const ESTIMATORS: [Pattern; 4] = [Pattern::Random, Pattern::Stratified, Pattern::Grid, Pattern::Sobol];
+
+/// How the counts grow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Layout {
+    /// N×1: the integrand depends on the first coordinate alone.
+    Line,
+    /// 1×N: on the second.
+    Column,
+    /// √N×√N.
+    Square,
+}
+
+/// An integral through the tracer.
+pub struct Study<'a> {
+    pub name: &'a str,
+    pub layout: Layout,
+    /// Counts; powers of four.
+    pub counts: &'a [u32],
+    /// Slopes of random, stratified, grid and Sobol; None where theory has no power law for them.
+    pub expected: [Option<f64>; 4],
+    /// Error of replica `seed` with these points.
+    pub error: &'a (dyn Fn(Plan, u64) -> f64 + 'a),
+}
+
+/// From 16 on: four octaves for every day, eight for the table.
+pub const FEW: [u32; 3] = [16, 64, 256];
+pub const MANY: [u32; 5] = [16, 64, 256, 1024, 4096];
+/// Smooth in one dimension, the grid's error reaches the rounding of f32 above 256.
+pub const FEW_ON_A_LINE: [u32; 3] = [4, 16, 64];
+pub const MANY_ON_A_LINE: [u32; 4] = [4, 16, 64, 256];
+
+/// How thoroughly.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    pub replicas: u64,
+    pub long: bool,
+}
+
+pub const QUICK: Effort = Effort { replicas: 200, long: false };
+pub const FULL: Effort = Effort { replicas: 400, long: true };
+
+impl Effort {
+    pub fn counts(self) -> &'static [u32] {
+        if self.long { &MANY } else { &FEW }
+    }
+
+    pub fn counts_on_a_line(self) -> &'static [u32] {
+        if self.long { &MANY_ON_A_LINE } else { &FEW_ON_A_LINE }
+    }
+}
+
+impl Study<'_> {
+    fn plan(&self, n: u32, pattern: Pattern) -> Plan {
+        match self.layout {
+            Layout::Line => Plan { nx: n, ny: 1, pattern },
+            Layout::Column => Plan { nx: 1, ny: n, pattern },
+            Layout::Square => Plan::new(n, pattern),
+        }
+    }
+
+    /// Seeds are other ones for every count: the points of the fit are independent.
+    pub fn slope(&self, pattern: Pattern, replicas: u64) -> Slope {
+        let squares = |n: u32| -> Moments {
+            let first = u64::from(n) * 1_000_003;
+            (0..replicas).map(|r| (self.error)(self.plan(n, pattern), first + r).powi(2)).collect()
+        };
+        slope(&self.counts.iter().map(|&n| (n, squares(n))).collect::<Vec<_>>())
+    }
+
+    /// Each slope within 0.15 (finite N) and 4 standard errors of what is expected; prints a row with 95 % intervals.
+    #[track_caller]
+    pub fn check(&self, effort: Effort) {
+        let slopes = ESTIMATORS.map(|pattern| self.slope(pattern, effort.replicas));
+        let cells = slopes.map(|s| format!("{:.2} ± {:.2}", s.value, 1.96 * s.error));
+        let range = format!("{}–{}", self.counts[0], self.counts[self.counts.len() - 1]);
+        println!("| {} | {range} | {} |", self.name, cells.join(" | "));
+        for ((pattern, slope), expected) in ESTIMATORS.iter().zip(slopes).zip(self.expected) {
+            let Some(expected) = expected else { continue };
+            let Slope { value, error } = slope;
+            assert!(error < 0.12, "{}, {pattern}: ± {error} tells little", self.name);
+            assert!(
+                (value - expected).abs() <= 0.15 + 4.0 * error,
+                "{}, {pattern}: {value:.3} ± {error:.3}, expected {expected}",
+                self.name
+            );
+        }
+    }
+}
