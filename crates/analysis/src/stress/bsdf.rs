@@ -2,9 +2,10 @@
 
 use super::gloss::{albedo, direction};
 use super::{Case, Check, Effort, Outcome};
-use crate::scenes::{cube, glass, matte, of, pixels, run, seen, square};
+use crate::scenes::{ball, cube, glass, matte, of, pixels, run, seen, square};
 use crate::tally::Tally;
 use dapple_integrator::Settings;
+use dapple_integrator::geometry::Mesh;
 use dapple_integrator::imaging::Picture;
 use dapple_integrator::lights::{Area, AreaShape, Environment, Light};
 use dapple_integrator::materials::{Bsdf, Lobes, Material, fresnel};
@@ -177,19 +178,19 @@ fn clear_body(kind: u32, roughness: f32) -> SceneBuilder {
     let mut builder = seen(DVec3::new(0.3, 0.4, 4.0), DVec3::ZERO, 0.6);
     let [crown, flint] = [1.5, 2.4].map(|ior| builder.material(of(glass(ior, roughness))));
     match kind {
-        0 => drop(builder.sphere("ball", DVec3::ZERO, 1.0, crown)),
-        1 => drop(builder.mesh("cube", cube(0.8, Vec3::ZERO), DAffine3::from_rotation_y(0.5), flint)),
+        0 => builder.sphere("ball", DVec3::ZERO, 1.0, crown),
+        1 => builder.mesh("cube", cube(0.8, Vec3::ZERO), DAffine3::from_rotation_y(0.5), flint),
         _ => {
             builder.sphere("outer", DVec3::ZERO, 1.0, crown);
-            // Hollow: a bubble whose surface faces into it.
+            // Without smooth normals, which lose light where they disagree with the facets.
             builder.mesh(
-                "bubble",
-                crate::scenes::ball(3, 0.6, Vec3::ZERO),
+                "inner",
+                Mesh { normals: Vec::new(), ..ball(3, 0.6, Vec3::ZERO) },
                 DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)),
                 flint,
-            );
+            )
         }
-    }
+    };
     builder.environment(Environment::constant(Vec3::ONE));
     builder
 }

@@ -266,7 +266,8 @@ fn consistent(effort: Effort) -> Outcome {
                 }
                 tally.none(format!("samples without density: {what}"), none);
                 tally.within(format!("f·cos/pdf against the weight: {what}"), apart, 0.0, 2e-3);
-                let z = chi(&counts, &expected(&bsdf, effort.of(8, 16, 32)), f64::from(n));
+                let sub = effort.of(8, 16, 32);
+                let z = chi(&counts, &expected(&bsdf, sub), &expected(&bsdf, sub / 2), f64::from(n));
                 tally.within(format!("(χ² − k)/√2k: {what}"), z, 0.0, 5.0);
             }
         }
@@ -274,19 +275,22 @@ fn consistent(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// (χ² − k)/√2k over the cells, rare ones together. The last cell is what was rejected.
-fn chi(counts: &[u32], expected: &[f64], n: f64) -> f64 {
+/// (χ² − k)/√2k over the cells, rare ones together. The last cell is what was rejected. `coarse` is the quadrature of half
+/// as many points: their difference is its error, and part of the variance.
+fn chi(counts: &[u32], expected: &[f64], coarse: &[f64], n: f64) -> f64 {
     let drawn: u32 = counts.iter().sum();
     let mass: f64 = expected.iter().sum();
-    let rejected = (n - f64::from(drawn), (1.0 - mass) * n);
+    let unsure = (coarse.iter().sum::<f64>() - mass) * n;
+    let rejected = (n - f64::from(drawn), (1.0 - mass) * n, unsure);
     let mut rest = [0.0; 2];
     let (mut sum, mut cells) = (0.0, 0.0);
-    let pairs = counts.iter().zip(expected).map(|(c, e)| (f64::from(*c), e * n)).chain([rejected]);
-    for (count, expected) in pairs {
+    let cell = |((c, e), k): ((&u32, &f64), &f64)| (f64::from(*c), e * n, (k - e) * n);
+    let triples = counts.iter().zip(expected).zip(coarse).map(cell).chain([rejected]);
+    for (count, expected, unsure) in triples {
         if expected < 10.0 {
             rest = [rest[0] + count, rest[1] + expected.max(0.0)];
         } else {
-            sum += (count - expected).powi(2) / expected;
+            sum += (count - expected).powi(2) / (expected + unsure * unsure);
             cells += 1.0;
         }
     }

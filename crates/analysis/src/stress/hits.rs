@@ -198,7 +198,10 @@ fn parity(effort: Effort) -> Outcome {
         let side = |h: &Hit| world.surface(&ray, 0.0, h).ng.dot(ray.d) > 0.0;
         if aimed {
             // A test that includes edges reports one from both sides: what is met at one place counts once.
-            let together = |a: &Hit, b: &Hit| (a.t - b.t).abs() <= 8.0 * f32::EPSILON * a.t;
+            // Where two triangles meet at an outline, seen nearly edge-on, t is known to some ulp over the cosine.
+            let steep = |h: &Hit| world.surface(&ray, 0.0, h).ng.dot(ray.d).abs().max(1e-3);
+            let together =
+                |a: &Hit, b: &Hit| (a.t - b.t).abs() * steep(a).min(steep(b)) <= 8.0 * f32::EPSILON * a.t;
             let first_in = hits.first().is_some_and(|f| hits.iter().any(|h| together(f, h) && !side(h)));
             let last_out = hits.last().is_some_and(|l| hits.iter().any(|h| together(l, h) && side(h)));
             at_edges += u64::from(!hits.is_empty() && !(first_in && last_out));
@@ -225,7 +228,7 @@ fn boxes(effort: Effort) -> Outcome {
     }
     let area = |t: &[Vec3; 3]| (t[1] - t[0]).as_dvec3().cross((t[2] - t[0]).as_dvec3()).length();
     flat.retain(|t| area(t) > 0.0);
-    let n = effort.of(20_000, 500_000, 100_000_000u64);
+    let n = effort.of(10_000, 100_000, 100_000_000u64);
     let kernels =
         Kernel::available().into_iter().map(|kernel| (kernel, Tree::build(&flat).with_kernel(kernel)));
     for (kernel, tree) in kernels {
@@ -292,7 +295,7 @@ fn directions(effort: Effort) -> Outcome {
 
 fn slivers(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
-    let n = effort.of(10_000, 200_000, 1_000_000u32);
+    let n = effort.of(2_000, 20_000, 1_000_000u32);
     let rim = |i: u32| {
         let angle = std::f64::consts::TAU * f64::from(i % n) / f64::from(n);
         Vec3::new(angle.cos() as f32, angle.sin() as f32, 0.0)
@@ -300,7 +303,7 @@ fn slivers(effort: Effort) -> Outcome {
     let fan: Vec<[Vec3; 3]> = (0..n).map(|i| [Vec3::ZERO, rim(i), rim(i + 1)]).collect();
     let tree = Tree::build(&fan);
     let (mut noise, mut leaks, mut covered) = (Noise(5), 0, 0u64);
-    let rays = effort.of(20_000, 500_000, 10_000_000u64);
+    let rays = effort.of(2_000, 5_000, 1_000_000u64);
     for _ in 0..rays {
         let p = noise.cube();
         let hit = tree.closest(&Ray::new(Vec3::new(p.x, p.y, 2.0), -Vec3::Z), &Any).is_some();
@@ -323,7 +326,7 @@ fn slivers(effort: Effort) -> Outcome {
     builder.add_mesh(strip);
     let world = builder.build();
     let (mut lost, mut tilt) = (0, 0.0f64);
-    for _ in 0..effort.of(10_000, 200_000, 2_000_000) {
+    for _ in 0..effort.of(5_000, 50_000, 2_000_000) {
         let p = noise.point();
         let ray = Ray::new(Vec3::new(p.x, p.y, 1.0), Vec3::new(0.0, 0.0, -1.0));
         match world.closest(&ray, 0.0, &Opaque) {
@@ -388,7 +391,7 @@ fn duplicates(effort: Effort) -> Outcome {
     let quad = [[Vec3::ZERO, Vec3::X, Vec3::ONE], [Vec3::ZERO, Vec3::ONE, Vec3::Y + Vec3::Z]];
     let ray = |noise: &mut Noise| Ray::new(Vec3::new(noise.unit(), noise.unit(), 3.0), -Vec3::Z);
     let single = Tree::build(&quad);
-    for k in [2, 1000, effort.of(10_000, 100_000, 100_000)] {
+    for k in [2, 1000, effort.of(2_000, 20_000, 100_000)] {
         let many: Vec<[Vec3; 3]> = (0..k).flat_map(|_| quad).collect();
         let tree = Tree::build(&many);
         let mut noise = Noise(k as u64);
@@ -398,7 +401,7 @@ fn duplicates(effort: Effort) -> Outcome {
         });
         tally.none(format!("rays changed by {k} copies"), differ.count() as u64);
     }
-    let n = effort.of(50_000, 300_000, 1_000_000);
+    let n = effort.of(2_000, 20_000, 1_000_000);
     let mut noise = Noise(4);
     let mut tiny = |_| {
         let (a, b) = (noise.cube() * 1e-3, noise.cube() * 1e-3);

@@ -177,7 +177,7 @@ fn small_quad(effort: Effort) -> Outcome {
             // The contour of a tiny far polygon cancels in f64 as well; there the middle is exact to (size/distance)².
             let d = (corner + (e1 + e2) * 0.5).as_dvec3();
             let small = f64::from(4.0 * half * half) * d.z * d.z / d.length().powi(4);
-            let exact = if half < 1e-3 { small } else { exact };
+            let exact = if f64::from(half) < 1e-3 * d.length() { small } else { exact };
             let what = format!("half side {half}, {aside} to the side");
             tally.mean(&*what, &m, exact, 1e-3);
             let point = corner + (e1 + e2) * 0.37;

@@ -77,8 +77,13 @@ fn each_size(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
                 .map(|p| f64::from(p.x))
                 .fold(2.0, |a: f64, b| if (b - exact).abs() > (a - exact).abs() { b } else { a });
             tally.within(format!("{shape} of size 1e{k}, worst pixel"), worst, exact, 2e-5);
-            let noisy = moments(&run(&scene, &both(effort.of(8, 16, 32), effort.of(16, 32, 256))));
-            tally.mean(format!("{shape} of size 1e{k}, with aiming"), &noisy, exact, 0.05);
+            let noisy = moments(&run(&scene, &both(effort.of(4, 12, 32), effort.of(4, 16, 256))));
+            tally.mean(
+                format!("{shape} of size 1e{k}, with aiming"),
+                &noisy,
+                exact,
+                effort.of(0.2, 0.02, 0.01),
+            );
         }
     }
     Ok(())

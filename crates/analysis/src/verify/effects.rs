@@ -50,7 +50,7 @@ fn defocus() -> Result<Form, SceneError> {
 fn motion() -> Result<Form, SceneError> {
     let mut builder = seen_in_parallel(DVec3::Z, 0.5);
     let white = builder.material(shadeless(1.0));
-    let bar = quad(Vec3::new(-2.8, -4.0, 0.0), Vec3::X * 1.3, Vec3::Y * 8.0);
+    let bar = quad(Vec3::new(-1.5, -4.0, 0.0), Vec3::X * 1.3, Vec3::Y * 8.0);
     let keys = vec![DVec3::ZERO, DVec3::X * 2.4];
     let track = Track::new(vec![0.0, 1.0], keys, Interpolation::Linear);
     let translation = track.map_or(Channel::Constant(DVec3::ZERO), |t| Channel::Track(Arc::new(t)));

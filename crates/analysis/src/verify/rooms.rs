@@ -88,6 +88,6 @@ fn mirrors() -> Result<Form, SceneError> {
     Ok(Form {
         max_bounces: 100,
         certain: true,
-        ..Form::new("E16", "two parallel mirrors", builder.build()?, exact, &[])
+        ..Form::new("E16", "two parallel mirrors", builder.build()?, exact, &[Effect::Light])
     })
 }

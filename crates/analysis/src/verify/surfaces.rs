@@ -17,7 +17,7 @@ const L: f64 = 2.0;
 const LIGHT: &[Effect] = &[Effect::Light];
 const SKY: &[Effect] = &[Effect::Light, Effect::Diffuse];
 
-fn lit(light: impl FnOnce(&mut SceneBuilder, u32)) -> Result<Scene, SceneError> {
+fn lit(light: impl FnOnce(&mut SceneBuilder, u32) -> u32) -> Result<Scene, SceneError> {
     let mut builder = irradiance_meter();
     let bright = builder.material(matte(0.0, L as f32));
     light(&mut builder, bright);
@@ -38,14 +38,14 @@ fn lamp(id: &'static str, title: &'static str, scene: Scene, exact: f64, most: f
 
 fn rectangle() -> Result<Form, SceneError> {
     let above = quad(Vec3::new(-0.7, 0.9, -0.5), Vec3::X * 0.8, Vec3::Z * 0.9);
-    let scene = lit(|b, m| drop(b.mesh("lamp", above, DAffine3::IDENTITY, m)))?;
+    let scene = lit(|b, m| b.mesh("lamp", above, DAffine3::IDENTITY, m))?;
     let exact = parallel_rectangle([-0.7, -0.5], [0.1, 0.4], 0.9);
     Ok(lamp("E1", "rectangle parallel to the floor", scene, exact, 0.72 / 0.81))
 }
 
 fn wall() -> Result<Form, SceneError> {
     let wall = quad(Vec3::new(-0.6, 0.0, 0.0), Vec3::Y * 1.1, Vec3::Z * 0.7);
-    let scene = lit(|b, m| drop(b.mesh("lamp", wall, DAffine3::IDENTITY, m)))?;
+    let scene = lit(|b, m| b.mesh("lamp", wall, DAffine3::IDENTITY, m))?;
     // cosθ·cosθ'/d² = cz/(c² + y² + z²)² is largest at y = 0, z = c/√3.
     let (c, z) = (0.6f64, 0.6 / 3f64.sqrt());
     let most = 1.1 * 0.7 * c * z / (c * c + z * z).powi(2);
@@ -70,21 +70,21 @@ fn clipped(corners: &[DVec3]) -> Vec<DVec3> {
 fn triangle() -> Result<Form, SceneError> {
     let corners = [Vec3::new(-0.7, -0.35, 0.2), Vec3::new(-0.5, 0.8, -0.4), Vec3::new(-0.4, 0.6, 0.7)];
     let mesh = Mesh { positions: corners.to_vec(), triangles: vec![[0, 1, 2]], ..Mesh::default() };
-    let scene = lit(|b, m| drop(b.mesh("lamp", mesh, DAffine3::IDENTITY, m)))?;
+    let scene = lit(|b, m| b.mesh("lamp", mesh, DAffine3::IDENTITY, m))?;
     let above: Vec<[f64; 3]> =
         clipped(&corners.map(|p| p.as_dvec3())).iter().map(|p| [p.x, p.z, p.y]).collect();
     Ok(Form::new("E3", "triangle that the horizon cuts", scene, L * polygon(&above), LIGHT))
 }
 
 fn disk() -> Result<Form, SceneError> {
-    let scene = lit(|b, m| drop(b.disk("lamp", DVec3::new(-0.5, 0.8, 0.0), DVec3::NEG_Y, 0.4, m)))?;
+    let scene = lit(|b, m| b.disk("lamp", DVec3::new(-0.5, 0.8, 0.0), DVec3::NEG_Y, 0.4, m))?;
     let most = std::f64::consts::PI * 0.16 / 0.64;
     Ok(lamp("E4", "disk beside the receiver", scene, parallel_disk(0.4, 0.8, 0.5), most))
 }
 
 fn ball() -> Result<Form, SceneError> {
     let (sin, cos) = 80f64.to_radians().sin_cos();
-    let scene = lit(|b, m| drop(b.sphere("lamp", DVec3::new(-sin, cos, 0.0) * 0.6, 0.4, m)))?;
+    let scene = lit(|b, m| b.sphere("lamp", DVec3::new(-sin, cos, 0.0) * 0.6, 0.4, m))?;
     Ok(Form::new("E5", "sphere that the horizon cuts", scene, L * sphere(1.5, cos), LIGHT))
 }
 
@@ -92,16 +92,11 @@ fn ball() -> Result<Form, SceneError> {
 fn penumbra() -> Result<Form, SceneError> {
     let p = -0.07;
     let (w, l, height, edge) = (0.5f32, 0.8f32, 1.5f32, 0.6f32);
-    let mut builder = irradiance_meter();
     // The eye is below the half-plane.
-    builder = {
-        let mut below = crate::scenes::seen(DVec3::new(0.2, 0.4, 0.1), DVec3::ZERO, 1e-4);
-        let white = below.material(matte(1.0, 0.0));
-        let floor = quad(Vec3::new(-0.05, 0.0, 0.05), Vec3::X * 0.1, Vec3::Z * -0.1);
-        below.mesh("floor", floor, DAffine3::IDENTITY, white);
-        drop(builder);
-        below
-    };
+    let mut builder = crate::scenes::seen(DVec3::new(0.2, 0.4, 0.1), DVec3::ZERO, 1e-4);
+    let white = builder.material(matte(1.0, 0.0));
+    let floor = quad(Vec3::new(-0.05, 0.0, 0.05), Vec3::X * 0.1, Vec3::Z * -0.1);
+    builder.mesh("floor", floor, DAffine3::IDENTITY, white);
     let bright = builder.material(matte(0.0, L as f32));
     let black = builder.material(matte(0.0, 0.0));
     // All of it moved by −p, so that the receiver stays at the origin.

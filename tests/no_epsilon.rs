@@ -1,0 +1,75 @@
+//! No tolerance in scene units stands in the sources: lengths are compared exactly, or against a bound of their own
+//! rounding error.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Small numbers that are no lengths: file, literal, what it is.
+const DIMENSIONLESS: [(&str, &str, &str); 3] = [
+    ("integrator/src/ledger.rs", "1e-30", "throughput"),
+    ("integrator/src/vertex.rs", "1e-3", "cosine"),
+    ("integrator/src/vertex.rs", "1.0e-3", "cosine"),
+];
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// Literals with a negative exponent outside comments and tests, and constants named like a tolerance.
+fn suspects(text: &str) -> Vec<String> {
+    let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+    let mut all = Vec::new();
+    for line in code.lines() {
+        let line = line.split("//").next().unwrap_or_default();
+        for word in line.split(|c: char| !(c.is_ascii_alphanumeric() || "._-".contains(c))) {
+            let number = word.trim_start_matches('-').starts_with(|c: char| c.is_ascii_digit());
+            if number && word.contains("e-") {
+                all.push(word.trim_end_matches("_f32").trim_end_matches("_f64").to_string());
+            }
+        }
+        let machine = line.contains("f32::EPSILON") || line.contains("f64::EPSILON");
+        let named =
+            ["EPSILON", "EPS:", "TOLERANCE", "RAY_OFFSET", "T_MIN"].iter().any(|name| line.contains(name));
+        if named && !machine {
+            all.push(line.trim().to_string());
+        }
+    }
+    all
+}
+
+#[test]
+fn lengths_are_not_compared_with_constants() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates");
+    let mut files = Vec::new();
+    for part in ["geometry", "integrator", "scene", "camera"] {
+        sources(&crates.join(part).join("src"), &mut files);
+    }
+    assert!(files.len() > 50);
+    for file in files {
+        let name = file.strip_prefix(&crates).unwrap().to_string_lossy().replace('\\', "/");
+        for suspect in suspects(&fs::read_to_string(&file).unwrap()) {
+            let known = DIMENSIONLESS.iter().any(|(f, literal, _)| *f == name && *literal == suspect);
+            assert!(
+                known,
+                "{name}: '{suspect}' looks like a tolerance; if it is no length, say here what it is"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_tolerance_is_seen() {
+    assert_eq!(suspects("const RAY_EPSILON: f32 = 1e-4;").len(), 2);
+    assert_eq!(suspects("if t > 0.5e-6 { }"), ["0.5e-6"]);
+    assert!(
+        suspects("// 1e-4\nlet x = f32::EPSILON * t - 1.0; // EPSILON\n#[cfg(test)]\nlet y = 1e-9;")
+            .is_empty()
+    );
+}
