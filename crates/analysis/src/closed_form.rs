@@ -118,7 +118,7 @@ pub fn linear_edge(coefficients: &[f64], c: f64) -> f64 {
     let power = a.len() as i32;
     let corner = |v: u32| {
         let at: f64 = (0..).zip(&a).map(|(i, a)| f64::from(v >> i & 1) * a).sum();
-        let sign = if v.count_ones() % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if v.count_ones().is_multiple_of(2) { 1.0 } else { -1.0 };
         sign * (c - at).max(0.0).powi(power)
     };
     (0..1 << a.len()).map(corner).sum::<f64>() / (factorial(a.len()) * a.iter().product::<f64>())

@@ -204,7 +204,7 @@ fn parity(effort: Effort) -> Outcome {
                 |a: &Hit, b: &Hit| (a.t - b.t).abs() * steep(a).min(steep(b)) <= 8.0 * f32::EPSILON * a.t;
             let first_in = hits.first().is_some_and(|f| hits.iter().any(|h| together(f, h) && !side(h)));
             let last_out = hits.last().is_some_and(|l| hits.iter().any(|h| together(l, h) && side(h)));
-            at_edges += u64::from(!hits.is_empty() && !(first_in && last_out));
+            at_edges += u64::from(!(hits.is_empty() || first_in && last_out));
         } else {
             odd += u64::from(hits.len() % 2 == 1);
             out_of_turn += hits.iter().enumerate().filter(|(k, h)| side(h) != (k % 2 == 1)).count() as u64;
