@@ -173,18 +173,20 @@ fn small_quad(effort: Effort) -> Outcome {
             let (e1, e2) = (Vec3::Y * (2.0 * half), Vec3::X * (2.0 * half));
             let light = area(AreaShape::Quad { corner, e1, e2 }, false);
             let m = irradiance(&light, Vec3::ZERO, Vec3::Z, 1024, effort.of(8, 64, 1024));
-            let corners = [corner, corner + e1, corner + e1 + e2, corner + e2];
-            let exact = PI * polygon(&corners.map(|p| p.as_dvec3().to_array()));
+            // In f64, as the light adds them.
+            let [c, a, b] = [corner, e1, e2].map(|v| v.as_dvec3());
+            let corners = [c, c + a, c + a + b, c + b];
+            let exact = PI * polygon(&corners.map(|p| p.to_array()));
             // The contour of a tiny far polygon cancels in f64 as well; there the middle is exact to (size/distance)².
-            let d = (corner + (e1 + e2) * 0.5).as_dvec3();
+            let d = c + (a + b) * 0.5;
             let small = f64::from(4.0 * half * half) * d.z * d.z / d.length().powi(4);
             let exact = if f64::from(half) < 1e-3 * d.length() { small } else { exact };
             let what = format!("half side {half}, {aside} to the side");
             tally.mean(&*what, &m, exact, 1e-3);
             let point = corner + (e1 + e2) * 0.37;
             let pdf = f64::from(light.pdf(Vec3::ZERO, point.normalize(), point.length(), -Vec3::Z, 0.0));
-            let whole = omega([corners[0], corners[1], corners[2]].map(|p| p.as_dvec3()))
-                + omega([corners[0], corners[2], corners[3]].map(|p| p.as_dvec3()));
+            let whole =
+                omega([corners[0], corners[1], corners[2]]) + omega([corners[0], corners[2], corners[3]]);
             if whole >= 1.1e-3 {
                 tally.within(format!("pdf·Ω, {what}"), pdf * whole, 1.0, 1e-5);
             }
