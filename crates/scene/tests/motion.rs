@@ -170,6 +170,37 @@ fn lights_that_move_can_be_chosen_wherever_they_go() {
     }
 }
 
+/// Bytes changed at random in a file that moves: never a panic, always a scene or one line.
+#[test]
+fn mutations_never_panic() {
+    let whole = machine().glb();
+    let mut state = 0x51_7c_c1_b7_u64;
+    let mut next = move |n: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % n
+    };
+    let options = gltf::Options { at: AT, shutter: SHUTTER, ..Default::default() };
+    let mut moving = 0;
+    for round in 0..4000 {
+        let mut bytes = whole.clone();
+        for _ in 0..1 + next(3) {
+            // Often in the numbers behind the JSON.
+            let at = if next(2) == 0 { next(bytes.len()) } else { bytes.len() - 1 - next(300) };
+            bytes[at] = if next(2) == 0 { next(256) as u8 } else { b"0123456789-{}[],:\"e."[next(20)] };
+        }
+        let scene = gltf::read_bytes(Path::new("test.gltf"), &bytes, &options).and_then(|b| b.build());
+        match scene {
+            Ok(scene) => {
+                moving += u32::from(scene.survey.has_motion);
+                let bounds = scene.world.bounds();
+                assert!(bounds.is_none_or(|(lo, hi)| lo.is_finite() && hi.is_finite()), "round {round}");
+            }
+            Err(e) => assert!(!e.to_string().contains('\n'), "round {round}: {e}"),
+        }
+    }
+    assert!((100..3900).contains(&moving), "the fuzz tries both good and bad files: {moving}");
+}
+
 /// Uneven scales while it moves: exact geometry, found by chance as a light.
 #[test]
 fn a_round_shape_that_does_not_stay_round() {
