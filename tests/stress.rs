@@ -9,10 +9,11 @@ use serde_json::Value;
 fn chosen_cases_come_as_a_table_as_json_and_as_a_page() {
     let folder = tempfile::tempdir().unwrap();
     let told = run(folder.path(), &["stress", "--case", "b16,C12,A1*", "--json", "-o", "out"]);
-    assert_eq!(told.code, 0, "{}", told.err);
     let report = told.json();
     let cases = report["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 12);
+    let fails = cases.iter().any(|case| case["passed"] == false);
+    assert_eq!(told.code, i32::from(fails), "{}", told.err);
     let of = |id: &str| cases.iter().find(|case| case["id"] == id).unwrap();
     assert_eq!(of("B16")["passed"], true);
     for key in ["expected", "measured", "error", "tolerance", "note", "naive", "source"] {
