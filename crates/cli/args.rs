@@ -21,6 +21,9 @@ pub fn command() -> clap::Command {
     let said = "The folder to write into; what is there already is continued";
     Cli::command()
         .mut_subcommand("replay", |replay| replay.mut_arg("pixel", |a| a.long(PIXEL_PLAN)))
+        .mut_subcommand("sheet", |sheet| {
+            sheet.mut_arg("output", |a| a.help("Where to write the sheet, a .png [default: sheet.png]"))
+        })
         .mut_subcommand("converge", |converge| {
             converge.mut_arg("output", |a| a.value_name("DIR").help(said).required(true))
         })
@@ -50,6 +53,10 @@ pub enum Command {
     /// Say how many rays a pixel takes, by effect and depth, without rendering
     Rays(RaysArgs),
     /// Render one effect with several counts and estimators side by side
+    ///
+    /// By the distribution tracer. Every other effect that no option mentions is off, so that what is seen and measured is
+    /// the varied one; only where reflections or refractions are varied do lights keep their points. Cells are 256 pixels
+    /// high unless --size or a --reference says otherwise.
     Sheet(SheetArgs),
 }
 
@@ -196,7 +203,6 @@ pub struct RaysArgs {
     pub options: RenderOptions,
 }
 
-/// Other effects that no option mentions are off; where reflections or refractions are varied, lights keep their points.
 #[derive(Debug, Args)]
 pub struct SheetArgs {
     /// A .gltf or .glb file, or builtin:NAME
