@@ -34,6 +34,8 @@ pub struct ErrorWatch<'a> {
     bar: &'a Bar,
     /// What was found when the limit held.
     held: Option<Estimate>,
+    /// Whether the last line of the log has an error.
+    told: bool,
 }
 
 impl<'a> ErrorWatch<'a> {
@@ -64,13 +66,14 @@ impl<'a> ErrorWatch<'a> {
             log: options.log.as_ref().map(open).transpose()?,
             bar,
             held: None,
+            told: false,
         })
     }
 
     /// Takes a checkpoint in; breaks when the error is small enough.
     pub fn look(&mut self, at: &Checkpoint<'_>) -> ControlFlow<()> {
         let known = self.guess(at);
-        self.write(at, known);
+        self.write((at.seconds, at.spp, at.rays()), known);
         if self.held.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
@@ -110,21 +113,25 @@ impl<'a> ErrorWatch<'a> {
             .then(|| Settings { spp: if sobol { Some(spp) } else { settings.spp }, ..settings.clone() })
     }
 
-    fn write(&mut self, at: &Checkpoint<'_>, known: Option<Estimate>) {
+    fn write(&mut self, (seconds, spp, rays): (f64, u32, u64), known: Option<Estimate>) {
         let Some((path, file)) = &mut self.log else { return };
-        let line = json!({
-            "seconds": at.seconds, "spp": at.spp, "rays": at.rays(),
-            "error": known.map(|e| e.error), "bound": known.map(|e| e.bound),
-        });
+        self.told = known.is_some();
+        let (error, bound) = (known.map(|e| e.error), known.map(|e| e.bound));
+        let line = json!({ "seconds": seconds, "spp": spp, "rays": rays, "error": error, "bound": bound });
         if let Err(e) = writeln!(file, "{line}") {
             tracing::warn!("{}: {e}", path.display());
         }
     }
 
-    /// The error of the finished picture.
-    pub fn finish(self, outcome: &Outcome) -> Option<Estimate> {
-        let measured = || self.measure(&outcome.film, outcome.stats.spp);
-        let guessed = || self.doublings.as_ref().filter(|_| self.way != Way::None)?.estimate(self.confidence);
-        self.held.or_else(measured).or_else(guessed)
+    /// The error of the finished picture. The log gets it too, if its last line has none.
+    pub fn finish(mut self, outcome: &Outcome) -> Option<Estimate> {
+        let stats = &outcome.stats;
+        let measured = || self.measure(&outcome.film, stats.spp);
+        let guessed = || self.doublings.as_ref()?.estimate(self.confidence);
+        let found = self.held.or_else(measured).or_else(guessed);
+        if found.is_some() && !self.told {
+            self.write((stats.seconds, stats.spp, stats.rays), found);
+        }
+        found
     }
 }
