@@ -5,7 +5,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Small numbers that are no lengths: file, literal, what it is.
-const DIMENSIONLESS: [(&str, &str, &str); 4] = [
+const DIMENSIONLESS: [(&str, &str, &str); 15] = [
+    ("geometry/src/frame.rs", "1e-12", "squared sine"),
+    ("geometry/src/motion/pose.rs", "1e-12", "volume over the product of the edges"),
+    ("geometry/src/motion/pose.rs", "1e-14", "normal over the square of the size"),
+    ("geometry/src/motion/pose.rs", "1e-15", "length over the product of lengths"),
+    ("geometry/src/motion/track.rs", "1e-8", "angle"),
+    ("integrator/src/render.rs", "1e-9", "seconds"),
+    ("scene/src/builtin.rs", "1e-3", "metres in a millimetre"),
+    ("scene/src/emission.rs", "1e-3", "gap over the edge"),
+    ("scene/src/gltf/material.rs", "1e-30", "transmitted share"),
+    ("scene/src/gltf/read.rs", "1e-6", "ratio of scales"),
+    ("scene/src/moving.rs", "1e-6", "ratio of scales"),
     ("geometry/src/bvh/triangle.rs", "1e-27", "where f32 products underflow and f64 takes over"),
     ("integrator/src/ledger.rs", "1e-30", "throughput"),
     ("integrator/src/vertex.rs", "1e-3", "cosine"),
@@ -37,7 +48,7 @@ fn suspects(text: &str) -> Vec<String> {
         }
         let machine = line.contains("f32::EPSILON") || line.contains("f64::EPSILON");
         let named =
-            ["EPSILON", "EPS:", "TOLERANCE", "RAY_OFFSET", "T_MIN"].iter().any(|name| line.contains(name));
+            ["EPSILON", " EPS:", "TOLERANCE", "RAY_OFFSET", "T_MIN"].iter().any(|name| line.contains(name));
         if named && !machine {
             all.push(line.trim().to_string());
         }
