@@ -17,7 +17,7 @@ const HEIGHT: f64 = 1.5;
 const EDGE: f64 = 0.6;
 const L: f64 = 2.0;
 
-/// A row of points on the floor, x = −0.31 … 0.31, half again as wide as the penumbra.
+/// A row of points on the floor, x = −0.25 … 0.25, half again as wide as the penumbra.
 const POINTS: u32 = 100;
 const PITCH: f64 = 0.005;
 
