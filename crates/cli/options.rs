@@ -10,6 +10,7 @@ use clap::{ArgMatches, Args, FromArgMatches};
 use dapple_integrator::camera::{Aperture, Filter, Shutter};
 use dapple_integrator::imaging::Tone;
 use dapple_integrator::sampling::{Pattern, Plan};
+#[cfg(feature = "gltf")]
 use dapple_integrator::scene::Reads;
 use dapple_integrator::{Aov, Combine, Method};
 use std::ffi::OsString;
@@ -59,7 +60,7 @@ pub struct EffectOptions {
     /// Distance of what is sharp, along the view axis, in scene units [default: what the picture's centre shows]
     #[arg(long, value_name = "D", allow_hyphen_values = true, value_parser = values::focus, help_heading = "Lens")]
     pub focus_distance: Option<f32>,
-    /// Shape of the lens: disk, square or blades:N[:DEGREES] [default: disk]
+    /// Shape of the lens: disk, square, blades:N or blades:N:DEGREES [default: disk]
     #[arg(long, value_name = "SHAPE", help_heading = "Lens")]
     pub aperture_shape: Option<Aperture>,
 }
@@ -223,6 +224,7 @@ impl RenderOptions {
     }
 
     /// When the shutter is open; an instant unless something else was asked for.
+    #[cfg(feature = "gltf")]
     pub fn exposure(&self) -> Shutter {
         self.shutter.unwrap_or_default()
     }
@@ -233,6 +235,7 @@ impl RenderOptions {
     }
 
     /// What the render looks at of surfaces.
+    #[cfg(feature = "gltf")]
     pub fn reads(&self) -> Reads {
         if self.is_general() {
             return Reads::EVERYTHING;

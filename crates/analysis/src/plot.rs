@@ -1,6 +1,6 @@
 //! A log-log plot of lines with bands, as SVG and as pixels, without a font file.
 //!
-//! [`Chart`] says what is drawn; it is laid out once, in drawing primitives that both kinds of [`Canvas`] know.
+//! [`Chart`] says what is drawn; it is laid out once, in drawing primitives that both kinds of `Canvas` know.
 
 mod layout;
 mod raster;

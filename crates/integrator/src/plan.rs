@@ -1,6 +1,6 @@
 //! What a render needs of what there could be: random decisions, kernel, data, buffers; what is left out, and why.
 //!
-//! Everything here is read off what the render itself uses ([`Needs`], the kernel table, the survey), so that the page a
+//! Everything here is read off what the render itself uses (`Needs`, the kernel table, the survey), so that the page a
 //! user reads is what happens.
 
 use crate::effects::{Combine, Effect};

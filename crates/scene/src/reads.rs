@@ -1,5 +1,6 @@
 //! What a render looks at of surfaces: the rest need not be read, decoded or kept.
 
+#[cfg(feature = "gltf")]
 use crate::{AlphaMode, TexturedMaterial};
 
 /// Uses that a render has for surfaces, beside the light they emit and the holes they have.
@@ -37,6 +38,7 @@ impl Reads {
     }
 
     /// Whether the base colour of a material counts: as what is reflected, as a shadeless colour, or by its holes.
+    #[cfg(feature = "gltf")]
     pub(crate) fn base_color(&self, m: &TexturedMaterial) -> bool {
         self.matter() || m.unlit || m.alpha_mode != AlphaMode::Opaque
     }
