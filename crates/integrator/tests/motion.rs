@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::moving::*;
 use common::*;
 use dapple_camera::{Projection, Shutter};
 use dapple_geometry::Mesh;
@@ -17,22 +18,6 @@ use dapple_testkit::{quadrature, z_test};
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
-
-/// Open for half a second at a late time, so that offsets show.
-const SHUTTER: Shutter = Shutter { open: 1.5, close: 2.0 };
-const AT: f64 = 40.0;
-
-/// Keys that run evenly over the shutter.
-fn over_shutter<T: dapple_geometry::motion::Value>(values: Vec<T>) -> Channel<T> {
-    let last = (values.len() - 1).max(1) as f64;
-    let time = |i: usize| AT + SHUTTER.open + (SHUTTER.close - SHUTTER.open) * i as f64 / last;
-    let times = (0..values.len()).map(time).collect();
-    Channel::Track(Arc::new(Track::new(times, values, Interpolation::Linear).unwrap()))
-}
-
-fn slide(from: DVec3, to: DVec3) -> Vec<Node> {
-    vec![Node::Trs(Trs { translation: over_shutter(vec![from, to]), ..Trs::default() })]
-}
 
 /// By `total` radians about an axis, keys at most a quarter turn apart.
 fn spin(axis: DVec3, total: f64) -> Vec<Node> {

@@ -5,7 +5,7 @@
 
 use crate::quadrature;
 use glam::{DVec2, DVec3};
-use std::f64::consts::{FRAC_1_PI, PI};
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
 /// Rounding that [`linear_edge`] may show.
 const ROUNDING: f64 = 1e-9;
@@ -120,6 +120,21 @@ pub fn flux_of_point_light(low: DVec2, high: DVec2, h: f64) -> f64 {
     corner(high.x, high.y) - corner(low.x, high.y) - corner(high.x, low.y) + corner(low.x, low.y)
 }
 
+/// ∫ h/(h² + x² + y²)^(3/2) dx between two places on a line `y` beside an isotropic point light at height `h`.
+pub fn point_light_along_line(from: f64, to: f64, y: f64, h: f64) -> f64 {
+    let d2 = h * h + y * y;
+    let up_to = |x: f64| h * x / (d2 * (d2 + x * x).sqrt());
+    up_to(to) - up_to(from)
+}
+
+/// Radiance of a sphere of albedo `rho` and `radius` seen from inside, with a point light of unit intensity in it: what
+/// falls straight from the light from distance `d` at cosine `cos`, and what comes by one more reflection, which is the
+/// same everywhere: of the sphere's inside every part gives as much to every other, so that the mean of what falls on it
+/// straight, 4π/(4πR²), counts.
+pub fn inside_of_sphere(rho: f64, radius: f64, d: f64, cos: f64) -> f64 {
+    rho * FRAC_1_PI * (cos / (d * d) + rho / (radius * radius))
+}
+
 /// Width on the floor of the penumbra of a straight edge at height `h` under a light `w` wide at height `light`.
 pub fn penumbra_width(w: f64, h: f64, light: f64) -> f64 {
     w * h / (light - h)
@@ -149,10 +164,29 @@ pub fn ggx_cap(alpha: f64, theta: f64) -> f64 {
     quadrature::line(integrand, 0.0, 0.5 * theta, 1e-9)
 }
 
+/// As [`ggx_cap`] for light that goes through: a surface that reflects nothing, seen along its normal from outside, with
+/// a white cap of half angle `theta` about the normal inside, where the index of refraction is `eta` times as high. A
+/// facet at θ_m bends light by θ_m − asin(sin θ_m/η); radiance falls by η² [Walter 2007].
+pub fn ggx_refracted_cap(alpha: f64, eta: f64, theta: f64) -> f64 {
+    let a2 = alpha * alpha;
+    let bent = |m: f64| m - (m.sin() / eta).asin();
+    let integrand = |m: f64| {
+        let (tan, tan_wi) = (m.tan(), bent(m).tan());
+        let g2 = 2.0 / (1.0 + (1.0 + a2 * tan_wi * tan_wi).sqrt());
+        g2 * 2.0 * a2 * tan * (1.0 + tan * tan) / (tan * tan + a2).powi(2)
+    };
+    // The facet that bends light to the cap's edge: bent grows with the angle.
+    let (mut low, mut high) = (0.0, FRAC_PI_2);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if bent(middle) < theta { low = middle } else { high = middle }
+    }
+    quadrature::line(integrand, 0.0, low, 1e-9) / (eta * eta)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::FRAC_PI_2;
 
     #[track_caller]
     fn near(a: f64, b: f64, tolerance: f64) {
@@ -210,6 +244,37 @@ mod tests {
             near(sphere(q, cos), sum * FRAC_1_PI, 1e-6);
         }
         near(sphere(1.5, 2.0 / 3.0 - 1e-9), sphere(1.5, 2.0 / 3.0 + 1e-9), 1e-8);
+    }
+
+    /// Against the BTDF itself: f = o·i/(cosθ_o·cosθ_i)·D·G2/(o/η − i)²/η², cosines o and i of the facet
+    /// [Walter 2007, eq. 21, of radiance], integrated over the cap's directions.
+    #[test]
+    fn rough_interfaces_are_their_btdf() {
+        for (alpha, eta, theta) in [(0.3f64, 1.5f64, 0.4), (0.8, 1.33, 0.3), (0.5, 2.0, 0.6)] {
+            let a2 = alpha * alpha;
+            let radiance = |i: f64| {
+                let (wo, wi) = (DVec3::Z, DVec3::new(i.sin(), 0.0, -i.cos()));
+                let m = -(wo + wi * eta).normalize();
+                let (o, inner) = (wo.dot(m), -wi.dot(m));
+                if o <= 0.0 || inner <= 0.0 {
+                    return 0.0;
+                }
+                let tan2 = (1.0 - m.z * m.z) / (m.z * m.z);
+                let d = a2 / (PI * m.z.powi(4) * (a2 + tan2).powi(2));
+                let g2 = 2.0 / (1.0 + (1.0 + a2 * i.tan().powi(2)).sqrt());
+                o * inner * d * g2 / ((o / eta - inner).powi(2) * eta * eta) * 2.0 * PI * i.sin()
+            };
+            let sum = quadrature::line(radiance, 0.0, theta, 1e-9);
+            near(ggx_refracted_cap(alpha, eta, theta), sum, 1e-6);
+        }
+    }
+
+    #[test]
+    fn point_lights_over_lines_and_in_spheres() {
+        let along = |x: f64| 0.7 / (0.49 + x * x + 0.04).powf(1.5);
+        near(point_light_along_line(-0.3, 0.8, 0.2, 0.7), quadrature::line(along, -0.3, 0.8, 1e-10), 1e-9);
+        // A light in the middle: 1/R² straight, and ρ times that once more.
+        near(inside_of_sphere(0.5, 2.0, 2.0, 1.0), 0.5 * FRAC_1_PI * 0.25 * 1.5, 1e-15);
     }
 
     #[test]

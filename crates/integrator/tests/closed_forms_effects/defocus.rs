@@ -7,6 +7,7 @@ use dapple_integrator::{Effect, Settings};
 use dapple_sampling::{Moments, Pattern};
 use dapple_scene::Scene;
 use dapple_testkit::closed_form::{blur_diameter, disk_beside_line};
+use dapple_testkit::quadrature;
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -25,17 +26,24 @@ fn blurred_edge(focus: f64) -> (Scene, Camera) {
     (scene, camera)
 }
 
+/// Of pixel `i`: its centre, or paired, where the pixel's points are the sum's, its mean.
+fn beside_the_lens(tracer: Tracer, i: usize) -> f64 {
+    // 20 pixels are the radius of the blur.
+    let at = |x: f64| disk_beside_line((32.0 - x) / 20.0);
+    let x = i as f64;
+    if tracer == Tracer::Paired { quadrature::line(at, x, x + 1.0, 1e-7) } else { at(x + 0.5) }
+}
+
 #[test]
 fn edge_beside_a_round_lens() {
     for focus in [2.0, 7.0, f64::INFINITY] {
         let (scene, camera) = blurred_edge(focus);
-        for tracer in [Tracer::Nested, Tracer::Path] {
+        for tracer in TRACERS {
             for pattern in UNBIASED {
                 let settings = one_pixel(tracer, pattern, &[(Effect::Lens, [4, 4])], 16);
                 let row = replicas(&scene, &camera, &Settings { size: (64, 1), ..settings }, 400);
                 for (i, moments) in row.iter().enumerate() {
-                    // 20 pixels are the radius of the blur.
-                    let exact = disk_beside_line((32.0 - (i as f64 + 0.5)) / 20.0);
+                    let exact = beside_the_lens(tracer, i);
                     let what = format!("focus {focus}, {tracer:?} {pattern}, pixel {i}");
                     assert_mean_known_to(&what, moments, exact, 0.008);
                 }
@@ -104,7 +112,7 @@ fn a_patch_is_spread_and_conserved() {
         let (area, inner) = blur_area(aperture);
         // Half diagonals of patch and pixel.
         let plateau = inner - 0.5 * (PATCH + 1.0) * std::f64::consts::SQRT_2;
-        for tracer in [Tracer::Nested, Tracer::Path] {
+        for tracer in TRACERS {
             for pattern in UNBIASED {
                 let plans = [(Effect::Pixel, [2, 2]), (Effect::Lens, [4, 4])];
                 let settings = Settings { size: (40, 40), ..one_pixel(tracer, pattern, &plans, 64) };

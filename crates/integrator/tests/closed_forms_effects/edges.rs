@@ -1,5 +1,6 @@
-//! A straight edge, blurred by everything that moves it linearly: pixel, square lens, square gloss (SCIENCE E11, E12).
+//! A straight edge, blurred by everything that moves it linearly: pixel, square lens, motion, square gloss (SCIENCE E11, E12).
 
+use crate::common::moving::*;
 use crate::common::tracers::*;
 use crate::common::*;
 use dapple_integrator::Effect;
@@ -57,7 +58,8 @@ impl Edge {
         assert!((0.04..0.96).contains(&exact), "{what}: {exact} tells little");
         let plans: Vec<_> = self.a.iter().map(|(effect, _)| (*effect, [side; 2])).collect();
         for &tracer in tracers {
-            let sides = vec![if tracer == Tracer::Nested { side } else { 8 }; 2 * self.a.len()];
+            let side = if tracer == Tracer::Nested { side } else { 8 };
+            let sides: Vec<u32> = self.a.iter().flat_map(|(effect, _)| sides_of(*effect, side)).collect();
             for pattern in PATTERNS {
                 let settings = one_pixel(tracer, pattern, &plans, 64);
                 let deterministic =
@@ -78,6 +80,11 @@ impl Edge {
             }
         }
     }
+}
+
+/// Time is one coordinate, and gets all points there.
+fn sides_of(effect: Effect, side: u32) -> [u32; 2] {
+    if effect == Effect::Time { [side * side, 1] } else { [side; 2] }
 }
 
 const SPAN: [Vec3; 2] = [Vec3::X, Vec3::Y];
@@ -175,6 +182,47 @@ fn blur_under_the_surface_is_lost() {
     let camera = scene.cameras[0].camera.clone();
     let a = vec![(Effect::Glossy, [0.0, blur * theta.sin()])];
     Edge { scene, camera, a, c: theta.cos() }.check("blur at 80°", &TRACERS, 6);
+}
+
+/// An edge that moves by `way` along x while the shutter is open, seen by parallel rays `half` to each side.
+fn passing(n: DVec2, c: f64, way: f64, half: f64) -> Scene {
+    let mut builder = seen_in_parallel(DVec3::Z * 2.0, DVec3::NEG_Z, DVec3::Y, half);
+    builder.exposure(AT, SHUTTER);
+    let white = builder.material(shadeless(1.0));
+    let plane = half_plane(Vec3::ZERO, SPAN, n, c);
+    builder.moving_mesh("half-plane", plane, slide(DVec3::X * way * -0.5, DVec3::X * way * 0.5), white);
+    builder.build().unwrap()
+}
+
+/// Standing at n·p ≤ c + n.x·way·(τ − ½).
+#[test]
+fn edge_that_moves() {
+    for (degrees, c, way) in [(0.0, 0.1711, 1.0), (40.0, -0.1203, 0.8), (71.0, 0.0507, -2.0)] {
+        let n = towards(degrees);
+        let scene = passing(n, c, way, 1e-6);
+        let camera = scene.cameras[0].camera.clone();
+        let a = vec![(Effect::Time, [-n.x * way, 0.0])];
+        let tracers = [Tracer::Nested, Tracer::Path];
+        Edge { scene, camera, a, c }.check(&format!("edge at {degrees}° that moves"), &tracers, 6);
+    }
+}
+
+/// Five dimensions: pixel, lens and time.
+#[test]
+fn edge_that_moves_through_pixel_and_lens() {
+    let (half, radius) = (0.5, 0.3);
+    for (degrees, c, way) in [(25.0, 0.2117, 0.9), (60.0, -0.3031, -1.7)] {
+        let n = towards(degrees);
+        let scene = passing(n, c, way, half);
+        let camera = with_lens(&scene, Aperture::Square, radius, f64::INFINITY);
+        let pair = |extent: f64| [n.x * extent, n.y * extent];
+        let a = vec![
+            (Effect::Pixel, pair(2.0 * half)),
+            (Effect::Lens, pair(2.0 * radius)),
+            (Effect::Time, [-n.x * way, 0.0]),
+        ];
+        Edge { scene, camera, a, c }.check(&format!("five dimensions, edge at {degrees}°"), &TRACERS, 3);
+    }
 }
 
 /// All of it at once: six dimensions. Parallel rays through a lens focused at infinity are moved by the lens as a whole,

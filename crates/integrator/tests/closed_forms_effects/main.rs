@@ -11,3 +11,5 @@ mod edges;
 mod gloss;
 mod irradiance;
 mod penumbra;
+mod refraction;
+mod sphere;

@@ -2,6 +2,7 @@
 #![allow(dead_code)]
 
 pub mod maps;
+pub mod moving;
 pub mod tracers;
 
 use dapple_geometry::Mesh;
@@ -11,6 +12,7 @@ use dapple_lights::Environment;
 use dapple_materials::{Material, Mirror};
 use dapple_sampling::Moments;
 use dapple_scene::{CameraPose, Scene, SceneBuilder, TexturedMaterial};
+use dapple_testkit::closed_form::inside_of_sphere;
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use std::ops::ControlFlow;
 
@@ -131,8 +133,54 @@ pub fn with_lens(scene: &Scene, aperture: Aperture, radius: f64, focus: f64) -> 
 }
 
 /// The half-plane n·(s, t) ≤ c of the plane origin + s·u + t·v, 20 units to each side; `n` unit.
-pub fn half_plane(origin: Vec3, [u, v]: [Vec3; 2], n: DVec2, c: f64) -> Mesh {
+pub fn half_plane(origin: Vec3, span: [Vec3; 2], n: DVec2, c: f64) -> Mesh {
+    half_plane_up_to(20.0, origin, span, n, c)
+}
+
+/// As [`half_plane`], `reach` units to each side.
+pub fn half_plane_up_to(reach: f32, origin: Vec3, [u, v]: [Vec3; 2], n: DVec2, c: f64) -> Mesh {
     let n = n.as_vec2();
     let (across, along) = (u * n.x + v * n.y, v * n.x - u * n.y);
-    quad(origin + across * c as f32 - along * 20.0, across * -20.0, along * 40.0)
+    quad(origin + across * c as f32 - along * reach, across * -reach, along * (2.0 * reach))
+}
+
+/// Clear matter of this roughness behind one surface, which reflects nothing. `ior` 1 is a thin wall.
+pub fn clear(roughness: f32, ior: f32) -> TexturedMaterial {
+    TexturedMaterial {
+        name: format!("clear {roughness}"),
+        base: Material {
+            metallic: 0.0,
+            specular: 0.0,
+            transmission: 1.0,
+            roughness,
+            ior,
+            thin: ior == 1.0,
+            ..Material::default()
+        },
+        ..TexturedMaterial::default()
+    }
+}
+
+/// A small rough surface at z = 0, seen along its normal from z = 0.5, and a disk at `z` that fills a cone of half angle
+/// `theta` about the normal: above for reflection (the camera is between them), below for refraction.
+pub fn under_a_cap(surface: TexturedMaterial, z: f64, theta: f64, disk: TexturedMaterial) -> Scene {
+    let mut builder = seen_in_parallel(DVec3::Z * 0.5, DVec3::NEG_Z, DVec3::Y, 1e-5);
+    let rough = builder.material(surface);
+    let plane = quad(Vec3::new(-0.01, -0.01, 0.0), Vec3::X * 0.02, Vec3::Y * 0.02);
+    builder.mesh("surface", plane, DAffine3::IDENTITY, rough);
+    let white = builder.material(disk);
+    builder.disk("cap", DVec3::Z * z, DVec3::Z * -z.signum(), z.abs() * theta.tan(), white);
+    builder.build().unwrap()
+}
+
+/// The inside of a grey sphere of radius 1 about the origin with a point light of unit intensity at `light`; seen is
+/// (0, 0, −1), with one more reflection. And its exact radiance.
+pub fn sphere_lit_from(light: DVec3) -> (Scene, f64) {
+    let mut builder = seen_in_parallel(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 1e-6);
+    let grey = builder.material(matte(0.5, 0.0));
+    builder.sphere("sphere", DVec3::ZERO, 1.0, grey);
+    builder.point_light(light, Vec3::ONE, f64::INFINITY);
+    let to = light + DVec3::Z;
+    let exact = inside_of_sphere(0.5, 1.0, to.length(), to.normalize().z);
+    (builder.build().unwrap(), exact)
 }

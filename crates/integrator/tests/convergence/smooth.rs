@@ -2,20 +2,23 @@
 //!
 //! Expected: random −1; in two dimensions −2 stratified and grid, about −2.9 Sobol; in one −3, −4, −3.
 
+use crate::common::moving::*;
 use crate::common::tracers::*;
 use crate::common::*;
-use crate::edges::only;
+use crate::edges::{any_direction, only};
 use crate::study::*;
 use dapple_integrator::camera::{Aperture, Camera};
 use dapple_integrator::{Effect, Settings};
+use dapple_lights::Environment;
 use dapple_sampling::Plan;
 use dapple_scene::Scene;
-use dapple_testkit::Rng;
-use dapple_testkit::closed_form::{flux_of_point_light, parallel_rectangle};
+use dapple_testkit::closed_form::{flux_of_point_light, ggx_cap, parallel_rectangle, point_light_along_line};
+use dapple_testkit::{Rng, quadrature};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
-use std::f64::consts::FRAC_1_PI;
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
 const PLANE: [Option<f64>; 4] = [Some(-1.0), Some(-2.0), Some(-2.0), Some(-2.88)];
+const KINK: [Option<f64>; 4] = [Some(-1.0), Some(-2.0), Some(-2.0), Some(-2.54)];
 const LINE: [Option<f64>; 4] = [Some(-1.0), Some(-3.0), Some(-4.0), Some(-3.0)];
 
 /// Height of the point light over the plane, and where it stands.
@@ -103,16 +106,91 @@ fn quad_light(name: &str, size: DVec2, freedom: DVec3, layout: Layout, effort: E
     Study { name, layout, counts, expected, error: &error }.check(effort);
 }
 
+/// A floor of one point in the middle of a sphere of albedo ½ with a point light beside it, in the floor's plane: what
+/// the sphere gives back is smooth in the projection of its direction, (1 − l·p)/(1 + l² − 2l·p)^{3/2}/2π; in the square
+/// it has kinks along the diagonals, which the map to the disk has.
+fn dome(effort: Effort) {
+    let error = |plan: Plan, seed: u64| {
+        let mut rng = Rng::new(seed);
+        let light = any_direction(&mut rng) * (0.2 + 0.3 * rng.f64());
+        let mut builder = seen_in_parallel(DVec3::Z * 0.2, DVec3::NEG_Z, DVec3::Y, 1e-6);
+        let white = builder.material(matte(1.0, 0.0));
+        let floor = quad(Vec3::new(-0.01, -0.01, 0.0), Vec3::X * 0.02, Vec3::Y * 0.02);
+        builder.mesh("floor", floor, DAffine3::IDENTITY, white);
+        let grey = builder.material(matte(0.5, 0.0));
+        builder.sphere("sphere", DVec3::ZERO, 1.0, grey);
+        builder.point_light(light.extend(0.0), Vec3::ONE, f64::INFINITY);
+        let scene = builder.build().unwrap();
+        let given = |r: f64, phi: f64| {
+            let along = light.length() * r * phi.cos();
+            r * (1.0 - along) / (1.0 + light.length_squared() - 2.0 * along).powf(1.5)
+        };
+        let sum = quadrature::rectangle(given, [0.0; 2], [1.0, PI], 1e-8);
+        let settings = Settings { max_bounces: 2, ..only(Effect::Diffuse, plan) };
+        let exact = sum * FRAC_1_PI * FRAC_1_PI;
+        values(&scene, &scene.cameras[0].camera, &settings, seed)[0] - exact
+    };
+    let name = "smooth, diffuse";
+    Study { name, layout: Layout::Square, counts: effort.counts(), expected: KINK, error: &error }
+        .check(effort);
+}
+
+/// A point light that moves along x while the shutter is open, over a plane.
+fn passing_light(effort: Effort) {
+    let error = |plan: Plan, seed: u64| {
+        let mut builder = seen_in_parallel(DVec3::Z * 0.2, DVec3::NEG_Z, DVec3::Y, 1e-6);
+        builder.exposure(AT, SHUTTER);
+        let white = builder.material(matte(1.0, 0.0));
+        let floor = quad(Vec3::new(-1.0, -1.0, 0.0), Vec3::X * 2.0, Vec3::Y * 2.0);
+        builder.mesh("floor", floor, DAffine3::IDENTITY, white);
+        let from = somewhere(seed, 0.5) + DVec3::new(-0.5, 0.0, HEIGHT);
+        builder.point_light(DVec3::ZERO, Vec3::ONE, f64::INFINITY);
+        builder.moving_light(slide(from, from + DVec3::X));
+        let scene = builder.build().unwrap();
+        let exact = point_light_along_line(from.x, from.x + 1.0, from.y, HEIGHT) * FRAC_1_PI;
+        values(&scene, &scene.cameras[0].camera, &only(Effect::Time, plan), seed)[0] - exact
+    };
+    let name = "1-D smooth, time";
+    Study { name, layout: Layout::Line, counts: effort.counts_on_a_line(), expected: LINE, error: &error }
+        .check(effort);
+}
+
+/// A rough mirror or a rough thin wall of random roughness, white all around: what is left is the masking of its facets.
+/// (Bent light would not be smooth: facets seen at grazing angles put a root into the second coordinate.)
+fn all_around(name: &str, effect: Effect, effort: Effort) {
+    let error = |plan: Plan, seed: u64| {
+        let roughness = 0.85 + 0.15 * Rng::new(seed).f64() as f32;
+        let alpha = f64::from(roughness).powi(2);
+        let surface = match effect {
+            Effect::Glossy => metal(Vec3::ONE, roughness),
+            _ => clear(roughness, 1.0),
+        };
+        let mut builder = seen_in_parallel(DVec3::Z, DVec3::NEG_Z, DVec3::Y, 1e-5);
+        let rough = builder.material(surface);
+        let plane = quad(Vec3::new(-0.01, -0.01, 0.0), Vec3::X * 0.02, Vec3::Y * 0.02);
+        builder.mesh("surface", plane, DAffine3::IDENTITY, rough);
+        builder.environment(Environment::constant(Vec3::ONE));
+        let scene = builder.build().unwrap();
+        values(&scene, &scene.cameras[0].camera, &only(effect, plan), seed)[0] - ggx_cap(alpha, FRAC_PI_2)
+    };
+    let (layout, counts) = (Layout::Column, effort.counts_on_a_line());
+    Study { name, layout, counts, expected: LINE, error: &error }.check(effort);
+}
+
 fn in_the_plane(effort: Effort) {
     plane_through("smooth, pixel", Effect::Pixel, effort);
     plane_through("smooth, lens", Effect::Lens, effort);
     plane_through("smooth, square gloss", Effect::Glossy, effort);
     quad_light("smooth, quad light", DVec2::new(0.9, 0.7), DVec3::ONE, Layout::Square, effort);
+    dome(effort);
 }
 
 /// So narrow that only its length counts, which is the second coordinate.
 fn on_a_line(effort: Effort) {
     quad_light("1-D smooth, narrow light", DVec2::new(1.2, 1e-3), DVec3::X, Layout::Column, effort);
+    passing_light(effort);
+    all_around("1-D smooth, GGX gloss", Effect::Glossy, effort);
+    all_around("1-D smooth, rough thin wall", Effect::Refract, effort);
 }
 
 #[test]
