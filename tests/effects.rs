@@ -78,6 +78,7 @@ fn settings_of(path: &Path) -> String {
 #[test]
 fn the_settings_in_an_exr_give_its_picture_again() {
     let folder = tempfile::tempdir().unwrap();
+    well(folder.path(), &["render", "builtin:cornell", "--size", "6x3", "--spp", "1", "-o", "sky.exr"]);
     let lens = ["--aperture-radius", "0.05", "--focus-distance", "1.1", "--aperture-shape", "blades:5:12"];
     let off = ["--diffuse", "0", "--ambient", "0.3,0.2,0.1"];
     for (i, more) in [
@@ -91,6 +92,9 @@ fn the_settings_in_an_exr_give_its_picture_again() {
         .concat(),
         [&CORNELL[..], &off, &["--pixel", "0", "--lens", "1", "--crop", "3,2,9,7"]].concat(),
         vec!["render", "builtin:cornell", "--size", "12x8", "--spp", "3", "--light", "0", "--pixel", "0"],
+        [&CORNELL[..], &["--env", "sky.exr", "--env-rotation", "70", "--env-intensity", "0.5"]].concat(),
+        [&CORNELL[..], &["--env", "sky.exr", "--env-smooth", "--camera", "0"]].concat(),
+        [&CORNELL[..], &["--env-color", "0.1,0.2,0.3", "--env-intensity", "2"]].concat(),
     ]
     .into_iter()
     .enumerate()

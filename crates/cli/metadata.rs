@@ -3,22 +3,24 @@
 //! Matrices are OpenEXR's standard attributes, for row vectors (`v · M`, translation in the last row). Camera space is
 //! glTF's: the camera looks along −z, +y is up. NDC runs from (0,0) at the top left of the full picture to (1,1).
 
+use crate::options::RenderOptions;
 use crate::values;
-use dapple_integrator::camera::{Camera, Lens, Projection, Shutter};
+use dapple_integrator::camera::{Camera, Projection, Shutter};
 use dapple_integrator::imaging::picture::MetaValue;
 use dapple_integrator::sampling::Plan;
-use dapple_integrator::scene::{Scene, Space};
+use dapple_integrator::scene::{NamedCamera, Scene, Space};
 use dapple_integrator::{Combine, Effect, Method, Settings, Stats};
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
 /// All attributes of a render.
 pub fn attributes(
+    options: &RenderOptions,
     settings: &Settings,
     stats: &Stats,
-    camera: &Camera,
+    view: &NamedCamera,
     scene: &Scene,
 ) -> Vec<(String, MetaValue)> {
-    let space = &scene.space;
+    let (camera, space) = (&view.camera, &scene.space);
     let to_camera = world_to_camera(camera, space);
     let to_ndc = camera_to_ndc(camera, space, settings.size) * to_camera;
     let text = |s: String| MetaValue::Text(s);
@@ -28,14 +30,22 @@ pub fn attributes(
         ("software".into(), text(format!("dapple {}", env!("CARGO_PKG_VERSION")))),
         ("spp".into(), MetaValue::Int(i32::try_from(stats.spp).unwrap_or(i32::MAX))),
         ("seed".into(), text(settings.seed.to_string())),
-        ("settings".into(), text(settings_text(settings, stats, camera.lens, scene))),
+        ("settings".into(), text(settings_text(options, settings, stats, view, scene))),
     ]
 }
 
-/// The lines of a settings file that would give the picture again.
-fn settings_text(settings: &Settings, stats: &Stats, lens: Option<Lens>, scene: &Scene) -> String {
+/// The lines of a settings file that would give the picture again; a picture of the environment stands beside it.
+fn settings_text(
+    options: &RenderOptions,
+    settings: &Settings,
+    stats: &Stats,
+    view: &NamedCamera,
+    scene: &Scene,
+) -> String {
     let (w, h) = settings.size;
     let mut lines = vec![
+        // As it was asked for: several may have one name.
+        format!("camera = {}", quoted(options.camera.as_ref().unwrap_or(&view.name))),
         format!("method = \"{}\"", values::method_name(settings.method)),
         format!("seed = {}", settings.seed),
         format!("max-bounces = {}", settings.max_bounces),
@@ -67,7 +77,8 @@ fn settings_text(settings: &Settings, stats: &Stats, lens: Option<Lens>, scene: 
         let a = settings.ambient;
         lines.push(format!("ambient = [{}, {}, {}]", a.x, a.y, a.z));
     }
-    lines.extend(lens.iter().flat_map(|lens| {
+    lines.extend(environment_lines(options));
+    lines.extend(view.camera.lens.iter().flat_map(|lens| {
         let length = |render: f32| f64::from(render) / scene.space.scale;
         [
             format!("aperture-radius = {}", length(lens.radius) as f32),
@@ -86,6 +97,29 @@ fn settings_text(settings: &Settings, stats: &Stats, lens: Option<Lens>, scene: 
         lines.push(format!("crop = [{}, {}, {}, {}]", c.x0, c.y0, c.x1, c.y1));
     }
     lines.join("\n")
+}
+
+/// The environment that was asked for; the scene's own comes with the scene.
+fn environment_lines(options: &RenderOptions) -> Vec<String> {
+    let mut lines = Vec::new();
+    // Without its folder: that is where, not how.
+    if let Some(name) = options.env.as_ref().and_then(|path| path.file_name()) {
+        lines.push(format!("env = {}", quoted(&name.to_string_lossy())));
+        lines.extend(options.env_rotation.map(|degrees| format!("env-rotation = {degrees}")));
+        lines.push(format!("env-smooth = {}", RenderOptions::is(options.env_smooth)));
+    }
+    if let Some(c) = options.env_color {
+        lines.push(format!("env-color = [{}, {}, {}]", c.0.x, c.0.y, c.0.z));
+    }
+    if !lines.is_empty() {
+        lines.extend(options.env_intensity.map(|factor| format!("env-intensity = {factor}")));
+    }
+    lines
+}
+
+/// As TOML writes it.
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.into()).to_string()
 }
 
 /// The plan as the render ran it: paired, every integral has as many points as the pixel.

@@ -40,7 +40,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     interrupt::listen();
     tracing::info!(?settings, "rendering");
     let (outcome, error) = draw(&loaded, view, &settings, &options)?;
-    let outcome = finish(outcome, &loaded, view, &settings);
+    let outcome = finish(outcome, &options, &loaded, view, &settings);
     outputs.write(&outcome, &outcome.film.mean())?;
     say_bad_samples(&outcome.stats, scene, typed);
     say_stopped(&outcome.stats);
@@ -105,8 +105,14 @@ fn draw(
     Ok((outcome, error))
 }
 
-fn finish(mut outcome: Outcome, loaded: &Loaded, view: &NamedCamera, settings: &Settings) -> Outcome {
-    outcome.layers.metadata = metadata::attributes(settings, &outcome.stats, &view.camera, &loaded.scene);
+fn finish(
+    mut outcome: Outcome,
+    options: &RenderOptions,
+    loaded: &Loaded,
+    view: &NamedCamera,
+    settings: &Settings,
+) -> Outcome {
+    outcome.layers.metadata = metadata::attributes(options, settings, &outcome.stats, view, &loaded.scene);
     outcome
 }
 

@@ -117,7 +117,7 @@ impl AreaLights {
     /// Adds the lights of the next object (objects come in order); `object` is its index.
     pub fn add(&mut self, emitter: &Emitter<'_>, object: u32, form: Form, movement: Option<&Movement>) {
         let material = emitter.material;
-        if material.unlit || material.emission == Vec3::ZERO {
+        if !material.is_light() {
             return self.starts.push(DARK);
         }
         let before = self.lights.len();

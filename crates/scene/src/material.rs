@@ -121,6 +121,11 @@ impl TexturedMaterial {
         Self { emission: radiance, ..Self::lambert(name, Vec3::ZERO) }
     }
 
+    /// Whether surfaces of it are lights: they emit, and are not shadeless.
+    pub(crate) fn is_light(&self) -> bool {
+        !self.unlit && self.emission != Vec3::ZERO
+    }
+
     /// Every texture the material looks up.
     pub fn textures(&self) -> impl Iterator<Item = &TextureUse> {
         [

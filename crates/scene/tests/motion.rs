@@ -212,4 +212,11 @@ fn a_round_shape_that_does_not_stay_round() {
     assert!(scene.world.is_moving(1));
     // The card's quad and the spot are left, and the card at rest.
     assert_eq!(scene.lights.len(), 3);
+    let said = |scene: &Scene| scene.warnings.iter().filter(|w| w.0.contains("not scaled evenly")).count();
+    assert_eq!(said(&scene), 1, "{:?}", scene.warnings);
+    assert!(scene.warnings.iter().any(|w| w.0.contains("'ball'")), "{:?}", scene.warnings);
+    // Round all the way, or dark, it is as expected.
+    assert_eq!(said(&read(&machine(), SHUTTER)), 0);
+    file.set("materials", json!([{"emissiveFactor": [0, 0, 0]}]));
+    assert_eq!(said(&read(&file, SHUTTER)), 0);
 }

@@ -43,6 +43,7 @@ impl SceneBuilder {
         for m in &mut self.materials {
             m.sigma_a = (m.sigma_a.as_dvec3() / space.scale).as_vec3();
         }
+        self.warn_of_unaimed(&objects, &seen);
         let mut area = self.area_lights(&world, &mut objects, &seen);
         lights.splice(0..0, area.lights.drain(..));
         let environment = self.surroundings(&objects, &lights).map(|e| {
@@ -82,6 +83,19 @@ impl SceneBuilder {
             object.first_light = area.first(i as u32, form.primitives());
         }
         area
+    }
+
+    /// Round lights that do not stay round on their way.
+    fn warn_of_unaimed(&mut self, objects: &[Object], seen: &[Seen]) {
+        for (object, (form, _)) in objects.iter().zip(seen) {
+            let material = &self.materials[object.material as usize];
+            if matches!(form, Form::Unaimed) && material.is_light() {
+                let name = &object.name;
+                self.warnings.push(Warning(format!(
+                    "object '{name}' emits, moves, and is not scaled evenly: no rays are aimed at it and its light is noisy; scale it evenly, or make it a mesh"
+                )));
+            }
+        }
     }
 
     /// The environment, unless it is black; a white one for a scene that nothing would light.
