@@ -2,8 +2,8 @@
 //! §1.F), through the tracer, on scenes with closed forms.
 //!
 //! Every replica has its own seed and its own random placement of the scene, with its own exact value: the midpoint grid,
-//! which is the same everywhere, has a mean error only over placements. The tests of every day cover four octaves of N
-//! (`docs/convergence.md` is their table); eight octaves and twice the replicas are
+//! which is the same everywhere, has a mean error only over placements. The tests of every day cover four octaves of N;
+//! eight octaves and twice the replicas (`docs/convergence.md` is their table) are
 //! `cargo test --release -p dapple-integrator --test convergence -- --ignored --nocapture --test-threads 1`.
 
 #[path = "../common/mod.rs"]
