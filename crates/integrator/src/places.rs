@@ -117,3 +117,89 @@ impl Place {
         key.branch(self.paired.unwrap_or(i))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAN: Plan = Plan { nx: 2, ny: 2, pattern: Pattern::Stratified };
+
+    fn top(combine: Combine, s: u32) -> Place {
+        Place::new(combine, Key::pixel(3, 5, 7), s)
+    }
+
+    /// The first points there of two integrals of one name, and of one of another name.
+    fn first_points(place: Place) -> [Vec2; 3] {
+        [(Dimension::LightPoint, 0), (Dimension::LightPoint, 1), (Dimension::Direction, 0)]
+            .map(|(dimension, which)| place.point_2d(PLAN, dimension, which, 0))
+    }
+
+    #[test]
+    fn nested_no_two_integrals_share_points() {
+        let place = top(Combine::Nested, 0);
+        let places = [
+            place,
+            top(Combine::Nested, 1),
+            place.within(0, 0),
+            place.within(0, 1),
+            place.within(1, 0),
+            place.next(0, 0),
+            place.next(0, 1),
+            place.next(1, 0),
+            place.next(0, 0).next(0, 0),
+            place.next(0, 1).next(0, 0),
+        ];
+        let points: Vec<Vec2> = places.into_iter().flat_map(first_points).collect();
+        for (i, a) in points.iter().enumerate() {
+            assert!(points[..i].iter().all(|b| a != b), "{i}");
+        }
+    }
+
+    /// Over the pixel's samples an integral visits each stratum once, and no two in step.
+    #[test]
+    fn paired_every_integral_visits_its_strata_in_an_order_of_its_own() {
+        let plan = Plan::new(64, Pattern::Stratified);
+        let cell = |p: Vec2| (p.x * 8.0) as u32 + 8 * (p.y * 8.0) as u32;
+        let order = |dimension, which, deeper: bool| -> Vec<u32> {
+            let place = |s| if deeper { top(Combine::Paired, s).next(0, 0) } else { top(Combine::Paired, s) };
+            (0..64).map(|s| cell(place(s).point_2d(plan, dimension, which, 0))).collect()
+        };
+        let line = |s| (top(Combine::Paired, s).point_1d(plan, Dimension::Time, 0) * 64.0) as u32;
+        let orders = [
+            order(Dimension::Pixel, 0, false),
+            order(Dimension::Lens, 0, false),
+            order(Dimension::LightPoint, 0, false),
+            order(Dimension::LightPoint, 1, false),
+            order(Dimension::LightPoint, 0, true),
+            (0..64).map(line).collect(),
+        ];
+        for (i, a) in orders.iter().enumerate() {
+            let mut sorted = a.clone();
+            sorted.sort_unstable();
+            assert_eq!(sorted, (0..64).collect::<Vec<_>>(), "{i}");
+            assert_ne!(*a, sorted, "{i} goes straight through");
+            // Two orders at random meet in one place on average.
+            let met = |b: &[u32]| a.iter().zip(b).filter(|(x, y)| x == y).count();
+            assert!(orders[..i].iter().all(|b| met(b) < 9), "{i}");
+        }
+    }
+
+    /// Else all the trees under a grid would look in one direction, and the picture not tend to the truth.
+    #[test]
+    fn a_lone_grid_point_below_the_first_hit_is_a_random_one() {
+        let scene = dapple_scene::builtin::builtin("cornell").unwrap().build().unwrap();
+        let mut settings = Settings::default();
+        settings.plans.light = Plan::new(9, Pattern::Grid);
+        settings.plans.diffuse = Plan::new(4, Pattern::Sobol);
+        let integrals = |secondary, combine| {
+            let settings = Settings { secondary, combine, ..settings.clone() };
+            Integrals::new(&scene, &scene.cameras[0].camera, &settings)
+        };
+        let nested = integrals(1, Combine::Nested);
+        assert_eq!(nested.at(0).light, Plan::new(9, Pattern::Grid));
+        assert_eq!(nested.at(1).light, Plan::new(1, Pattern::Random));
+        assert_eq!(nested.at(2).diffuse, Plan::new(1, Pattern::Sobol));
+        assert_eq!(integrals(4, Combine::Nested).at(1).light, Plan::new(4, Pattern::Grid));
+        assert_eq!(integrals(1, Combine::Paired).at(1).light, Plan::new(16, Pattern::Grid));
+    }
+}
