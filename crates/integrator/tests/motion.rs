@@ -48,6 +48,14 @@ fn settings(size: (u32, u32), spp: u32) -> Settings {
     Settings { size, spp: Some(spp), pattern: Pattern::Random, ..Settings::default() }
 }
 
+/// The distribution tracer, four instants at each of so many points of a pixel; all independent, so that its error is no
+/// larger than that of as many paths as points.
+fn distribution(size: (u32, u32), points: u32) -> Settings {
+    let random = |n| Plan::new(n, Pattern::Random);
+    let plans = Plans { pixel: random(points), time: random(4), light: random(1), ..Plans::default() };
+    Settings { method: Method::Distribution, plans, spp: Some(points), ..settings(size, 1) }
+}
+
 /// G of SCIENCE A17: the integral to x of the coverage of a box from 0 to w that moves by Δ.
 fn streak(x: f64, w: f64, delta: f64) -> f64 {
     let square = |x: f64| x.max(0.0) * x.max(0.0);
@@ -90,11 +98,8 @@ fn a_translating_plate_is_a_trapezoid() {
         if delta == 2.4 {
             assert!((columns(1.0) - 0.522_916_7).abs() < 1e-6, "the worked example");
         }
-        // The distribution tracer, by independent points so that the same bound holds.
-        let plans = Plans { time: Plan::new(4, Pattern::Random), ..Plans::default() };
-        let plans = Plans { pixel: Plan::new(1000, Pattern::Random), ..plans };
-        let method = Settings { method: Method::Distribution, plans, spp: Some(1000), ..settings((8, 4), 1) };
-        assert_columns(&format!("distribution, Δ = {delta}"), &run(&scene, &method), 1.0, columns);
+        let summed = run(&scene, &distribution((8, 4), 1000));
+        assert_columns(&format!("distribution, Δ = {delta}"), &summed, 1.0, columns);
         // Off, it stands where the shutter opens.
         let mut plans = Plans::default();
         *plans.of_mut(Effect::Time) = Plan::OFF;
@@ -212,9 +217,13 @@ fn the_shadow_of_a_moving_plate_is_the_same_trapezoid() {
     let blocker = quad(Vec3::new(0.0, 50.0, 8.0), Vec3::X * w as f32, Vec3::Z * -16.0);
     builder.moving_mesh("plate", blocker, slide(DVec3::ZERO, DVec3::X * delta), black);
     builder.distant_light(DVec3::Y, Vec3::splat(2.0));
-    let outcome = run(&builder.build().unwrap(), &settings((8, 4), 8000));
+    let scene = builder.build().unwrap();
     let lit = 2.0 * 0.6 / PI;
-    assert_columns("shadow", &outcome, lit, |x| 1.0 - (streak(x + 1.0, w, delta) - streak(x, w, delta)));
+    for settings in [settings((8, 4), 8000), distribution((8, 4), 2000)] {
+        let shown = run(&scene, &settings);
+        let what = format!("shadow, {:?}", settings.method);
+        assert_columns(&what, &shown, lit, |x| 1.0 - (streak(x + 1.0, w, delta) - streak(x, w, delta)));
+    }
 }
 
 #[test]
@@ -236,8 +245,12 @@ fn the_mirror_image_of_a_moving_plate_is_the_same_trapezoid() {
     // Behind the camera, facing the mirror.
     let light = builder.material(TexturedMaterial { double_sided: true, ..matte(0.0, 1.0) });
     builder.moving_mesh("plate", plate(w, 9.0), slide(DVec3::ZERO, DVec3::X * delta), light);
-    let outcome = run(&builder.build().unwrap(), &settings((8, 4), 8000));
-    assert_columns("mirror", &outcome, kr, |x| streak(x + 1.0, w, delta) - streak(x, w, delta));
+    let scene = builder.build().unwrap();
+    for settings in [settings((8, 4), 8000), distribution((8, 4), 2000)] {
+        let shown = run(&scene, &settings);
+        let what = format!("mirror, {:?}", settings.method);
+        assert_columns(&what, &shown, kr, |x| streak(x + 1.0, w, delta) - streak(x, w, delta));
+    }
 }
 
 /// A floor of one point under a light; see [`irradiance_meter`].
@@ -300,6 +313,8 @@ fn irradiance_under_a_quad_that_moves() {
             Settings { size: (24, 24), spp: Some(256), strategy, max_bounces: 1, ..Settings::default() };
         assert_close("moving quad", &run(&scene, &settings), exact);
     }
+    let settings = Settings { max_bounces: 1, ..distribution((24, 24), 64) };
+    assert_close("moving quad, summed", &run(&scene, &settings), exact);
 }
 
 /// Lamps of all shapes that slide, spin, swell and mirror themselves, over a floor.
