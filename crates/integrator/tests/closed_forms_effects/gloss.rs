@@ -5,6 +5,7 @@ use crate::common::tracers::*;
 use crate::common::*;
 use dapple_integrator::Effect;
 use dapple_lights::Environment;
+use dapple_materials::Mirror;
 use dapple_sampling::Pattern;
 use dapple_scene::{Scene, TexturedMaterial};
 use dapple_testkit::closed_form::{ggx_cap, linear_edge};
@@ -120,6 +121,29 @@ fn an_edge_over_a_blurred_mirror_aimed_at() {
                 let moments = replicas(&scene, &camera, &settings, 1500)[0];
                 let what = format!("tilt {tilt}, {tracer:?} {pattern}");
                 assert_mean_known_to(&what, &moments, exact, 0.02 * exact);
+            }
+        }
+    }
+}
+
+/// Under a white sky k_r is all that is to be seen, whatever the blur.
+#[test]
+fn a_blurred_mirror_reflects_its_k_r() {
+    for blur in [0.0, 0.4, 1.5] {
+        let mut builder = seen_in_parallel(DVec3::Z, DVec3::NEG_Z, DVec3::Y, 1e-5);
+        let mut mirror = blurred_mirror(blur);
+        mirror.base.mirror = Some(Mirror { kr: Vec3::splat(0.35), blur });
+        let mirror = builder.material(mirror);
+        let plane = quad(Vec3::new(-0.01, -0.01, 0.0), Vec3::X * 0.02, Vec3::Y * 0.02);
+        builder.mesh("mirror", plane, DAffine3::IDENTITY, mirror);
+        builder.environment(Environment::constant(Vec3::ONE));
+        let scene = builder.build().unwrap();
+        let camera = scene.cameras[0].camera.clone();
+        for tracer in TRACERS {
+            for pattern in PATTERNS {
+                let settings = one_pixel(tracer, pattern, &[(Effect::Glossy, [3, 3])], 9);
+                let mean = values(&scene, &camera, &settings, 0)[0];
+                assert!((mean - 0.35).abs() < 1e-6, "blur {blur}, {tracer:?} {pattern}: {mean}");
             }
         }
     }
