@@ -24,6 +24,16 @@ pub(super) trait Lanes: Copy {
     fn min(self, o: Self) -> Self;
     /// self > o ? self : o
     fn max(self, o: Self) -> Self;
+    /// As `max`, if either is ≥ 0; else anything below 0.
+    #[inline(always)]
+    fn later(self, o: Self) -> Self {
+        self.max(o)
+    }
+    /// As `min`, if both are ≥ 0; else anything below 0.
+    #[inline(always)]
+    fn earlier(self, o: Self) -> Self {
+        self.min(o)
+    }
     fn lt(self, o: Self) -> u32;
     fn le(self, o: Self) -> u32;
     /// The nearest child entered, self ≤ `far`; the others that are entered go on the stack, the farthest first.

@@ -295,6 +295,22 @@ mod x86 {
             // SAFETY: `Avx2` values exist only where there is AVX2.
             unsafe { Self(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)) }
         }
+        #[inline(always)]
+        fn later(self, o: Self) -> Self {
+            // SAFETY: `Avx2` values exist only where there is AVX2. Floats that are not negative order as integers do.
+            unsafe {
+                let (a, b) = (_mm256_castps_si256(self.0), _mm256_castps_si256(o.0));
+                Self(_mm256_castsi256_ps(_mm256_max_epi32(a, b)))
+            }
+        }
+        #[inline(always)]
+        fn earlier(self, o: Self) -> Self {
+            // SAFETY: as `later`.
+            unsafe {
+                let (a, b) = (_mm256_castps_si256(self.0), _mm256_castps_si256(o.0));
+                Self(_mm256_castsi256_ps(_mm256_min_epi32(a, b)))
+            }
+        }
         /// The nearest by three minima, so that the way down need not wait for the order of the others: a bitonic
         /// network over all eight keys, in which lanes not entered have key −1 and go last.
         ///

@@ -3,8 +3,9 @@
 //! The slab test needs no epsilon: (plane − o)·(1/d) has a relative error of 3 roundings on either side, and a triangle
 //! that f32 accepts may be passed at a distance of 4 roundings relative to plane − o (the rest is in the padding of the
 //! boxes), so the exit is widened by more than their sum. A ray in the plane of a face gives 0·∞ = NaN there, which
-//! min and max drop [Ize 2013]. Boxes entered at the best distance, or a little beyond, are visited still: a triangle
-//! of lower id at the same t may lie there.
+//! min and max would drop [Ize 2013]; with 1/0 held to a finite number it is 0, which shuts the ray out only where the
+//! plane bounds the far side of the box, and there is nothing on it but padding. Boxes entered at the best distance, or
+//! a little beyond, are visited still: a triangle of lower id at the same t may lie there.
 
 use super::lanes::Lanes;
 use super::node::{Block, LEAF, Node};
@@ -17,10 +18,16 @@ use std::mem::MaybeUninit;
 /// 1 + 16 ulp.
 const WIDEN: f32 = 1.0 + 16.0 * f32::EPSILON;
 
+/// Stands for 1/0. The padding alone takes a ray longer to cross than anything is away, unless that is 1e31 times
+/// further than the triangle is large.
+const STEEPEST: f32 = f32::MAX / 2.0;
+
 /// A ray in the tree's units with a direction near unit length, both by powers of two.
 struct Normalised {
     o: [f32; 3],
     d: [f32; 3],
+    /// 1/d, finite.
+    r: [f32; 3],
     t_max: f32,
     /// Factor from its t to the caller's.
     to_caller: f64,
@@ -32,16 +39,19 @@ fn normalised(ray: &Ray, scale: f32, unscale: f64) -> Option<Normalised> {
     let (o, d) = (ray.o.to_array(), ray.d.to_array());
     let larger = |a: f32, b: f32| if a > b { a } else { b };
     let largest = larger(larger(d[0].abs(), d[1].abs()), d[2].abs());
+    let exponent = (largest.to_bits() >> 23).clamp(1, 253);
+    let (length, shrink) = (f32::from_bits(exponent << 23), f32::from_bits((254 - exponent) << 23));
+    let o = [o[0] * scale, o[1] * scale, o[2] * scale];
+    let d = [d[0] * shrink, d[1] * shrink, d[2] * shrink];
     // NaN unless all are finite.
-    let zero = (o[0] * 0.0 + o[1] * 0.0 + o[2] * 0.0) + (d[0] * 0.0 + d[1] * 0.0 + d[2] * 0.0);
+    let zero = (o[0] + o[1] + o[2] + (d[0] + d[1] + d[2])) * 0.0;
     if !(largest > zero && ray.t_max > zero) {
         return None;
     }
-    let exponent = (largest.to_bits() >> 23).clamp(1, 253);
-    let (length, shrink) = (f32::from_bits(exponent << 23), f32::from_bits((254 - exponent) << 23));
     Some(Normalised {
-        o: [o[0] * scale, o[1] * scale, o[2] * scale],
-        d: [d[0] * shrink, d[1] * shrink, d[2] * shrink],
+        o,
+        d,
+        r: d.map(|x| (1.0 / x).clamp(-STEEPEST, STEEPEST)),
         t_max: (f64::from(ray.t_max) * (f64::from(scale) * f64::from(length))) as f32,
         to_caller: f64::from(shrink) * unscale,
     })
@@ -58,13 +68,12 @@ struct Slabs<L> {
 
 impl<L: Lanes> Slabs<L> {
     #[inline(always)]
-    fn new(o: [f32; 3], d: [f32; 3]) -> Self {
-        let r = d.map(|x| 1.0 / x);
+    fn new(o: [f32; 3], r: [f32; 3]) -> Self {
         Self {
             o: [L::splat(o[0]), L::splat(o[1]), L::splat(o[2])],
             near: [L::splat(r[0]), L::splat(r[1]), L::splat(r[2])],
             far: [L::splat(r[0] * WIDEN), L::splat(r[1] * WIDEN), L::splat(r[2] * WIDEN)],
-            upper: r.map(|x| usize::from(x.is_sign_negative())),
+            upper: r.map(|x| (x.to_bits() >> 31) as usize),
         }
     }
 
@@ -77,9 +86,7 @@ impl<L: Lanes> Slabs<L> {
         let fx = plane(node, 1 - (self.upper[0] & 1), self.o[0], self.far[0]);
         let fy = plane(node, 3 - (self.upper[1] & 1), self.o[1], self.far[1]);
         let fz = plane(node, 5 - (self.upper[2] & 1), self.o[2], self.far[2]);
-        // A NaN in the first operand is dropped; in the second of the inner pair it takes the first with it. Both only
-        // enlarge the interval.
-        (nx.max(ny).max(nz.max(L::splat(0.0))), fx.min(fy).min(fz.min(limit)))
+        (nx.later(ny).later(nz.later(L::splat(0.0))), fx.earlier(fy).earlier(fz.earlier(limit)))
     }
 }
 
@@ -111,9 +118,9 @@ fn walk_with<L: Lanes, C: Candidate, const ANY: bool>(
     candidate: &C,
     stack: &mut Stack,
 ) -> Option<TriangleHit> {
-    let Normalised { o, d, t_max, to_caller } = normalised(ray, tree.scale, tree.unscale)?;
-    let sheared = Sheared::new(o, d);
-    let slabs = Slabs::<L>::new(o, d);
+    let Normalised { o, d, r, t_max, to_caller } = normalised(ray, tree.scale, tree.unscale)?;
+    let sheared = Sheared::new(o, d, r);
+    let slabs = Slabs::<L>::new(o, r);
     // No id is lower than 0: at t_max itself there is no hit.
     let mut best = TriangleHit { t: t_max, u: 0.0, v: 0.0, triangle: 0 };
     let mut found = false;

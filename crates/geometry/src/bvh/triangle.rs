@@ -28,7 +28,7 @@ pub(super) struct Sheared {
 
 impl Sheared {
     #[inline(always)]
-    pub fn new(o: [f32; 3], d: [f32; 3]) -> Self {
+    pub fn new(o: [f32; 3], d: [f32; 3], r: [f32; 3]) -> Self {
         let larger = |a: f32, b: f32| if a > b { a } else { b };
         let [x, y, z] = d.map(f32::abs);
         let k = if x >= y && x >= z {
@@ -38,7 +38,7 @@ impl Sheared {
         } else {
             [0, 1, 2]
         };
-        let s = 1.0 / d[k[2]];
+        let s = r[k[2]];
         // The coordinates of a tree are below 2.
         let reach = larger(larger(o[0].abs(), o[1].abs()), o[2].abs()) + 2.0;
         Self { o, d, k, s: [d[k[0]] / d[k[2]], d[k[1]] / d[k[2]], s], doubt: reach * s.abs() * DOUBT }
@@ -120,7 +120,12 @@ impl Found {
         if self.unsure >> lane & 1 == 1
             || in_doubt(ray.doubt) && in_doubt(reach(ray, block, lane) * ray.s[2].abs() * DOUBT)
         {
-            return exact(ray, block, lane).map(|(t, u, v)| TriangleHit { t, u, v, triangle });
+            // Most often the triangle that the ray starts from: no need to know where it is passed.
+            let t = plane_distance(ray, block, lane) as f32;
+            if t.is_nan() || t <= 0.0 {
+                return None;
+            }
+            return barycentrics(ray, block, lane).map(|(u, v)| TriangleHit { t, u, v, triangle });
         }
         let det = self.det[lane];
         Some(TriangleHit { t, u: self.v[lane] / det, v: self.w[lane] / det, triangle })
@@ -139,6 +144,7 @@ fn reach(ray: &Sheared, block: &Block, lane: usize) -> f32 {
 
 /// Distance along the ray to the triangle's plane, in f64 where the f32 corners are exact: an origin in an axis-parallel
 /// plane is at exactly 0. NaN for a ray in the plane.
+#[inline(always)]
 fn plane_distance(ray: &Sheared, block: &Block, lane: usize) -> f64 {
     let corner = |c: usize| DVec3::from_array(std::array::from_fn(|k| f64::from(block.corner[k][c][lane])));
     let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
@@ -147,15 +153,10 @@ fn plane_distance(ray: &Sheared, block: &Block, lane: usize) -> f64 {
     n.dot(a - wide(ray.o)) / n.dot(wide(ray.d))
 }
 
-/// (t, u, v) of one triangle: the same edge functions, their signs exact; t from the plane and barycentrics in f64.
+/// (u, v) where a ray passes one triangle, in f64: the same edge functions, their signs exact. None if it does not.
 #[cold]
 #[inline(never)]
-fn exact(ray: &Sheared, block: &Block, lane: usize) -> Option<(f32, f32, f32)> {
-    // Most often the triangle that the ray starts from: no need to know where it is passed.
-    let t = plane_distance(ray, block, lane) as f32;
-    if t.is_nan() || t <= 0.0 {
-        return None;
-    }
+fn barycentrics(ray: &Sheared, block: &Block, lane: usize) -> Option<(f32, f32)> {
     let [kx, ky, kz] = ray.k;
     let mut rounded = [[0.0f64; 2]; 3];
     let mut deep = [[0.0f64; 3]; 3];
@@ -189,7 +190,7 @@ fn exact(ray: &Sheared, block: &Block, lane: usize) -> Option<(f32, f32, f32)> {
         weights = signed.map(|w| w * side);
         sum = weights[0] + weights[1] + weights[2];
     }
-    Some((t, (weights[1] / sum) as f32, (weights[2] / sum) as f32))
+    Some(((weights[1] / sum) as f32, (weights[2] / sum) as f32))
 }
 
 fn edge_functions(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> [f64; 3] {
