@@ -2,6 +2,7 @@
 
 use super::collapse::collapse;
 use super::node::{Block, LEAF};
+use super::sweep::sweep;
 use super::{Kernel, Quality, Tree};
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -71,11 +72,15 @@ fn padded_box(t: &[Vec3; 3]) -> Aabb {
 }
 
 fn binary_tree(boxes: &[Aabb], quality: Quality) -> Bvh2 {
-    let (search, effort) = match quality {
-        Quality::Fast => (PlocSearchDistance::Low, 0.02),
-        Quality::Medium => (PlocSearchDistance::Medium, 0.15),
-        Quality::High => (PlocSearchDistance::High, 1.0),
-    };
+    match quality {
+        Quality::Fast => bottom_up(boxes, PlocSearchDistance::Low, 0.02),
+        Quality::Medium => bottom_up(boxes, PlocSearchDistance::Medium, 0.15),
+        Quality::High => sweep(boxes),
+    }
+}
+
+/// PLOC, then the given share of the nodes reinserted where they cost least.
+fn bottom_up(boxes: &[Aabb], search: PlocSearchDistance, effort: f32) -> Bvh2 {
     let order = (0..boxes.len() as u32).collect();
     let distinct: Vec<Aabb> = (0..).zip(boxes).map(|(i, b)| jittered(i, b)).collect();
     let mut tree =

@@ -143,7 +143,7 @@ fn walk_with<L: Lanes, C: Candidate, const ANY: bool>(
                 while mask != 0 {
                     let lane = mask.trailing_zeros() as usize & 7;
                     mask &= mask - 1;
-                    let Some(hit) = hits.hit(&sheared, block, lane, t_max) else { continue };
+                    let Some(hit) = hits.hit(&sheared, block, lane, best.t, t_max) else { continue };
                     let nearer = hit.t < best.t || (hit.t == best.t && hit.triangle < best.triangle);
                     if nearer && (C::OPAQUE || candidate.accept(&in_callers_units(hit, to_caller))) {
                         if ANY {

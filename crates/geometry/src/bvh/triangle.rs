@@ -113,16 +113,24 @@ impl Found {
     /// The hit in `lane`, with t > 0; None if a closer look shows that there is none. Hits near either end of the ray
     /// get that look: without it a surface would shadow itself, and a light its own samples.
     #[inline(always)]
-    pub fn hit(&self, ray: &Sheared, block: &Block, lane: usize, t_max: f32) -> Option<TriangleHit> {
+    pub fn hit(
+        &self,
+        ray: &Sheared,
+        block: &Block,
+        lane: usize,
+        limit: f32,
+        t_max: f32,
+    ) -> Option<TriangleHit> {
         let triangle = block.id[lane];
         let t = self.t[lane];
         let in_doubt = |doubt: f32| t < doubt || t_max - t < doubt;
         if self.unsure >> lane & 1 == 1
             || in_doubt(ray.doubt) && in_doubt(reach(ray, block, lane) * ray.s[2].abs() * DOUBT)
         {
-            // Most often the triangle that the ray starts from: no need to know where it is passed.
+            // Most often the triangle that the ray starts from, or a wall behind what it hits: no need to know where it
+            // is passed.
             let t = plane_distance(ray, block, lane) as f32;
-            if t.is_nan() || t <= 0.0 {
+            if !(t > 0.0 && t <= limit) {
                 return None;
             }
             return barycentrics(ray, block, lane).map(|(u, v)| TriangleHit { t, u, v, triangle });
