@@ -8,12 +8,15 @@ use dapple_analysis::statistics;
 use dapple_integrator::camera::{Camera, Film};
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Checkpoint, Method, Outcome, Settings};
+use dapple_integrator::{Checkpoint, Method, Outcome, Settings, Spread};
 use serde_json::json;
+use std::cell::Cell;
 use std::fs::File;
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
 
 /// No render stops for its error before it has so many samples per pixel: with fewer, rare bright ones may be unseen.
 const FEWEST: u32 = 64;
@@ -36,6 +39,8 @@ pub struct ErrorWatch<'a> {
     held: Option<Estimate>,
     /// Whether the last line of the log has an error.
     told: bool,
+    /// What measuring took so far, beside rendering.
+    seconds: Cell<f64>,
 }
 
 impl<'a> ErrorWatch<'a> {
@@ -67,6 +72,7 @@ impl<'a> ErrorWatch<'a> {
             bar,
             held: None,
             told: false,
+            seconds: Cell::new(0.0),
         })
     }
 
@@ -86,31 +92,40 @@ impl<'a> ErrorWatch<'a> {
         self.bar.set_error(Some(guess.error));
         let limit = self.limit.filter(|limit| at.spp >= FEWEST && guess.error <= HOPE * limit);
         let Some(limit) = limit else { return Some(guess) };
-        // Of sets that are repeated while there is time, the guess is all there is.
-        let measured = self.measure(&film, at.spp).unwrap_or(guess);
+        let measured = self.measure(&film, at.spp, at.spread).unwrap_or(guess);
         self.held = Some(measured).filter(|e| e.bound <= limit);
         Some(measured)
     }
 
     /// The error of a picture of `spp` samples; renders a small part of it again where that is the only way.
-    fn measure(&self, film: &Film, spp: u32) -> Option<Estimate> {
-        match self.way {
+    fn measure(&self, film: &Film, spp: u32, spread: Option<&Arc<Spread>>) -> Option<Estimate> {
+        let start = Instant::now();
+        let found = match self.way {
             Way::None => None,
             Way::Within => within(film, self.confidence),
             Way::Replicate => {
-                let settings = self.repeatable(spp)?;
+                let settings = Settings { spread: spread.cloned(), ..self.repeatable(spp)? };
                 replicate(self.scene, self.camera, &settings, film, self.confidence)
             }
-        }
+        };
+        self.seconds.set(self.seconds.get() + start.elapsed().as_secs_f64());
+        found
     }
 
-    /// Settings that render `spp` samples of the same kind; `None` where that many are no whole set.
+    /// Settings that render `spp` samples of the same kind; `None` where no render of other sets stops at so many.
     fn repeatable(&self, spp: u32) -> Option<Settings> {
-        let settings = self.settings;
-        let sobol = settings.method == Method::Path && settings.pattern == Pattern::Sobol;
-        let whole = settings.samples() == Some(spp);
-        (sobol || whole)
-            .then(|| Settings { spp: if sobol { Some(spp) } else { settings.spp }, ..settings.clone() })
+        let settings = self.settings.clone();
+        match settings.samples() {
+            _ if settings.method == Method::Path && settings.pattern == Pattern::Sobol => {
+                Some(Settings { spp: Some(spp), ..settings })
+            }
+            Some(whole) => (whole == spp).then_some(settings),
+            // Repeated sets are looked at when their number has doubled.
+            None => {
+                let sets = spp / settings.round();
+                (sets.is_power_of_two() && spp.is_multiple_of(settings.round())).then_some(settings)
+            }
+        }
     }
 
     fn write(&mut self, (seconds, spp, rays): (f64, u32, u64), known: Option<Estimate>) {
@@ -123,15 +138,16 @@ impl<'a> ErrorWatch<'a> {
         }
     }
 
-    /// The error of the finished picture. The log gets it too, if its last line has none.
-    pub fn finish(mut self, outcome: &Outcome) -> Option<Estimate> {
+    /// The error of the finished picture, and the seconds that it took to find out. The log gets it too, if its last
+    /// line has none.
+    pub fn finish(mut self, outcome: &Outcome) -> (Option<Estimate>, f64) {
         let stats = &outcome.stats;
-        let measured = || self.measure(&outcome.film, stats.spp);
+        let measured = || self.measure(&outcome.film, stats.spp, outcome.spread.as_ref());
         let guessed = || self.doublings.as_ref()?.estimate(self.confidence);
         let found = self.held.or_else(measured).or_else(guessed);
         if found.is_some() && !self.told {
             self.write((stats.seconds, stats.spp, stats.rays), found);
         }
-        found
+        (found, self.seconds.get())
     }
 }

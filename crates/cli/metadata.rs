@@ -58,6 +58,7 @@ fn settings_text(
         Method::Path => {
             lines.push(format!("spp = {}", stats.spp));
             lines.push(format!("pattern = \"{}\"", settings.pattern));
+            lines.push(format!("adaptive = {}", settings.adaptive));
         }
         Method::Distribution => {
             lines.push(format!("combine = \"{}\"", settings.combine));

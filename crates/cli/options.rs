@@ -102,6 +102,9 @@ pub struct RenderOptions {
     /// How sample points are placed: sobol, stratified, random or grid [default: sobol]
     #[arg(long, value_name = "NAME", help_heading = "Sampling")]
     pub pattern: Option<Pattern>,
+    /// After 16 samples of every pixel, take more where the error is and fewer elsewhere; --spp is then the mean over the picture
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Sampling")]
+    pub adaptive: Option<bool>,
     /// Seed of all random decisions
     #[arg(long, value_name = "N", help_heading = "Sampling")]
     pub seed: Option<u64>,

@@ -5,9 +5,10 @@ use clap::ArgMatches;
 use clap::parser::ValueSource;
 
 /// Options that change no path, and need not be repeated.
-const IRRELEVANT: [&str; 12] = [
+const IRRELEVANT: [&str; 13] = [
     "plan",
     "clamp",
+    "adaptive",
     "output",
     "half",
     "aov",

@@ -158,6 +158,11 @@ impl Film {
         self.index(x, y).map_or(0, |i| self.pixels[i].n)
     }
 
+    /// Samples added to all pixels.
+    pub fn samples(&self) -> u64 {
+        self.pixels.iter().map(|p| p.n).sum()
+    }
+
     /// The mean of one pixel in f64; zero outside.
     pub fn mean_at(&self, x: u32, y: u32) -> DVec3 {
         self.index(x, y).map_or(DVec3::ZERO, |i| self.pixels[i].mean)
@@ -205,6 +210,7 @@ mod tests {
         assert!((film.variance().pixels[i].x - 5.0 / 12.0).abs() < 1e-7);
         assert_eq!(film.variance().pixels[0], Vec3::INFINITY);
         assert_eq!((film.count(4, 6), film.count(3, 5), film.count(99, 99)), (4, 0, 0));
+        assert_eq!(film.samples(), 4);
     }
 
     #[test]

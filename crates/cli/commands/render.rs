@@ -10,6 +10,7 @@ use crate::report::{self, Report};
 use crate::{effects, interrupt, machine, metadata, retrace, settings_file};
 use clap::ArgMatches;
 use dapple_analysis::estimate::Estimate;
+use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
 use dapple_integrator::{Method, Outcome, Settings, Stats, render_watched};
 use std::ops::ControlFlow;
@@ -68,14 +69,34 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         general: options.is_general(),
         clamp: options.clamp,
         cull_backfaces: RenderOptions::is(options.cull_backfaces),
+        adaptive: RenderOptions::is(options.adaptive),
         ..default
     };
+    check_adaptive(&settings)?;
     effects::lay(options, &mut settings)?;
     if settings.method == Method::Distribution && options.error_limit.is_some() {
         // It goes over its points again only while there is time.
         settings.time_limit = settings.time_limit.or(Some(CENTURY));
     }
     Ok(settings)
+}
+
+/// Adaptive sampling continues the points of each pixel at will, and looks at the whole picture to decide.
+fn check_adaptive(settings: &Settings) -> Result<(), Failure> {
+    let refuse = |why: &str| Err(Failure::Arguments(format!("--adaptive: {why}")));
+    match settings.pattern {
+        _ if !settings.adaptive => Ok(()),
+        _ if settings.method == Method::Distribution => {
+            refuse("the distribution tracer gives every pixel its plans' points; use --method path")
+        }
+        Pattern::Stratified | Pattern::Grid => {
+            refuse("these points belong together and cannot be continued; use --pattern sobol or random")
+        }
+        _ if settings.crop.is_some() => refuse(
+            "where samples go depends on the whole picture, so a --crop would differ from it; leave out one of the two",
+        ),
+        _ => Ok(()),
+    }
 }
 
 /// Says once what will look different from what the file says.
@@ -91,7 +112,7 @@ fn draw(
     view: &NamedCamera,
     settings: &Settings,
     options: &RenderOptions,
-) -> Result<(Outcome, Option<Estimate>), Failure> {
+) -> Result<(Outcome, (Option<Estimate>, f64)), Failure> {
     let bar = Bar::new(RenderOptions::is(options.quiet));
     let (scene, camera) = (&loaded.scene, &view.camera);
     let mut watch = ErrorWatch::new((scene, camera, settings), options, &bar)?;

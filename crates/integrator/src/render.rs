@@ -7,16 +7,20 @@
 use crate::kernel::{self, Job};
 use crate::ledger::Ledger;
 use crate::settings::Settings;
+use crate::spread::Spread;
 use crate::tile::Tile;
 use dapple_camera::{Camera, Film};
 use dapple_imaging::Layers;
 use dapple_scene::Scene;
+use pilot::Pilot;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 mod checkpoint;
 mod layers;
+mod pilot;
 
 pub use checkpoint::{Checkpoint, Look};
 
@@ -42,7 +46,7 @@ pub struct Stats {
     pub samples: u64,
     /// Rays: camera, scattered and shadow.
     pub rays: u64,
-    /// Samples per pixel.
+    /// Samples per pixel, on average.
     pub spp: u32,
     /// `progress` stopped the render before the samples or the time it was to take.
     pub stopped: bool,
@@ -78,6 +82,8 @@ pub struct Outcome {
     pub layers: Layers,
     /// What it took.
     pub stats: Stats,
+    /// Which pixels got how many samples, where not all got the same.
+    pub spread: Option<Arc<Spread>>,
 }
 
 /// Most bad samples reported by place.
@@ -120,6 +126,7 @@ fn run(
     let mut tiles = Tile::cut(settings.rect(), watched);
     let threads = thread_count(settings);
     let watch = Watch::new(settings, progress);
+    let mut pilot = Pilot::new(settings, &mut tiles);
     let mut spp = 0;
     let mut looking = Duration::ZERO;
     while let Some(mut end) = watch.next_pass(spp) {
@@ -127,16 +134,26 @@ fn run(
         if look.is_some() {
             end = end.min(stop_at);
         }
+        end = end.min(pilot.next(spp));
+        let spread = pilot.spread.clone();
         each_tile(threads, &mut tiles, |tile| {
             let before = tile.rays;
-            tile.render(&job, kernel, spp, end);
-            watch.tile_done(tile, end - spp, tile.rays - before, spp);
+            let samples = tile.render(&job, kernel, (spp, end), spread.as_deref());
+            watch.tile_done(samples, tile.rays - before, spp);
         });
         spp = end;
+        pilot.take(spp, settings.rect(), &tiles);
         if let Some(look) = look.as_mut().filter(|_| spp == stop_at) {
             let now = Instant::now();
             let seconds = (now - watch.start - looking).as_secs_f64();
-            let enough = look(&Checkpoint { spp, seconds, rect: settings.rect(), tiles: &tiles }).is_break();
+            let enough = look(&Checkpoint {
+                spp,
+                seconds,
+                rect: settings.rect(),
+                tiles: &tiles,
+                spread: pilot.spread.as_ref(),
+            })
+            .is_break();
             looking += now.elapsed();
             if enough {
                 break;
@@ -146,10 +163,11 @@ fn run(
     let seconds = (watch.start.elapsed() - looking).as_secs_f64();
     let kernel = format!("{name}/{}", scene.world.kernel().name());
     let stopped = watch.stopped(spp);
-    finish(&job, tiles, Stats { seconds, spp, stopped, threads, kernel, ..Stats::default() })
+    let stats = Stats { seconds, spp, stopped, threads, kernel, ..Stats::default() };
+    finish(&job, tiles, stats, pilot.spread)
 }
 
-fn finish(job: &Job<'_>, tiles: Vec<Tile>, mut stats: Stats) -> Outcome {
+fn finish(job: &Job<'_>, tiles: Vec<Tile>, mut stats: Stats, spread: Option<Arc<Spread>>) -> Outcome {
     let mut film = Film::new(job.settings.rect());
     for tile in &tiles {
         film.put(&tile.film);
@@ -159,10 +177,9 @@ fn finish(job: &Job<'_>, tiles: Vec<Tile>, mut stats: Stats) -> Outcome {
         let room = REPORTED - stats.bad_samples.len();
         stats.bad_samples.extend(tile.bad.iter().take(room));
     }
-    let rect = job.settings.rect();
-    stats.samples = u64::from(rect.x1 - rect.x0) * u64::from(rect.y1 - rect.y0) * u64::from(stats.spp);
+    stats.samples = film.samples();
     let layers = layers::compose(job, &film, &tiles);
-    Outcome { film, layers, stats }
+    Outcome { film, layers, stats, spread }
 }
 
 /// Decides how long each pass is, when to stop, and tells how far things are.
@@ -225,10 +242,8 @@ impl<'a> Watch<'a> {
         self.stop.load(Ordering::Relaxed) && !self.over(spp)
     }
 
-    fn tile_done(&self, tile: &Tile, added: u32, rays: u64, spp: u32) {
-        let pixels = u64::from(tile.rect.x1 - tile.rect.x0) * u64::from(tile.rect.y1 - tile.rect.y0);
-        let samples =
-            self.samples.fetch_add(pixels * u64::from(added), Ordering::Relaxed) + pixels * u64::from(added);
+    fn tile_done(&self, added: u64, rays: u64, spp: u32) {
+        let samples = self.samples.fetch_add(added, Ordering::Relaxed) + added;
         let rays = self.rays.fetch_add(rays, Ordering::Relaxed) + rays;
         let now = self.start.elapsed().as_millis() as u64;
         let told = self.told_ms.load(Ordering::Relaxed);

@@ -2,9 +2,11 @@
 
 use crate::Aov;
 use crate::effects::{Combine, Plans};
+use crate::spread::Spread;
 use dapple_camera::{Filter, PixelRect};
 use dapple_sampling::Pattern;
 use glam::Vec3;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Who sums over what.
@@ -65,6 +67,11 @@ pub struct Settings {
     pub clamp: Option<f32>,
     /// Which of the two strategies for direct light take part; for tests and teaching.
     pub strategy: Strategy,
+    /// Path tracer with `Sobol` or `Random` points: after the first [`crate::PILOT`] samples, further ones go where the
+    /// error is. `spp` is then their mean over the picture.
+    pub adaptive: bool,
+    /// Shares of the samples that another render decided on; then `adaptive` has nothing to decide.
+    pub spread: Option<Arc<Spread>>,
 }
 
 /// How light that falls directly on a surface is found.
@@ -102,6 +109,8 @@ impl Default for Settings {
             general: false,
             clamp: None,
             strategy: Strategy::Both,
+            adaptive: false,
+            spread: None,
         }
     }
 }
@@ -113,7 +122,7 @@ impl Settings {
     }
 
     /// Samples after which every pixel's estimate is whole: a distribution tracer's strata come in order.
-    pub(crate) fn round(&self) -> u32 {
+    pub fn round(&self) -> u32 {
         match self.method {
             Method::Path => 1,
             Method::Distribution => self.plans.pixel.count().max(1),
@@ -127,6 +136,12 @@ impl Settings {
             Method::Distribution => None,
             Method::Path => self.spp,
         }
+    }
+
+    /// Whether samples go where the error is.
+    pub(crate) fn is_adaptive(&self) -> bool {
+        let sequence = matches!(self.pattern, Pattern::Sobol | Pattern::Random);
+        self.adaptive && self.method == Method::Path && sequence && self.spread.is_none()
     }
 
     /// Points per block of the pattern: the sample count, or a fixed block when only time limits the render.

@@ -4,6 +4,7 @@ use crate::kernel::{Job, Kernel};
 use crate::ledger::{Cut, Ledger};
 use crate::path::Follow;
 use crate::render::BadSample;
+use crate::spread::Spread;
 use crate::vertex::Vertex;
 use dapple_camera::{Film, PixelRect};
 use glam::{DVec3, Vec3};
@@ -88,6 +89,8 @@ pub(crate) struct Tile {
     pub film: Film,
     pub first_hits: Vec<FirstHits>,
     pub rays: u64,
+    /// Of each pixel, where samples are to go where the error is; else empty.
+    pub pixel_rays: Vec<u64>,
     pub bad: Vec<BadSample>,
     pub bad_count: u64,
     pub ledger: Ledger,
@@ -113,20 +116,40 @@ impl Tile {
             film: Film::new(rect),
             first_hits: vec![FirstHits::default(); pixels],
             rays: 0,
+            pixel_rays: Vec::new(),
             bad: Vec::new(),
             bad_count: 0,
             ledger: Ledger::default(),
         }
     }
 
-    /// Adds samples `from..to` of every pixel.
-    pub fn render(&mut self, job: &Job<'_>, kernel: Kernel, from: u32, to: u32) {
+    /// Adds samples `from..to` of every pixel, or its share of them; returns how many.
+    pub fn render(
+        &mut self,
+        job: &Job<'_>,
+        kernel: Kernel,
+        (from, to): (u32, u32),
+        spread: Option<&Spread>,
+    ) -> u64 {
+        let mut samples = 0;
         for y in self.rect.y0..self.rect.y1 {
             for x in self.rect.x0..self.rect.x1 {
+                let count = |spp| spread.map_or(spp, |spread| spread.count(x, y, spp));
+                let (from, to, rays) = (count(from), count(to), self.rays);
                 for index in from..to {
                     self.sample(job, kernel, x, y, index);
                 }
+                samples += u64::from(to - from);
+                self.count_rays(x, y, self.rays - rays);
             }
+        }
+        samples
+    }
+
+    fn count_rays(&mut self, x: u32, y: u32, rays: u64) {
+        if !self.pixel_rays.is_empty() {
+            let pixel = (y - self.rect.y0) * self.rect.width() + (x - self.rect.x0);
+            self.pixel_rays[pixel as usize] += rays;
         }
     }
 

@@ -159,6 +159,7 @@ fn of_result(o: &RenderOptions) -> RenderOptions {
 fn of_look(o: &RenderOptions) -> RenderOptions {
     let mut look = of_result(o);
     (look.method, look.pattern, look.no_roulette, look.threads) = (None, None, None, None);
+    look.adaptive = None;
     let e = &mut look.effects;
     (e.combine, e.secondary, e.yes) = (None, None, None);
     let plans =

@@ -1,18 +1,22 @@
 //! When can a render be looked at, and what is there to see?
 
 use crate::settings::Settings;
+use crate::spread::Spread;
 use crate::tile::Tile;
 use dapple_camera::{Film, PixelRect};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
-/// A moment at which every pixel has the same number of samples.
+/// A moment at which every pixel has the same number of samples, or its share of them.
 pub struct Checkpoint<'a> {
-    /// Samples per pixel so far.
+    /// Samples per pixel so far, on average.
     pub spp: u32,
     /// Wall time of rendering so far, seconds.
     pub seconds: f64,
     pub(super) rect: PixelRect,
     pub(super) tiles: &'a [Tile],
+    /// Which pixels got how many samples, where not all got the same.
+    pub spread: Option<&'a Arc<Spread>>,
 }
 
 /// Called at every checkpoint; may stop the render.

@@ -1,0 +1,64 @@
+//! The first samples of an adaptive render, which say where the others go.
+
+use crate::settings::Settings;
+use crate::spread::{PILOT, Spread};
+use crate::tile::Tile;
+use dapple_camera::{Film, PixelRect};
+use std::sync::Arc;
+
+/// Watches the passes of a render until it is known where samples go.
+pub(super) struct Pilot {
+    waiting: bool,
+    half: Option<Film>,
+    /// Known from the start, or once the pilot is done.
+    pub spread: Option<Arc<Spread>>,
+}
+
+impl Pilot {
+    pub fn new(settings: &Settings, tiles: &mut [Tile]) -> Self {
+        let waiting = settings.is_adaptive();
+        if waiting {
+            tiles.iter_mut().for_each(|tile| tile.pixel_rays = vec![0; tile.rect.area()]);
+        }
+        Self { waiting, half: None, spread: settings.spread.clone() }
+    }
+
+    /// Where the pass after `spp` has to end, so that the pilot sees what it must.
+    pub fn next(&self, spp: u32) -> u32 {
+        let stops = [PILOT / 2, PILOT];
+        stops.into_iter().find(|stop| self.waiting && *stop > spp).unwrap_or(u32::MAX)
+    }
+
+    /// Takes in what all tiles have after `spp` samples of every pixel.
+    pub fn take(&mut self, spp: u32, rect: PixelRect, tiles: &[Tile]) {
+        if !self.waiting {
+            return;
+        }
+        if spp == PILOT / 2 {
+            self.half = Some(film(rect, tiles));
+        }
+        if let Some(half) = self.half.as_ref().filter(|_| spp == PILOT) {
+            self.spread = Some(Arc::new(Spread::decide(half, &film(rect, tiles), &rays(rect, tiles))));
+            self.waiting = false;
+        }
+    }
+}
+
+fn film(rect: PixelRect, tiles: &[Tile]) -> Film {
+    let mut film = Film::new(rect);
+    tiles.iter().for_each(|tile| film.put(&tile.film));
+    film
+}
+
+/// Rays of every pixel, row by row.
+fn rays(rect: PixelRect, tiles: &[Tile]) -> Vec<u64> {
+    let mut all = vec![0; rect.area()];
+    for tile in tiles {
+        for (i, rays) in tile.pixel_rays.iter().enumerate() {
+            let (x, y) = (i % tile.rect.width() as usize, i / tile.rect.width() as usize);
+            let row = (tile.rect.y0 - rect.y0) as usize + y;
+            all[row * rect.width() as usize + (tile.rect.x0 - rect.x0) as usize + x] = *rays;
+        }
+    }
+    all
+}

@@ -1,0 +1,88 @@
+//! `--adaptive`: the same picture, another error.
+
+mod dapple;
+
+use dapple::{run, well};
+use dapple_imaging::read;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+fn render(folder: &Path, more: &[&str]) -> Value {
+    let base = ["render", "builtin:cornell", "--size", "24x24", "-o", "a.exr", "--json", "--adaptive"];
+    well(folder, &[&base[..], more].concat()).json()
+}
+
+#[test]
+fn samples_are_where_they_are_said_to_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = render(folder.path(), &["--spp", "64", "--aov", "samples"]);
+    let layers = read::layers(&folder.path().join("a.exr")).unwrap();
+    let counts = &layers.layers.iter().find(|l| l.name == "samples").unwrap().channels[0].1;
+    let total: f64 = counts.iter().map(|c| f64::from(*c)).sum();
+    assert_eq!(Some(total), json["samples"].as_f64());
+    assert!((total / (24.0 * 24.0 * 64.0) - 1.0).abs() < 0.02, "{total}");
+    let (least, most) = counts.iter().fold((f32::MAX, 0.0f32), |(a, b), c| (a.min(*c), b.max(*c)));
+    assert!(least >= 16.0 + 0.25 * 48.0 - 1.0 && least < 50.0 && most > 100.0, "{least} {most}");
+}
+
+/// Threads, looking, and how a render is cut into passes change no bit; up to the pilot nothing is different.
+#[test]
+fn it_is_as_repeatable_as_ever() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = || fs::read(folder.path().join("a.exr")).unwrap();
+    let one = render(folder.path(), &["--spp", "40", "--threads", "1"]);
+    let picture = bytes();
+    let two = render(folder.path(), &["--spp", "40", "--threads", "2", "--log", "x.jsonl"]);
+    assert!(picture == bytes());
+    assert_eq!((&one["error_estimate"], &one["error_bound"]), (&two["error_estimate"], &two["error_bound"]));
+    let pixels = || read::picture(&folder.path().join("a.exr")).unwrap().pixels;
+    render(folder.path(), &["--spp", "16"]);
+    let pilot = pixels();
+    well(folder.path(), &["render", "builtin:cornell", "--size", "24x24", "-o", "a.exr", "--spp", "16"]);
+    assert!(pilot == pixels());
+}
+
+/// The mean over 48 renders of few further samples is that of a converged picture: pixels that decided about themselves
+/// would be too dark.
+#[test]
+fn no_bias() {
+    let folder = tempfile::tempdir().unwrap();
+    let mean = |name: &str| f64::from(read::picture(&folder.path().join(name)).unwrap().mean().element_sum());
+    let truth: Vec<f64> = ["random", "sobol"]
+        .iter()
+        .map(|pattern| {
+            let base = ["render", "builtin:cornell", "--size", "24x24", "-o", "r.exr", "--spp", "2048"];
+            well(folder.path(), &[&base[..], &["--pattern", pattern]].concat());
+            mean("r.exr")
+        })
+        .collect();
+    let means: Vec<f64> = (0..48)
+        .map(|seed| {
+            let seed = seed.to_string();
+            render(folder.path(), &["--spp", "32", "--pattern", "random", "--seed", &seed]);
+            mean("a.exr")
+        })
+        .collect();
+    let found = dapple_analysis::statistics::mean(&means, 0.9999).unwrap();
+    let room = 2.0 * (truth[0] - truth[1]).abs();
+    assert!(found.low - room <= truth[1] && truth[1] <= found.high + room, "{found:?} {truth:?}");
+    assert!((found.high - found.low) / found.value < 0.03, "{found:?}");
+}
+
+#[test]
+fn what_does_not_go_together() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, named) in [
+        (&["--crop", "0,0,8,8"][..], "--crop"),
+        (&["--pattern", "stratified"], "--pattern"),
+        (&["--pattern", "grid"], "--pattern"),
+        (&["--method", "distribution"], "--method"),
+    ] {
+        let base = ["render", "builtin:cornell", "--size", "16x16", "-o", "a.exr", "--adaptive"];
+        let found = run(folder.path(), &[&base[..], arguments].concat());
+        assert_eq!(found.code, 2, "{arguments:?}");
+        let line = &found.err;
+        assert!(line.lines().count() == 1 && line.contains("--adaptive") && line.contains(named), "{line}");
+    }
+}
