@@ -50,6 +50,8 @@ pub enum Command {
     Diff(DiffArgs),
     /// Measure how much error is left after how many seconds, method against method
     Converge(Box<ConvergeArgs>),
+    /// Say what makes the error of a picture, and what a picture of --error-limit will cost
+    Budget(BudgetArgs),
     /// Say how many rays a pixel takes, by effect and depth, without rendering
     Rays(RaysArgs),
     /// Render one effect with several counts and estimators side by side
@@ -197,6 +199,14 @@ pub struct ConvergeArgs {
 
 #[derive(Debug, Args)]
 pub struct RaysArgs {
+    /// A .gltf or .glb file, or builtin:NAME
+    pub scene: String,
+    #[command(flatten)]
+    pub options: RenderOptions,
+}
+
+#[derive(Debug, Args)]
+pub struct BudgetArgs {
     /// A .gltf or .glb file, or builtin:NAME
     pub scene: String,
     #[command(flatten)]

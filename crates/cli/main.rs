@@ -55,6 +55,7 @@ fn run() -> Result<ExitCode, Failure> {
         Some(Command::Stress(a)) => commands::stress::run(&a),
         Some(Command::Verify(a)) => commands::verify::run(&a),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
+        Some(Command::Budget(a)) => commands::budget::run(&a.scene, subcommand(&matches)).map(done),
         Some(Command::Rays(a)) => commands::rays::run(&a.scene, subcommand(&matches)).map(done),
         Some(Command::Sheet(a)) => commands::sheet::run(&a, subcommand(&matches)).map(done),
     }

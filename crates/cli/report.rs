@@ -44,6 +44,8 @@ pub struct Report {
     pub error_estimate: Option<f64>,
     /// Upper bound of the relative RMSE.
     pub error_bound: Option<f64>,
+    /// Wall time of finding that out, beside `render_seconds`.
+    pub error_seconds: f64,
     pub seed: u64,
     pub threads: usize,
     pub method: &'static str,
@@ -66,7 +68,7 @@ impl Report {
         loaded: &Loaded,
         settings: &Settings,
         stats: &Stats,
-        error: Option<Estimate>,
+        (error, error_seconds): (Option<Estimate>, f64),
         outputs: &Outputs,
     ) -> Self {
         let is_path = settings.method == Method::Path;
@@ -92,6 +94,7 @@ impl Report {
             stopped: stats.stopped,
             error_estimate: error.map(|e| e.error),
             error_bound: error.map(|e| e.bound),
+            error_seconds,
             seed: settings.seed,
             threads: stats.threads,
             method: crate::values::method_name(settings.method),

@@ -17,6 +17,7 @@
 //! What no sample has seen cannot be in an estimate: bright events that are expected fewer than some thirty times in the
 //! whole picture make estimates and bounds too low.
 
+pub(crate) mod blocks;
 mod doublings;
 mod replicate;
 

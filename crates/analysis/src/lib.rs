@@ -7,6 +7,7 @@
 //! Pictures are linear Rec.709, row by row from the top left, whoever made them.
 #![forbid(unsafe_code)]
 
+pub mod budget;
 pub mod closed_form;
 pub mod converge;
 pub mod curve;

@@ -1,5 +1,6 @@
 //! One file per command.
 
+pub mod budget;
 pub mod checks;
 pub mod converge;
 pub mod diff;

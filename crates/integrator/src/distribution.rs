@@ -60,16 +60,18 @@ pub(crate) fn pixel_point<V: Visibility, F: Follow>(
         job.settings.filter.sample(of.point_2d(plans.pixel, Dimension::Pixel, 0, index % n))
     };
     let mut sum = Vec3::ZERO;
+    let (place, again) = (place.again(Effect::Pixel, job.again), job.again);
     let (lenses, times) = (place.count(plans.lens).max(1), place.count(plans.time).max(1));
     for l in 0..lenses {
         let lens = place.point_2d(plans.lens, Dimension::Lens, 0, l);
-        let on_lens = place.within(LENS, l);
+        let on_lens = place.within(LENS, l).again(Effect::Lens, again);
         for t in 0..times {
             let u = on_lens.point_1d(plans.time, Dimension::Time, t);
             let time = job.time(u);
             let ray = job.camera_ray((x, y), offset, lens, time);
             let mut tree = Tree { job, visibility, time, follow, rays };
-            sum += tree.li(&ray, &Arrival::CAMERA, on_lens.within(TIME, t), Vec3::ZERO, Vec3::ONE);
+            let place = on_lens.within(TIME, t).again(Effect::Time, again);
+            sum += tree.li(&ray, &Arrival::CAMERA, place, Vec3::ZERO, Vec3::ONE);
         }
     }
     (sum / (lenses * times) as f32, weight)
@@ -142,6 +144,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     fn light_mean(&mut self, vertex: &Vertex, place: Place, sigma_a: Vec3, i: u32, light: &Light) -> Vec3 {
         let plans = self.job.integrals.at(place.depth);
         let (plan, aiming) = (light_plan(light, plans), aiming(light, plans));
+        let place = self.first_again(place, Effect::Light);
         let n = place.count(plan);
         let mut sum = Vec3::ZERO;
         for s in 0..n {
@@ -210,6 +213,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
                 plan = ONE;
             }
             let n = place.count(plan);
+            let place = self.first_again(place, effect);
             let mut mean = Vec3::ZERO;
             for s in 0..n {
                 let u = place.point_2d(plan, Dimension::Direction, which, s);
@@ -224,6 +228,11 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             sum += mean / n.max(1) as f32;
         }
         sum
+    }
+
+    /// The place, with other points where those of `effect` at the first hit are drawn anew.
+    fn first_again(&self, place: Place, effect: Effect) -> Place {
+        if place.depth == 0 { place.again(effect, self.job.again) } else { place }
     }
 
     /// One of `n` rays that leave the vertex by the same lobe.

@@ -31,6 +31,9 @@ pub(crate) struct Job<'a> {
     pub followed: Lobes,
     /// How the path tracer aims at area lights.
     pub aiming: Aiming,
+    /// Points drawn anew, to see what they matter: all within a point of the pixel, the lens or the time; or those of
+    /// one integral at the first hit.
+    pub again: Option<Effect>,
 }
 
 impl<'a> Job<'a> {
@@ -59,6 +62,7 @@ impl<'a> Job<'a> {
             sharp,
             followed: Lobes::ALL.without(unfollowed),
             aiming: if off(Effect::Light) { Aiming::Centroid } else { Aiming::SolidAngle },
+            again: None,
         }
     }
 

@@ -30,7 +30,9 @@ pub mod render;
 pub mod replay;
 mod sample;
 pub mod settings;
+pub mod spread;
 mod tile;
+pub mod variances;
 mod vertex;
 mod visibility;
 
@@ -42,6 +44,8 @@ pub use plan::{RenderPlan, plan};
 pub use render::{BadSample, Checkpoint, Look, Outcome, Progress, Stats, render, render_watched};
 pub use replay::{PathVertex, replay};
 pub use settings::{Method, Settings};
+pub use spread::{PILOT, Spread};
+pub use variances::{Variances, variances};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -19,6 +19,9 @@ pub(crate) struct Integrals {
     pub combine: Combine,
 }
 
+/// The branch of points that are drawn anew; no integral has so many.
+const AGAIN: u32 = u32::MAX;
+
 /// One midpoint: an integral that the scene does not have.
 const ABSENT: Plan = Plan { nx: 1, ny: 1, pattern: Pattern::Grid };
 
@@ -104,6 +107,11 @@ impl Place {
     pub fn within(&self, which: u32, i: u32) -> Self {
         let key = self.key.branch(which);
         Self { key: if self.paired.is_some() { key } else { key.branch(i) }, ..*self }
+    }
+
+    /// Here, with other points, where it is the turn of `effect` to be drawn anew.
+    pub fn again(&self, effect: Effect, again: Option<Effect>) -> Self {
+        if again == Some(effect) { Self { key: self.key.branch(AGAIN), ..*self } } else { *self }
     }
 
     /// The place where a ray from here arrives.

@@ -1,30 +1,25 @@
-//! The error from blocks of the picture that are rendered once more with another seed.
+//! The error from blocks of the picture that are rendered again with other seeds.
 //!
-//! Blocks are chosen with a probability that follows the variance within their pixels: that is too large for points that
-//! are spread evenly, but it knows where the errors are. Dividing by the probability makes the sum over the picture
-//! unbiased whatever it knows.
+//! A block that is drawn k times is rendered k times. Of the picture I and the mean Ī of the k others, k/(k+1)·(I − Ī)²
+//! has the expectation of the squared error, and for large k it is the error that this picture has: where few blocks
+//! make up most of the error, it is known well.
 
+use super::blocks::{self, Block};
 use super::{Estimate, level, sum_and_spread};
 use dapple_integrator::camera::{Camera, Film, PixelRect};
-use dapple_integrator::sampling::Key;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Settings, render};
-use std::collections::BTreeMap;
+use dapple_integrator::{Checkpoint, Settings, render, render_watched};
+use glam::DVec3;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
-/// Side of a block in pixels.
-const SIDE: u32 = 8;
 /// One block of so many is rendered again.
 const ONE_IN: usize = 32;
 /// But at least so many.
-const LEAST: usize = 24;
-/// Share of the choice that is even over the picture, so that no block is left to what the samples happened to see.
-const EVEN: f64 = 0.25;
+const LEAST: usize = 32;
 
 /// The error of `film`, a finished render of `settings`. Renders some blocks again: at most a thirty-second of the
-/// picture, or 24 blocks of 8×8 pixels.
+/// picture, or 32 blocks of 8×8 pixels.
 pub fn replicate(
     scene: &Scene,
     camera: &Camera,
@@ -33,9 +28,20 @@ pub fn replicate(
     confidence: f64,
 ) -> Option<Estimate> {
     let within: Vec<f64> = film.variance().pixels.iter().map(|v| v.as_dvec3().element_sum()).collect();
-    let chosen = chosen(settings.rect(), &within, settings.seed);
-    let again = again(scene, camera, settings, film, &chosen);
-    let (sum, spread) = sum_and_spread(again.into_iter().flatten());
+    let rect = settings.rect();
+    let draws = (blocks::count(rect) / ONE_IN).max(LEAST);
+    let chosen = blocks::chosen(rect, &within, settings.seed, draws);
+    let spp = film.count(rect.x0, rect.y0);
+    let errors = |block: &Block| {
+        let mut sum = vec![DVec3::ZERO; block.rect.area()];
+        for k in 0..block.times {
+            let film = again(scene, camera, &other(settings, block, k), spp);
+            sum.iter_mut().zip(pixels(block.rect)).for_each(|(s, (x, y))| *s += film.mean_at(x, y));
+        }
+        squares(film, &sum, block)
+    };
+    let errors = blocks::each(&chosen, settings.threads, errors);
+    let (sum, spread) = sum_and_spread(errors.into_iter().flatten());
     let mse = sum / (3 * within.len()) as f64;
     // The true error varies too, as far as few pixels make it up.
     let (known, within_spread) = sum_and_spread(within.iter().copied());
@@ -43,133 +49,40 @@ pub fn replicate(
     Estimate::new(mse, mse, (spread + own).sqrt(), level(film.mean().mean()), confidence)
 }
 
-/// A block, and what its squares count.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Chosen {
-    rect: PixelRect,
-    weight: f64,
+/// The same for one block, by other numbers, each time others.
+fn other(settings: &Settings, block: &Block, k: u32) -> Settings {
+    Settings {
+        crop: Some(block.rect),
+        seed: settings.seed ^ 0x5eed_5eed_5eed_5eed ^ (u64::from(k) << 32),
+        threads: Some(1),
+        aovs: Vec::new(),
+        adaptive: false,
+        // Sets that are repeated while there is time are stopped when they are as many.
+        time_limit: settings.time_limit.map(|_| Duration::MAX),
+        ..settings.clone()
+    }
 }
 
-/// Blocks of `rect`, whose pixels have the variances `within`: drawn at equal steps along their summed probabilities. A
-/// block that is met more than once is rendered once and counts accordingly.
-fn chosen(rect: PixelRect, within: &[f64], seed: u64) -> Vec<Chosen> {
-    let columns = rect.width().div_ceil(SIDE) as usize;
-    let count = columns * rect.height().div_ceil(SIDE) as usize;
-    let block = |i: usize| {
-        let (x0, y0) = (rect.x0 + (i % columns) as u32 * SIDE, rect.y0 + (i / columns) as u32 * SIDE);
-        PixelRect { x0, y0, x1: (x0 + SIDE).min(rect.x1), y1: (y0 + SIDE).min(rect.y1) }
+/// As many samples as the film has, `spp`, where the settings do not say how many.
+fn again(scene: &Scene, camera: &Camera, settings: &Settings, spp: u64) -> Film {
+    let go_on = &|_| ControlFlow::Continue(());
+    if settings.samples().is_some() {
+        return render(scene, camera, settings, go_on).film;
+    }
+    let mut look = |at: &Checkpoint<'_>| match u64::from(at.spp) >= spp {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
     };
-    let mut sums = vec![0.0; count];
-    for (i, v) in within.iter().enumerate() {
-        let (x, y) = (i % rect.width() as usize, i / rect.width() as usize);
-        sums[y / SIDE as usize * columns + x / SIDE as usize] += v;
-    }
-    let total: f64 = sums.iter().sum();
-    let known = total > 0.0 && total.is_finite();
-    let share = |sum: f64| if known { sum / total } else { 1.0 / count as f64 };
-    let probability: Vec<f64> = sums.iter().map(|s| EVEN / count as f64 + (1.0 - EVEN) * share(*s)).collect();
-    let draws = (count / ONE_IN).max(LEAST).min(count);
-    let u = (Key::pixel(seed, 0, 0xb10c).bits() >> 11) as f64 / (1u64 << 53) as f64;
-    let mut times: BTreeMap<usize, f64> = BTreeMap::new();
-    let (mut at, mut below) = (0, probability[0]);
-    for j in 0..draws {
-        let wanted = (j as f64 + u) / draws as f64;
-        while below < wanted && at + 1 < count {
-            at += 1;
-            below += probability[at];
-        }
-        *times.entry(at).or_default() += 1.0;
-    }
-    let one =
-        |(i, times): (usize, f64)| Chosen { rect: block(i), weight: times / (draws as f64 * probability[i]) };
-    times.into_iter().map(one).collect()
+    render_watched(scene, camera, settings, go_on, &mut look).film
 }
 
-/// Renders the blocks with another seed, as many at a time as there are threads; per block, half the squared
-/// differences of its pixels, summed over channels and weighted.
-fn again(
-    scene: &Scene,
-    camera: &Camera,
-    settings: &Settings,
-    film: &Film,
-    blocks: &[Chosen],
-) -> Vec<Vec<f64>> {
-    let (next, found) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
-    let work = || {
-        loop {
-            let i = next.fetch_add(1, Ordering::Relaxed);
-            let Some(block) = blocks.get(i) else { return };
-            let settings = Settings {
-                crop: Some(block.rect),
-                seed: settings.seed ^ 0x5eed_5eed_5eed_5eed,
-                threads: Some(1),
-                aovs: Vec::new(),
-                time_limit: None,
-                ..settings.clone()
-            };
-            let other = render(scene, camera, &settings, &|_| ControlFlow::Continue(())).film;
-            let squares = squares(film, &other, block);
-            if let Ok(mut found) = found.lock() {
-                found.insert(i, squares);
-            }
-        }
-    };
-    std::thread::scope(|scope| {
-        let threads = settings.threads.unwrap_or(1).clamp(1, blocks.len().max(1));
-        (1..threads).for_each(|_| drop(scope.spawn(work)));
-        work();
-    });
-    // In the order of the blocks: sums must not depend on who was first.
-    found.into_inner().unwrap_or_default().into_values().collect()
+/// Squared errors of the block's pixels, summed over channels and weighted; `sum` is of its other renders.
+fn squares(film: &Film, sum: &[DVec3], block: &Block) -> Vec<f64> {
+    let k = f64::from(block.times);
+    let square = |((x, y), sum): ((u32, u32), &DVec3)| (film.mean_at(x, y) - *sum / k).length_squared();
+    pixels(block.rect).zip(sum).map(|p| block.weight * k / (k + 1.0) * square(p)).collect()
 }
 
-fn squares(film: &Film, other: &Film, block: &Chosen) -> Vec<f64> {
-    let r = block.rect;
-    let pixels = (r.y0..r.y1).flat_map(|y| (r.x0..r.x1).map(move |x| (x, y)));
-    let half = |(x, y)| 0.5 * (film.mean_at(x, y) - other.mean_at(x, y)).length_squared();
-    pixels.map(|p| block.weight * half(p)).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const RECT: PixelRect = PixelRect { x0: 3, y0: 5, x1: 515, y1: 517 };
-
-    #[test]
-    fn blocks_are_spread_evenly_where_nothing_is_known() {
-        for within in [vec![0.0; RECT.area()], vec![f64::INFINITY; RECT.area()]] {
-            let blocks = chosen(RECT, &within, 7);
-            assert_eq!(blocks.len(), 128);
-            assert!(
-                blocks.iter().all(|b| b.rect.x1 <= RECT.x1 && b.rect.y1 <= RECT.y1 && b.rect.area() == 64)
-            );
-            assert!(blocks.iter().all(|b| (b.weight - 32.0).abs() < 1e-9));
-        }
-        let small = PixelRect { x0: 0, y0: 0, x1: 10, y1: 3 };
-        let all = chosen(small, &[1.0; 30], 0);
-        assert_eq!(all.iter().map(|b| b.rect.area()).sum::<usize>(), 30);
-    }
-
-    /// The weighted sum of anything over the blocks is unbiased, and where the variances say what is summed it is exact
-    /// but for the even share.
-    #[test]
-    fn weights_make_up_for_the_choice() {
-        let value = |i: usize| if i.is_multiple_of(511) { 50.0 } else { 1.0 + (i % 7) as f64 };
-        let within: Vec<f64> = (0..RECT.area()).map(value).collect();
-        let truth: f64 = within.iter().sum();
-        let sum = |seed: u64| -> f64 {
-            let at = |x: u32, y: u32| within[((y - 5) * 512 + (x - 3)) as usize];
-            let blocks = chosen(RECT, &within, seed);
-            let one = |b: &Chosen| {
-                let r = b.rect;
-                let pixels = (r.y0..r.y1).flat_map(|y| (r.x0..r.x1).map(move |x| (x, y)));
-                b.weight * pixels.map(|(x, y)| at(x, y)).sum::<f64>()
-            };
-            blocks.iter().map(one).sum()
-        };
-        let sums: Vec<f64> = (0..200).map(|seed| sum(seed) / truth).collect();
-        let mean = crate::statistics::mean(&sums, 0.9999).unwrap();
-        assert!(mean.contains(1.0) && mean.high - mean.low < 0.02, "{mean:?}");
-    }
+fn pixels(r: PixelRect) -> impl Iterator<Item = (u32, u32)> {
+    (r.y0..r.y1).flat_map(move |y| (r.x0..r.x1).map(move |x| (x, y)))
 }

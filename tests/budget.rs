@@ -1,0 +1,100 @@
+//! `dapple budget` from outside: do its predictions hold?
+
+mod dapple;
+
+use dapple::{run, scene, well};
+use serde_json::Value;
+use std::path::Path;
+
+fn truth(folder: &Path) -> f64 {
+    let diff = ["diff", "a.exr", "r1.exr", "--reference-half", "r2.exr", "--json"];
+    well(folder, &diff).json()["relative_rmse"].as_f64().unwrap()
+}
+
+fn pair(value: &Value) -> [f64; 2] {
+    [0, 1].map(|i| value[i].as_f64().unwrap())
+}
+
+/// With as many samples as the interval's lower end the error is above the limit, with the upper end's below.
+fn predictions_hold(scene: &str, limit: &str, pattern: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let base = ["--size", "40x40", "--pattern", pattern];
+    for (name, seed) in [("r1.exr", "901"), ("r2.exr", "902")] {
+        let best = ["render", scene, "--size", "40x40", "--spp", "1024", "--seed", seed, "-o", name];
+        well(folder.path(), &best);
+    }
+    let budget =
+        well(folder.path(), &[&["budget", scene, "--error-limit", limit, "--json"], &base[..]].concat());
+    let budget = budget.json();
+    let shares: Vec<f64> =
+        budget["effects"].as_array().unwrap().iter().map(|e| e["share"].as_f64().unwrap()).collect();
+    assert!((shares.iter().sum::<f64>() - 1.0).abs() < 0.05, "{budget}");
+    let limit: f64 = limit.parse().unwrap();
+    for prediction in budget["predictions"].as_array().unwrap() {
+        let options: Vec<&str> = prediction["options"].as_str().unwrap().split_whitespace().collect();
+        let at = |samples: f64| {
+            let count = format!("{:.0}", samples.round().max(1.0));
+            let mut options: Vec<String> = options.iter().map(|o| o.to_string()).collect();
+            let varied = options.iter().position(|o| o == "--spp" || o == "--pixel").unwrap();
+            options[varied + 1] = if options[varied] == "--spp" { count } else { count + ":random" };
+            let mut arguments =
+                vec!["render", scene, "--size", "40x40", "--seed", "5", "-o", "a.exr", "--yes"];
+            arguments.extend(options.iter().map(String::as_str));
+            well(folder.path(), &arguments);
+            truth(folder.path())
+        };
+        let [few, many] = pair(&prediction["samples_ci"]);
+        let samples = prediction["samples"].as_f64().unwrap();
+        assert!(few < samples && samples < many && many < 4.0 * few, "{prediction}");
+        let (above, below) = (at(few), at(many));
+        println!("{scene} {prediction}: {above} at {few:.0}, {below} at {many:.0}");
+        assert!(above >= limit && below <= limit, "{above} and {below}: {prediction}");
+        let [low, high] = pair(&prediction["seconds_ci"]);
+        let seconds = prediction["seconds"].as_f64().unwrap();
+        assert!(0.0 < low && low < seconds && seconds < high);
+    }
+}
+
+#[test]
+fn counts_are_predicted() {
+    predictions_hold("builtin:cornell", "0.1", "sobol");
+    predictions_hold("builtin:furnace", "0.05", "random");
+}
+
+/// Where a lamp's edge is all there is, the lamp is to blame; with a lens before it, the lens too.
+#[test]
+fn effects_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let shares = |file: &str, more: &[&str]| {
+        let file = scene(file).display().to_string();
+        let base = ["budget", &file, "--error-limit", "0.02", "--size", "64x40", "--json"];
+        let json = well(folder.path(), &[&base[..], more].concat()).json();
+        move |name: &str| -> Option<f64> {
+            let all = json["effects"].as_array().unwrap();
+            all.iter().find(|e| e["effect"] == name).map(|e| e["share"].as_f64().unwrap())
+        }
+    };
+    let shadow = shares("soft_shadow.gltf", &["--diffuse", "0"]);
+    assert!(shadow("light").unwrap() > 0.5 && shadow("lens").is_none(), "{:?}", shadow("light"));
+    let lens = shares("depth_of_field.gltf", &[]);
+    assert!(lens("lens").unwrap() > 0.2, "{:?}", lens("lens"));
+    let moving = shares("motion_blur.gltf", &[]);
+    assert!(moving("time").unwrap() > 0.1, "{:?}", moving("time"));
+    let pinhole = shares("depth_of_field.gltf", &["--lens", "0"]);
+    assert!(pinhole("lens").is_none_or(|share| share == 0.0));
+}
+
+#[test]
+fn what_cannot_be_predicted_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, named) in [
+        (&[][..], "--error-limit"),
+        (&["--error-limit", "0.1", "--pattern", "grid"], "--pattern"),
+        (&["--error-limit", "-1"], "--error-limit"),
+    ] {
+        let found =
+            run(folder.path(), &[&["budget", "builtin:cornell", "--size", "8x8"], arguments].concat());
+        assert_eq!(found.code, 2, "{arguments:?}");
+        assert!(found.err.lines().count() == 1 && found.err.contains(named), "{}", found.err);
+    }
+}
