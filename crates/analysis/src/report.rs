@@ -40,7 +40,7 @@ pub fn chart(results: &Results, scene: &str, over: Over) -> Chart {
         Over::CpuSeconds => ("seconds of all processors", "processor seconds"),
     };
     Chart {
-        title: format!("{scene}: error against {unit}"),
+        title: format!("{}: error against {unit}", file_name(scene)),
         x_label: x_label.into(),
         y_label: "relative RMSE, with 95 % confidence bands over seeds".into(),
         series,
@@ -68,7 +68,8 @@ pub fn html(results: &Results, pictures: &[Vec<Shown>]) -> String {
         .enumerate()
         .map(|(i, scene)| section(results, scene, i, pictures.get(i).unwrap_or(&none)))
         .collect();
-    let title = format!("Error against run time: {}", escaped(&scenes.join(", ")));
+    let names: Vec<&str> = scenes.iter().map(|scene| file_name(scene)).collect();
+    let title = format!("Error against run time: {}", escaped(&names.join(", ")));
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
@@ -86,7 +87,7 @@ fn section(results: &Results, scene: &str, index: usize, pictures: &[Shown]) -> 
     format!(
         "<section>\n<h2>{}</h2>\n<ul class=\"words\">\n{said}</ul>\n<div class=\"plots\">\n<figure>{}</figure>\n\
          <figure>{}</figure>\n</div>\n{}{}</section>\n",
-        escaped(scene),
+        escaped(file_name(scene)),
         plots[0],
         plots[1],
         table::runs(results, scene),
@@ -138,7 +139,10 @@ fn about(results: &Results) -> String {
     let left_out = match results.left_out.is_empty() {
         true => "<p>Nothing: every seed of every run was rendered.</p>".into(),
         false => {
-            let items = results.left_out.iter().map(|l| format!("<li>{}</li>", escaped(l)));
+            let short = |line: &String| {
+                results.scenes().iter().fold(line.clone(), |l, scene| l.replace(scene, file_name(scene)))
+            };
+            let items = results.left_out.iter().map(|l| format!("<li>{}</li>", escaped(&short(l))));
             format!("<ul>{}</ul>", items.collect::<String>())
         }
     };
@@ -156,6 +160,11 @@ fn about(results: &Results) -> String {
         results.budget_seconds,
         include_str!("report/method.html"),
     )
+}
+
+/// A scene's name without its folder.
+pub(crate) fn file_name(scene: &str) -> &str {
+    scene.rsplit('/').next().unwrap_or(scene)
 }
 
 /// Text with `code` in backticks, and exponents such as N^-1.5 raised.

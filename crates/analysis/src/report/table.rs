@@ -18,7 +18,7 @@ const HEAD: [&str; 8] = [
 /// One row per run of a scene.
 pub(super) fn runs(results: &Results, scene: &str) -> String {
     let mut head: Vec<String> = HEAD.iter().map(|h| h.to_string()).collect();
-    head.splice(6..6, TARGETS.map(|t| format!("seconds to {}", percent(t))));
+    head.splice(6..6, TARGETS.map(|t| format!("seconds to {} %", 100.0 * t)));
     let head: String = head.iter().map(|h| format!("<th>{h}</th>")).collect();
     let rows: String = results.of_scene(scene).map(row).collect();
     format!(
@@ -29,14 +29,13 @@ pub(super) fn runs(results: &Results, scene: &str) -> String {
 fn row(run: &RunRecord) -> String {
     let s = &run.summary;
     let last = |list: &[f64]| list.last().copied();
-    let options = format!("<small>{}</small>", escaped(&run.options));
     let mut cells = vec![
-        format!("<b>{}</b><br>{options}", escaped(&run.name)),
+        format!("<b>{}</b>", escaped(&run.name)),
         last(&s.samples).map_or_else(none, |n| format!("{n:.0}")),
         number(last(&s.seconds)),
         last(&s.relative_rmse).map_or_else(none, percent),
         run.flip.map_or_else(none, |f| format!("{f:.4}")),
-        with(s.slope, s.slope_ci, |x| format!("{x:.2}")),
+        with(s.slope, s.slope_ci, two_places),
     ];
     cells.extend(TARGETS.iter().map(|t| {
         let key = t.to_string();
@@ -46,7 +45,18 @@ fn row(run: &RunRecord) -> String {
     cells.push(with(s.efficiency, s.efficiency_ci, short));
     cells.push(with(s.speed_up, s.speed_up_ci, |x| two(x) + "×"));
     let cells: String = cells.iter().map(|c| format!("<td>{c}</td>")).collect();
-    format!("<tr>{cells}</tr>\n")
+    // Underneath and across: options are longer than any number.
+    let options = format!(
+        "<td class=\"options\" colspan=\"{}\"><small>{}</small></td>",
+        HEAD.len() + TARGETS.len(),
+        escaped(&run.options)
+    );
+    format!("<tr>{cells}</tr>\n<tr>{options}</tr>\n")
+}
+
+/// With a minus sign, not a hyphen.
+fn two_places(x: f64) -> String {
+    format!("{x:.2}").replace('-', "−")
 }
 
 fn none() -> String {
@@ -79,7 +89,7 @@ fn with(value: Option<f64>, ci: Option<[f64; 2]>, show: impl Fn(f64) -> String) 
 
 /// What a reference is, in a sentence.
 pub(super) fn reference(r: &ReferenceRecord) -> String {
-    let scene = escaped(&r.scene);
+    let scene = escaped(super::file_name(&r.scene));
     if r.samples == 0 {
         return format!("{scene}: {}, taken as exact.", escaped(&r.kind));
     }

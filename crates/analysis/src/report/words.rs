@@ -53,7 +53,8 @@ fn falls(run: &RunRecord) -> String {
         if run.ends.is_empty() { String::new() } else { format!(" Its curve ends early: {}.", run.ends) };
     match (s.slope, s.slope_ci) {
         (Some(slope), Some([low, high])) if high.is_finite() => {
-            format!("its squared error falls as N^{slope:.2} ({low:.2} to {high:.2}).{ends}")
+            let [low, high] = [low, high].map(|x| format!("{x:.2}").replace('-', "−"));
+            format!("its squared error falls as N^{slope:.2} ({low} to {high}).{ends}")
         }
         (Some(slope), _) => format!("its squared error falls as N^{slope:.2} (one seed).{ends}"),
         _ => format!("too few counts for a slope.{ends}"),
