@@ -16,10 +16,10 @@ use std::time::Duration;
 /// One block of so many is rendered again.
 const ONE_IN: usize = 32;
 /// But at least so many.
-const LEAST: usize = 32;
+const LEAST: usize = 64;
 
 /// The error of `film`, a finished render of `settings`. Renders some blocks again: at most a thirty-second of the
-/// picture, or 32 blocks of 8×8 pixels.
+/// picture, or 64 blocks of 8×8 pixels.
 pub fn replicate(
     scene: &Scene,
     camera: &Camera,
