@@ -23,7 +23,8 @@ fn samples_are_where_they_are_said_to_be() {
     assert_eq!(Some(total), json["samples"].as_f64());
     assert!((total / (24.0 * 24.0 * 64.0) - 1.0).abs() < 0.02, "{total}");
     let (least, most) = counts.iter().fold((f32::MAX, 0.0f32), |(a, b), c| (a.min(*c), b.max(*c)));
-    assert!(least >= 16.0 + 0.25 * 48.0 - 1.0 && least < 50.0 && most > 100.0, "{least} {most}");
+    // An even quarter of the 48 further samples, rounded by chance.
+    assert!((27.0..50.0).contains(&least) && most > 100.0, "{least} {most}");
 }
 
 /// Threads, looking, and how a render is cut into passes change no bit; up to the pilot nothing is different.
