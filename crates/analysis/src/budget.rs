@@ -1,7 +1,7 @@
 //! What will a picture of a given error cost, and which integral is to blame?
 //!
 //! A pilot of a few samples over the picture says where the errors are and how bright it is. In blocks that stand for
-//! the picture ([`crate::estimate`]), [`dapple_integrator::variances`] splits the variance by effect. From that follow
+//! the picture ([`crate::estimate`]), [`dapple_integrator::variances()`] splits the variance by effect. From that follow
 //! the counts of the distribution tracer that reach a given error with the fewest rays, and from pairs of independent
 //! renders of the blocks the error of a given count, for the distribution tracer with random points and for the path
 //! tracer as it is set. Independent points have a squared error ∝ 1/n; the path tracer's other points are rendered at two
