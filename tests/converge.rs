@@ -49,7 +49,8 @@ fn everything_is_written() {
     for run in results["runs"].as_array().unwrap() {
         let [samples, seconds, mse] = ["samples", "seconds", "mse"].map(|key| numbers(&run[key]));
         assert!(samples.len() >= 3 && samples.windows(2).all(|w| w[1] == 2.0 * w[0]), "{samples:?}");
-        assert!(seconds.windows(2).all(|w| w[1] > w[0]), "{seconds:?}");
+        // A busy machine may hold up one of two renders of milliseconds; not eight times as many samples.
+        assert!(seconds.windows(4).all(|w| w[3] > w[0]) && seconds.first() < seconds.last(), "{seconds:?}");
         assert!(mse.first() > mse.last(), "{mse:?}");
         assert!(run["slope"].as_f64().unwrap() < -0.5 && run["slope_ci"].is_array());
         assert!(run["efficiency"].as_f64().unwrap() > 0.0);
