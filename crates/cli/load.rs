@@ -61,7 +61,11 @@ impl Source {
     /// Parts of the scene, to which an environment may still be added.
     pub fn read(&self, options: &RenderOptions) -> Result<SceneBuilder, Failure> {
         match self {
-            Self::Builtin(name) => builtin::builtin(name).ok_or_else(|| unknown_builtin(name)),
+            Self::Builtin(name) => {
+                let mut builder = builtin::builtin(name).ok_or_else(|| unknown_builtin(name))?;
+                builder.reads(options.reads());
+                Ok(builder)
+            }
             Self::File(path) => read_file(path, options),
         }
     }
@@ -109,6 +113,9 @@ pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure>
 }
 
 fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> {
+    if !options.reads().light {
+        return Ok(None);
+    }
     let intensity = options.env_intensity.unwrap_or(1.0);
     if let Some(color) = options.env_color {
         return Ok(Some(Environment::constant(color.0 * intensity)));

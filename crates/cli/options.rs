@@ -10,7 +10,6 @@ use clap::{ArgMatches, Args, FromArgMatches};
 use dapple_integrator::camera::{Aperture, Filter, Shutter};
 use dapple_integrator::imaging::Tone;
 use dapple_integrator::sampling::{Pattern, Plan};
-#[cfg(feature = "gltf")]
 use dapple_integrator::scene::Reads;
 use dapple_integrator::{Aov, Combine, Method};
 use std::ffi::OsString;
@@ -74,7 +73,7 @@ pub struct RenderOptions {
     /// Write EXR channels as 16-bit half floats
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Output")]
     pub half: Option<bool>,
-    /// Extra EXR layers, comma-separated: albedo, normal, depth, position, variance, samples, object, material
+    /// EXR layers beside the picture, comma-separated: albedo, normal, depth, position, variance, samples, object, material. Where these show first hits alone (all but variance and samples), the picture is rendered only if `beauty` is named too, or a PNG or HDR shows it
     #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Output")]
     pub aov: Option<Vec<Aov>>,
     /// Exposure of PNG output, in stops
@@ -237,15 +236,26 @@ impl RenderOptions {
         self.plan == Some(PlanKind::General)
     }
 
+    /// Whether anything shows the picture itself, or says something about it. Layers of the first hit do not.
+    pub fn shows_picture(&self) -> bool {
+        let first_hits = |all: &Vec<Aov>| !all.is_empty() && all.iter().all(|aov| aov.needs_first_hit());
+        let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        !self.aov.as_ref().is_some_and(first_hits)
+            || !self.output.iter().flatten().all(is_exr)
+            || self.error_limit.is_some()
+            || self.log.is_some()
+    }
+
     /// What the render looks at of surfaces.
-    #[cfg(feature = "gltf")]
     pub fn reads(&self) -> Reads {
         if self.is_general() {
             return Reads::EVERYTHING;
         }
         let shows = |aov| self.aov.as_ref().is_some_and(|all| all.contains(&aov));
+        let picture = self.shows_picture();
         Reads {
-            scattering: self.max_bounces != Some(0),
+            light: picture,
+            scattering: picture && self.max_bounces != Some(0),
             albedo: shows(Aov::Albedo),
             normals: shows(Aov::Normal),
             everything: false,

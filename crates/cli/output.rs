@@ -25,9 +25,10 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// The files asked for, or `NAME.exr` and `NAME.png` in the current folder; fails if one cannot be written.
+    /// The files asked for, or `NAME.exr` and, of a picture, `NAME.png` in the current folder; fails if one cannot be written.
     pub fn plan(options: &RenderOptions, name: &str) -> Result<Self, Failure> {
-        let default = || vec![PathBuf::from(format!("{name}.exr")), PathBuf::from(format!("{name}.png"))];
+        let formats = if options.shows_picture() { &["exr", "png"][..] } else { &["exr"] };
+        let default = || formats.iter().map(|format| PathBuf::from(format!("{name}.{format}"))).collect();
         let paths = options.output.clone().unwrap_or_else(default);
         let files = paths.into_iter().map(with_format).collect::<Result<Vec<_>, _>>()?;
         for (path, _) in &files {

@@ -55,7 +55,7 @@ pub enum Way {
     Within,
     /// By [`replicate`].
     Replicate,
-    /// Not at all: cell centres are the same for every seed, and their error is no chance.
+    /// Not at all: there is no picture, or cell centres are the same for every seed, and their error is no chance.
     None,
 }
 
@@ -64,6 +64,7 @@ impl Way {
     pub fn of(settings: &Settings) -> Self {
         let grid = |e| settings.plans.of(e).pattern == Pattern::Grid && !settings.plans.is_off(e);
         match (settings.method, settings.pattern) {
+            _ if !settings.picture => Self::None,
             (Method::Path, Pattern::Random) => Self::Within,
             (Method::Path, Pattern::Grid) => Self::None,
             (Method::Path, _) => Self::Replicate,

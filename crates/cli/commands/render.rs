@@ -38,6 +38,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     warn(&loaded);
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
+    say_no_picture(&options);
     interrupt::listen();
     tracing::info!(?settings, "rendering");
     let (outcome, error) = draw(&loaded, view, &settings, &options)?;
@@ -66,6 +67,7 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         threads: Some(machine::threads(options.threads)),
         filter: options.filter.unwrap_or_default(),
         aovs: options.aov.clone().unwrap_or_default(),
+        picture: options.shows_picture(),
         general: options.is_general(),
         clamp: options.clamp,
         cull_backfaces: RenderOptions::is(options.cull_backfaces),
@@ -135,6 +137,13 @@ fn finish(
 ) -> Outcome {
     outcome.layers.metadata = metadata::attributes(options, settings, &outcome.stats, view, &loaded.scene);
     outcome
+}
+
+fn say_no_picture(options: &RenderOptions) {
+    if !options.shows_picture() && !RenderOptions::is(options.quiet) {
+        let said = "only layers of the first hit are asked for, so the picture is left out; --aov beauty,... renders it too";
+        report::say(&format!("note: {said}"));
+    }
 }
 
 fn say_bad_samples(stats: &Stats, scene: Option<&str>, typed: &ArgMatches) {

@@ -3,9 +3,11 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// One extra layer of the output.
+/// One layer of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Aov {
+    /// The picture itself, linear radiance.
+    Beauty,
     /// Directional albedo of the first hit (1: reflects everything), mean over the samples.
     Albedo,
     /// Unit shading normal of the first hit in world space, turned to the camera, mean over the samples.
@@ -26,7 +28,8 @@ pub enum Aov {
 
 impl Aov {
     /// All of them, with the name the command line and the EXR layer use.
-    pub const ALL: [(Self, &'static str); 8] = [
+    pub const ALL: [(Self, &'static str); 9] = [
+        (Self::Beauty, "beauty"),
         (Self::Albedo, "albedo"),
         (Self::Normal, "normal"),
         (Self::Depth, "depth"),
@@ -37,9 +40,9 @@ impl Aov {
         (Self::MaterialId, "material"),
     ];
 
-    /// Needs the first hit of each sample.
-    pub(crate) fn needs_first_hit(self) -> bool {
-        !matches!(self, Self::Variance | Self::SampleCount)
+    /// Shows the first hit of each sample; the others show the picture, or say something about it.
+    pub fn needs_first_hit(self) -> bool {
+        !matches!(self, Self::Beauty | Self::Variance | Self::SampleCount)
     }
 }
 
@@ -53,7 +56,7 @@ impl fmt::Display for Aov {
 /// Not the name of a layer.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error(
-    "'{0}' is no layer; choose from albedo, normal, depth, position, variance, samples, object, material"
+    "'{0}' is no layer; choose from beauty, albedo, normal, depth, position, variance, samples, object, material"
 )]
 pub struct UnknownAov(String);
 

@@ -107,7 +107,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         let mut vertex = Vertex::new(scene, ray, &hit, &surface, wo, self.time);
         vertex.sharpen(self.job.sharp);
         self.follow.vertex(place.depth, &vertex, beta, le);
-        if vertex.shading.unlit || place.depth >= settings.max_bounces {
+        if vertex.shading.unlit || place.depth >= self.job.bounces {
             cut_short(&vertex, beta, self.follow);
             return absorbed * le;
         }

@@ -75,8 +75,8 @@ pub fn forecast(scene: &Scene, camera: &Camera, settings: &Settings) -> Forecast
 fn of_paths(settings: &Settings, scene: &Scene) -> Forecast {
     let n = f64::from(settings.spp.unwrap_or(1));
     let aims = if scene.light_choice.is_some() { n } else { 0.0 };
-    let rows = (0..=settings.max_bounces).map(|depth| match depth {
-        d if d == settings.max_bounces => Row { arriving: n, ..Row::default() },
+    let rows = (0..=settings.bounces()).map(|depth| match depth {
+        d if d == settings.bounces() => Row { arriving: n, ..Row::default() },
         _ => Row { arriving: n, light: aims, path: n, ..Row::default() },
     });
     Forecast { outer: [settings.spp.unwrap_or(1), 1, 1], rows: rows.collect() }
@@ -88,7 +88,7 @@ fn of_trees(job: &Job<'_>) -> Forecast {
     let inner = |plan: Plan| if job.is_paired() { 1 } else { plan.count().max(1) };
     let outer = [pixel, inner(plans.lens), inner(plans.time)];
     let kinds = Kinds::used(job.scene);
-    let depths = job.settings.max_bounces;
+    let depths = job.settings.bounces();
     // The costliest material at every depth, found from the deepest.
     let mut below = 1.0;
     let mut costliest = Vec::new();

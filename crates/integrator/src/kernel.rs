@@ -34,6 +34,8 @@ pub(crate) struct Job<'a> {
     /// Points drawn anew, to see what they matter: all within a point of the pixel, the lens or the time; or those of
     /// one integral at the first hit.
     pub again: Option<Effect>,
+    /// Scattering events that are followed.
+    pub bounces: u32,
 }
 
 impl<'a> Job<'a> {
@@ -56,6 +58,7 @@ impl<'a> Job<'a> {
         Self {
             needs: Needs::new(scene, &camera, settings),
             integrals: Integrals::new(scene, &camera, settings),
+            bounces: settings.bounces(),
             scene,
             camera,
             settings,

@@ -30,7 +30,7 @@ impl Needs {
         }
         let kinds = Kinds::used(scene);
         let off = |effect| settings.plans.is_off(effect);
-        let scatters = settings.max_bounces > 0;
+        let scatters = settings.bounces() > 0;
         let aimed: Vec<&Light> = match scene.light_choice {
             Some(_) if scatters && kinds.iter().any(Kinds::spreads) => {
                 scene.lights.iter().filter(|light| is_aimed_at(light)).collect()
@@ -50,7 +50,7 @@ impl Needs {
             light_point: aimed.iter().any(has_points),
             lobe: scatters && kinds.iter().any(|k| k.count() > 1),
             direction: scatters && kinds.iter().any(Kinds::spreads),
-            roulette: settings.roulette && settings.max_bounces > ROULETTE_FROM,
+            roulette: settings.roulette && settings.bounces() > ROULETTE_FROM,
         }
     }
 

@@ -69,7 +69,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         let mut vertex = Vertex::new(scene, &ray, &hit, &surface, wo, sample.time);
         vertex.sharpen(job.sharp);
         follow.vertex(depth, &vertex, state.beta, le);
-        if vertex.shading.unlit || depth >= settings.max_bounces {
+        if vertex.shading.unlit || depth >= job.bounces {
             cut_short(&vertex, state.beta, follow);
             return radiance;
         }

@@ -147,6 +147,11 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
     let off = |effect| job.settings.plans.is_off(effect);
     let why = |effect, else_: &'static str| if off(effect) { "switched off" } else { else_ };
     let (n, survey) = (&job.needs, &job.scene.survey);
+    leave(
+        job.settings.picture,
+        "the picture, and all light",
+        "only layers of the first hit are asked for",
+    );
     leave(n.pixel, "pixel dimension", "switched off");
     leave(n.lens, "lens dimension", why(Effect::Lens, "the camera is a pinhole"));
     leave(n.time, "time dimension", why(Effect::Time, "nothing moves while the shutter is open"));
@@ -189,7 +194,7 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
 }
 
 fn no_next_event(job: &Job<'_>, kinds: &[Kinds]) -> &'static str {
-    if job.settings.max_bounces == 0 {
+    if job.bounces == 0 {
         "no light is scattered"
     } else if job.scene.light_choice.is_none() {
         "there is no light that aiming finds better than rays do"

@@ -47,6 +47,8 @@ pub struct Settings {
     pub filter: Filter,
     /// Extra layers.
     pub aovs: Vec<Aov>,
+    /// Render the picture itself. Without it only what first hits show is found out, and no light is followed.
+    pub picture: bool,
     /// Hide back faces of single-sided materials (the letter of glTF).
     pub cull_backfaces: bool,
     /// Points of each of the distribution tracer's integrals; those with none are off in both tracers. The path tracer
@@ -101,6 +103,7 @@ impl Default for Settings {
             threads: None,
             filter: Filter::default(),
             aovs: Vec::new(),
+            picture: true,
             cull_backfaces: false,
             plans: Plans::default(),
             combine: Combine::Nested,
@@ -119,6 +122,11 @@ impl Settings {
     /// The pixels to render: the crop, or the whole picture.
     pub fn rect(&self) -> PixelRect {
         self.crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: self.size.0, y1: self.size.1 })
+    }
+
+    /// Scattering events that are followed: none without a picture.
+    pub fn bounces(&self) -> u32 {
+        if self.picture { self.max_bounces } else { 0 }
     }
 
     /// Samples after which every pixel's estimate is whole: a distribution tracer's strata come in order.

@@ -156,6 +156,10 @@ impl Tile {
     fn sample(&mut self, job: &Job<'_>, kernel: Kernel, x: u32, y: u32, index: u32) {
         let mut first = FirstHit::default();
         let (mut value, weight) = kernel(job, (x, y), index, &mut first, &mut self.rays);
+        if !job.settings.picture {
+            // Nobody sees it, and nothing is taken from it.
+            (value, first.ledger) = (Vec3::ZERO, Ledger::default());
+        }
         if let Some(most) = job.settings.clamp {
             value = first.ledger.clamp(value, most);
         }

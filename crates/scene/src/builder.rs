@@ -9,7 +9,7 @@ pub(crate) use placed::Geometry;
 pub use pose::CameraPose;
 
 use crate::{
-    Placement, SceneError, TexturedMaterial, Unread, Warning,
+    Placement, Reads, SceneError, TexturedMaterial, Unread, Warning,
     moving::{Body, Exposure},
     punctual::Punctual,
 };
@@ -37,8 +37,8 @@ pub struct SceneBuilder {
     pub(crate) exposure: Exposure,
     warnings: Vec<Warning>,
     unread: Unread,
-    /// Keep attributes that nothing looks at.
-    everything: bool,
+    /// What the render looks at.
+    reads: Reads,
 }
 
 impl SceneBuilder {
@@ -53,10 +53,15 @@ impl SceneBuilder {
         Self { name: name.to_owned(), label: file.display().to_string(), ..Self::default() }
     }
 
-    /// What the file holds beyond the scene, and whether to keep `everything` of what was read.
+    /// What the file holds beyond the scene.
     #[cfg(feature = "gltf")]
-    pub(crate) fn leave_unread(&mut self, unread: Unread, everything: bool) {
-        (self.unread, self.everything) = (unread, everything);
+    pub(crate) fn leave_unread(&mut self, unread: Unread) {
+        self.unread = unread;
+    }
+
+    /// What the render looks at; the rest is not kept. Without a word: whatever light can do.
+    pub fn reads(&mut self, reads: Reads) {
+        self.reads = reads;
     }
 
     /// Adds a texture; returns its index.

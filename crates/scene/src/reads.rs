@@ -3,9 +3,11 @@
 #[cfg(feature = "gltf")]
 use crate::{AlphaMode, TexturedMaterial};
 
-/// Uses that a render has for surfaces, beside the light they emit and the holes they have.
+/// Uses that a render has for surfaces, beside where they are and the holes they have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reads {
+    /// Light is shown: what surfaces emit, lamps, and what surrounds the scene.
+    pub light: bool,
     /// Light is scattered: everything about reflection and transmission counts.
     pub scattering: bool,
     /// Albedo is shown.
@@ -19,13 +21,14 @@ pub struct Reads {
 impl Default for Reads {
     /// Whatever light can do.
     fn default() -> Self {
-        Self { scattering: true, albedo: true, normals: true, everything: false }
+        Self { light: true, scattering: true, albedo: true, normals: true, everything: false }
     }
 }
 
 impl Reads {
     /// All that files hold.
-    pub const EVERYTHING: Self = Self { scattering: true, albedo: true, normals: true, everything: true };
+    pub const EVERYTHING: Self =
+        Self { light: true, scattering: true, albedo: true, normals: true, everything: true };
 
     /// The parameters of reflection and transmission matter.
     pub fn matter(&self) -> bool {
@@ -40,6 +43,6 @@ impl Reads {
     /// Whether the base colour of a material counts: as what is reflected, as a shadeless colour, or by its holes.
     #[cfg(feature = "gltf")]
     pub(crate) fn base_color(&self, m: &TexturedMaterial) -> bool {
-        self.matter() || m.unlit || m.alpha_mode != AlphaMode::Opaque
+        self.matter() || (m.unlit && self.light) || m.alpha_mode != AlphaMode::Opaque
     }
 }

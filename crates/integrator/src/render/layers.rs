@@ -7,12 +7,13 @@ use dapple_camera::{Film, PixelRect};
 use dapple_imaging::{Layer, Layers, Picture};
 use glam::DVec3;
 
-/// Beauty first, then the layers in the order they were asked for.
+/// Beauty first if there is a picture, then the layers in the order they were asked for.
 pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile]) -> Layers {
     let rect = job.settings.rect();
-    let mut layers = vec![rgb("", &film.mean())];
+    let beauty = job.settings.picture.then(|| rgb("", &film.mean()));
+    let mut layers: Vec<Layer> = beauty.into_iter().collect();
     let first_hits = gather(rect, tiles);
-    for &aov in &job.settings.aovs {
+    for &aov in job.settings.aovs.iter().filter(|aov| **aov != Aov::Beauty) {
         layers.push(layer(job, aov, rect, film, &first_hits));
     }
     Layers {
@@ -28,6 +29,7 @@ pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile]) -> Layers {
 fn layer(job: &Job<'_>, aov: Aov, rect: PixelRect, film: &Film, first: &[FirstHits]) -> Layer {
     let name = aov.to_string();
     match aov {
+        Aov::Beauty => rgb(&name, &film.mean()),
         Aov::Variance => rgb(&name, &film.variance()),
         Aov::SampleCount => {
             let counts = pixels(rect).map(|(x, y)| film.count(x, y) as f32).collect();

@@ -29,6 +29,7 @@ impl SceneBuilder {
     pub fn build(mut self) -> Result<Scene, SceneError> {
         self.check()?;
         self.settle();
+        self.put_out();
         let constant_textures = constants::fold(&mut self.materials, &mut self.textures);
         let bounds = self.bounds()?;
         let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));
@@ -74,6 +75,15 @@ impl SceneBuilder {
         })
     }
 
+    /// Without light to show nothing emits and nothing surrounds the scene.
+    fn put_out(&mut self) {
+        if !self.reads.light {
+            self.materials.iter_mut().for_each(|m| m.emission = Vec3::ZERO);
+            self.punctual.clear();
+            self.environment = None;
+        }
+    }
+
     fn area_lights(&self, world: &World, objects: &mut [Object], seen: &[Seen]) -> AreaLights {
         let mut area = AreaLights::default();
         for (i, (object, (form, movement))) in objects.iter_mut().zip(seen).enumerate() {
@@ -102,7 +112,7 @@ impl SceneBuilder {
     fn surroundings(&mut self, objects: &[Object], lights: &[Light]) -> Option<Environment> {
         let unlit = |o: &Object| self.materials[o.material as usize].unlit;
         let shown = !objects.is_empty() && objects.iter().all(unlit);
-        if self.environment.is_none() && lights.is_empty() && !shown {
+        if self.reads.light && self.environment.is_none() && lights.is_empty() && !shown {
             let what = "nothing in the scene emits light: a white environment of radiance 1 surrounds it";
             self.warn(Warning(what.into()));
             return Some(Environment::constant(Vec3::ONE));
@@ -177,7 +187,7 @@ impl Entry<'_> {
                 let baked = bake::bake(&mesh, &placement, space);
                 drop(mesh);
                 self.changed(baked.dropped, baked.mended);
-                let mesh = for_material(baked.mesh, material, from.everything);
+                let mesh = for_material(baked.mesh, material, from.reads.everything);
                 let form = Form::Triangles(mesh.triangles.len());
                 self.world.add_mesh(mesh);
                 form

@@ -110,8 +110,8 @@ impl Reader<'_, '_> {
         let reads = self.doc.options.reads;
         let matter = reads.matter();
         let unlit = m.extensions.as_ref().is_some_and(|e| e.unlit.is_some());
-        let base = matter || unlit || alpha_mode(m) != AlphaMode::Opaque;
-        let emits = Vec3::from_array(m.emissive_factor.0) != Vec3::ZERO;
+        let base = matter || (unlit && reads.light) || alpha_mode(m) != AlphaMode::Opaque;
+        let emits = reads.light && Vec3::from_array(m.emissive_factor.0) != Vec3::ZERO;
         Ok(TexturedMaterial {
             base: Material {
                 base_color: Vec3::new(r, g, b),

@@ -44,7 +44,8 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     }
     let unread = assembly.unread(hierarchy.order.len());
     let mut builder = assembly.builder;
-    builder.leave_unread(unread, doc.options.reads.everything);
+    builder.leave_unread(unread);
+    builder.reads(doc.options.reads);
     doc.take_warnings().into_iter().for_each(|w| builder.warn(w));
     Ok(builder)
 }
