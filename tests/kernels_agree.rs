@@ -36,7 +36,12 @@ fn paths_with_effects_off() {
 
 #[test]
 fn layers() {
-    agree(&["--spp", "2", "--max-bounces", "0", "--aov", "depth,normal,albedo"]);
+    agree(&["--spp", "2", "--max-bounces", "0", "--aov", "beauty,depth,normal,albedo"]);
+}
+
+#[test]
+fn layers_without_the_picture() {
+    agree(&["--spp", "2", "--aov", "depth,normal,position,object"]);
 }
 
 #[test]

@@ -41,6 +41,11 @@ pub fn unit_table() -> &'static [f32; 256] {
     &UNIT
 }
 
+/// 1 for each 8-bit value: what a channel gives that is not there.
+pub(crate) fn ones_table() -> &'static [f32; 256] {
+    &[1.0; 256]
+}
+
 /// The decoding curve in f64, for tables.
 pub(crate) fn decode_f64(c: f64) -> f32 {
     (if c <= 0.04045 { c / 12.92 } else { libm::pow((c + 0.055) / 1.055, 2.4) }) as f32

@@ -18,7 +18,7 @@ pub mod write;
 pub use error::ImageError;
 pub use picture::{Layer, Layers, MetaValue, Picture};
 pub use read::Rgba8;
-pub use texture::{Encoding, Interpolation, Sampler, Texture, Wrap};
+pub use texture::{Channels, Encoding, Interpolation, Sampler, Texture, Wrap};
 pub use tone::{Tone, UnknownTone};
 
 #[cfg(all(doctest, feature = "exr", feature = "png"))]

@@ -7,7 +7,7 @@
 //!
 //! Lookups are total: any uv, NaN and ±∞ included, gives a colour of the texture.
 
-use crate::color::{srgb_table, unit_table};
+use crate::color::{ones_table, srgb_table, unit_table};
 use crate::read::Rgba8;
 use glam::{Vec2, Vec4};
 
@@ -53,15 +53,43 @@ pub enum Encoding {
     Linear,
 }
 
-/// An RGBA texture of 8 bits per channel, as it came from the file (4 bytes per texel).
+/// Which of red, green, blue and alpha.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Channels([bool; 4]);
+
+impl Channels {
+    /// None of them.
+    pub const NONE: Self = Self([false; 4]);
+    /// Red.
+    pub const R: Self = Self([true, false, false, false]);
+    /// Green and blue.
+    pub const GB: Self = Self([false, true, true, false]);
+    /// Colour.
+    pub const RGB: Self = Self([true, true, true, false]);
+    /// Alpha.
+    pub const A: Self = Self([false, false, false, true]);
+
+    /// Those of either.
+    pub fn or(self, other: Self) -> Self {
+        Self(std::array::from_fn(|c| self.0[c] || other.0[c]))
+    }
+}
+
+/// An RGBA texture of 8 bits per channel, as it came from the file, or only some of its channels.
 #[derive(Clone, Debug)]
 pub struct Texture {
     width: usize,
     height: usize,
-    texels: Vec<[u8; 4]>,
-    decode: &'static [f32; 256],
-    unit: &'static [f32; 256],
+    /// `stride` bytes per texel, and at the end as many as let four be read at any texel.
+    bytes: Vec<u8>,
+    stride: usize,
+    /// Where in its texel each channel is.
+    places: [u8; 4],
+    /// What the byte there means.
+    tables: [&'static [f32; 256]; 4],
     sampler: Sampler,
+    /// All texels of the image are the same.
+    is_constant: bool,
 }
 
 impl Texture {
@@ -74,11 +102,63 @@ impl Texture {
             && image.width.max(image.height) <= i32::MAX as usize;
         let Rgba8 { width, height, texels } =
             if sound { image } else { Rgba8 { width: 1, height: 1, texels: vec![[255; 4]] } };
-        let decode = match encoding {
+        let color = match encoding {
             Encoding::Srgb => srgb_table(),
             Encoding::Linear => unit_table(),
         };
-        Self { width, height, texels, decode, unit: unit_table(), sampler }
+        let is_constant = texels.iter().all(|texel| *texel == texels[0]);
+        Self {
+            width,
+            height,
+            bytes: texels.into_flattened(),
+            stride: 4,
+            places: [0, 1, 2, 3],
+            tables: [color, color, color, unit_table()],
+            sampler,
+            is_constant,
+        }
+    }
+
+    /// Without the channels that are not `wanted`: they give 1 from now on. Of the others only what says something is
+    /// stored: not what is 1 everywhere, and once what is the same.
+    #[must_use]
+    pub fn keep(self, wanted: Channels) -> Self {
+        let mut stored: Vec<usize> = Vec::new();
+        let (mut places, mut tables) = ([0; 4], self.tables);
+        for c in 0..4 {
+            if !wanted.0[c] || self.texels().all(|texel| self.tables[c][self.byte(texel, c)] == 1.0) {
+                tables[c] = ones_table();
+                continue;
+            }
+            let same = |s: &usize| self.texels().all(|texel| self.byte(texel, *s) == self.byte(texel, c));
+            let place = stored.iter().position(same).unwrap_or_else(|| {
+                stored.push(c);
+                stored.len() - 1
+            });
+            places[c] = place as u8;
+        }
+        if stored.len() == self.stride {
+            return Self { places: self.places, tables, ..self };
+        }
+        let mut bytes = Vec::with_capacity(self.width * self.height * stored.len() + 4 - stored.len());
+        let taken: Vec<usize> = stored.iter().map(|&c| usize::from(self.places[c])).collect();
+        bytes.extend(self.texels().flat_map(|texel| taken.iter().map(|&place| texel[place])));
+        bytes.resize(bytes.capacity(), 0);
+        Self { bytes, stride: stored.len(), places, tables, ..self }
+    }
+
+    /// How many channels are stored.
+    pub fn channels(&self) -> usize {
+        self.stride
+    }
+
+    /// The stored bytes of the texels, four and more of which only the first `stride` are theirs.
+    fn texels(&self) -> impl Iterator<Item = &[u8]> {
+        (0..self.width * self.height).map(|i| &self.bytes[i * self.stride..])
+    }
+
+    fn byte(&self, texel: &[u8], channel: usize) -> usize {
+        usize::from(texel[usize::from(self.places[channel])])
     }
 
     /// Width and height in texels.
@@ -113,37 +193,37 @@ impl Texture {
     /// The decoded texel in column `x` and row `y`; both must be within [`size`](Self::size).
     #[inline]
     fn texel(&self, x: usize, y: usize) -> Vec4 {
-        let [r, g, b, a] = self.texels[y * self.width + x];
-        let d = self.decode;
-        Vec4::new(d[r as usize], d[g as usize], d[b as usize], self.unit[a as usize])
+        let at = (y * self.width + x) * self.stride;
+        let bytes = &self.bytes[at..at + 4];
+        // Below 4 anyway; said so, it is not asked.
+        let value = |c: usize| self.tables[c][usize::from(bytes[usize::from(self.places[c] & 3)])];
+        Vec4::new(value(0), value(1), value(2), value(3))
     }
 
-    /// The colour of every lookup, if all texels are the same.
+    /// The colour of every lookup, if all texels of the image were the same.
     pub fn constant(&self) -> Option<Vec4> {
-        let first = self.texels[0];
-        self.texels.iter().all(|texel| *texel == first).then(|| self.texel(0, 0))
+        self.is_constant.then(|| self.texel(0, 0))
     }
 
     /// Mean of all decoded texels, summed in f64: the integral of the texture over its unit square, whatever the
     /// interpolation under `Repeat` and `Mirror`.
     pub fn mean(&self) -> Vec4 {
         let mut count = [[0u64; 256]; 4];
-        for texel in &self.texels {
-            for (count, &byte) in count.iter_mut().zip(texel) {
-                count[byte as usize] += 1;
+        for texel in self.texels() {
+            for (c, count) in count.iter_mut().enumerate() {
+                count[self.byte(texel, c)] += 1;
             }
         }
-        let mean = |count: &[u64; 256], table: &[f32; 256]| {
-            let sum: f64 = count.iter().zip(table).map(|(&n, &v)| n as f64 * v as f64).sum();
-            (sum / self.texels.len() as f64) as f32
+        let mean = |c: usize| {
+            let sum: f64 = count[c].iter().zip(self.tables[c]).map(|(&n, &v)| n as f64 * v as f64).sum();
+            (sum / (self.width * self.height) as f64) as f32
         };
-        let [r, g, b, a] = &count;
-        Vec4::new(mean(r, self.decode), mean(g, self.decode), mean(b, self.decode), mean(a, self.unit))
+        Vec4::new(mean(0), mean(1), mean(2), mean(3))
     }
 
     /// Bytes held by the texels.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(self.texels.as_slice())
+        size_of_val(self.bytes.as_slice())
     }
 }
 

@@ -1,6 +1,6 @@
 //! Texture lookups against a plain f64 evaluation of the definition.
 
-use dapple_imaging::{Encoding, Interpolation, Rgba8, Sampler, Texture, Wrap};
+use dapple_imaging::{Channels, Encoding, Interpolation, Rgba8, Sampler, Texture, Wrap};
 use glam::{DVec4, Vec2, Vec4};
 
 const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
@@ -190,4 +190,44 @@ fn unsound_images_are_white() {
         assert_eq!((texture.lookup(Vec2::splat(0.3)), texture.size()), (Vec4::ONE, (1, 1)));
         assert_eq!((texture.mean(), texture.memory_bytes()), (Vec4::ONE, 4));
     }
+}
+
+/// Channels that are kept give the same bits as before, the others 1; what says nothing new takes no room.
+#[test]
+fn channels_that_are_not_looked_at_are_dropped() {
+    let image = image(5, 3);
+    let all: Vec<Vec2> = (0..40).map(|i| Vec2::new(i as f32 * 0.173, i as f32 * 0.311)).collect();
+    let cases = [
+        (Channels::NONE, [false; 4], 0),
+        (Channels::R, [true, false, false, false], 1),
+        (Channels::GB, [false, true, true, false], 2),
+        (Channels::RGB, [true, true, true, false], 3),
+        (Channels::RGB.or(Channels::A), [true; 4], 4),
+    ];
+    for encoding in [Encoding::Srgb, Encoding::Linear] {
+        let whole = Texture::new(image.clone(), encoding, Sampler::default());
+        for (channels, kept, count) in cases {
+            let some = whole.clone().keep(channels);
+            assert_eq!((some.channels(), some.memory_bytes()), (count, 15 * count + 4 - count));
+            for (&uv, c) in all.iter().flat_map(|uv| (0..4).map(move |c| (uv, c))) {
+                let expected = if kept[c] { whole.lookup(uv)[c] } else { 1.0 };
+                assert_eq!(some.lookup(uv)[c].to_bits(), expected.to_bits(), "{channels:?} {c} at {uv}");
+            }
+            let again = some.clone().keep(channels);
+            assert_eq!((again.channels(), again.mean()), (count, some.mean()));
+        }
+    }
+}
+
+#[test]
+fn white_and_grey_are_stored_once_or_not_at_all() {
+    let texels = (0..12).map(|i| [20 * i, 20 * i, 20 * i, 255]).collect();
+    let whole = Texture::new(Rgba8 { width: 4, height: 3, texels }, Encoding::Srgb, Sampler::default());
+    let grey = whole.clone().keep(Channels::RGB.or(Channels::A));
+    assert_eq!(grey.channels(), 1);
+    for i in 0..50 {
+        let uv = Vec2::new(i as f32 * 0.077, i as f32 * 0.139);
+        assert_eq!(grey.lookup(uv), whole.lookup(uv));
+    }
+    assert_eq!(grey.mean(), whole.mean());
 }

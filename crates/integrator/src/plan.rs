@@ -147,11 +147,7 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
     let off = |effect| job.settings.plans.is_off(effect);
     let why = |effect, else_: &'static str| if off(effect) { "switched off" } else { else_ };
     let (n, survey) = (&job.needs, &job.scene.survey);
-    leave(
-        job.settings.picture,
-        "the picture, and all light",
-        "only layers of the first hit are asked for",
-    );
+    leave(job.settings.picture, "the picture, and all light", "only layers of the first hit are asked for");
     leave(n.pixel, "pixel dimension", "switched off");
     leave(n.lens, "lens dimension", why(Effect::Lens, "the camera is a pinhole"));
     leave(n.time, "time dimension", why(Effect::Time, "nothing moves while the shutter is open"));
@@ -213,6 +209,11 @@ fn unread(scene: &Scene) -> Vec<LeftOut> {
         (unread.materials, "materials, not read", "no surface has them"),
         (unread.images, "images, not decoded", "no material of the scene shows them in this render"),
         (survey.constant_textures, "textures, now factors", "they are of one colour"),
+        (
+            survey.dropped_channels,
+            "texture channels, not kept",
+            "no material reads them, or they hold nothing new",
+        ),
     ]
     .into_iter()
     .filter(|(count, ..)| *count > 0)

@@ -76,10 +76,10 @@ impl SceneBuilder {
         self.materials.len() as u32 - 1
     }
 
-    /// A material added before.
+    /// The materials added so far.
     #[cfg(feature = "gltf")]
-    pub(crate) fn material_at(&self, index: u32) -> &TexturedMaterial {
-        &self.materials[index as usize]
+    pub(crate) fn materials(&self) -> &[TexturedMaterial] {
+        &self.materials
     }
 
     /// Adds a mesh placed by `transform`; returns the object's index. A shared mesh (`Arc`) may be added many times.

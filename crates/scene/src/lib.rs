@@ -7,6 +7,7 @@
 mod bake;
 pub mod builder;
 pub mod builtin;
+mod channels;
 mod constants;
 mod emission;
 pub mod error;

@@ -1,8 +1,9 @@
 //! Materials with textures, and their values at a hit.
 //!
 //! A value is its factor times its texture; a base colour is multiplied by the vertex colour COLOR_0 as well.
+use crate::Reads;
 use dapple_geometry::{Hit, World};
-use dapple_imaging::Texture;
+use dapple_imaging::{Texture, texture::Channels};
 use dapple_materials::Material;
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
@@ -139,6 +140,23 @@ impl TexturedMaterial {
         ]
         .into_iter()
         .flatten()
+    }
+
+    /// The textures that are looked up, and the channels that then count.
+    pub(crate) fn looked_at(&self, reads: &Reads) -> impl Iterator<Item = (u32, Channels)> {
+        let color = if reads.color(self) { Channels::RGB } else { Channels::NONE };
+        let alpha = if self.alpha_mode == AlphaMode::Opaque { Channels::NONE } else { Channels::A };
+        [
+            (&self.base_color_texture, color.or(alpha)),
+            (&self.metallic_roughness_texture, Channels::GB),
+            (&self.normal_texture, Channels::RGB),
+            (&self.emissive_texture, Channels::RGB),
+            (&self.specular_texture, Channels::A),
+            (&self.specular_color_texture, Channels::RGB),
+            (&self.transmission_texture, Channels::R),
+        ]
+        .into_iter()
+        .filter_map(|(of, channels)| Some((of.as_ref()?.texture, channels)))
     }
 
     pub(crate) fn textures_mut(&mut self) -> impl Iterator<Item = &mut TextureUse> {

@@ -1,7 +1,8 @@
 //! What a render looks at of surfaces: the rest need not be read, decoded or kept.
 
 #[cfg(feature = "gltf")]
-use crate::{AlphaMode, TexturedMaterial};
+use crate::AlphaMode;
+use crate::TexturedMaterial;
 
 /// Uses that a render has for surfaces, beside where they are and the holes they have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,9 +41,14 @@ impl Reads {
         self.matter() || self.normals
     }
 
-    /// Whether the base colour of a material counts: as what is reflected, as a shadeless colour, or by its holes.
+    /// Whether the colour of a material counts: as what is reflected, or as a shadeless colour.
+    pub(crate) fn color(&self, m: &TexturedMaterial) -> bool {
+        self.matter() || (m.unlit && self.light)
+    }
+
+    /// Whether the base colour of a material counts: by its colour, or by its holes.
     #[cfg(feature = "gltf")]
     pub(crate) fn base_color(&self, m: &TexturedMaterial) -> bool {
-        self.matter() || (m.unlit && self.light) || m.alpha_mode != AlphaMode::Opaque
+        self.color(m) || m.alpha_mode != AlphaMode::Opaque
     }
 }

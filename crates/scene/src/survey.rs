@@ -33,6 +33,9 @@ pub struct Survey {
     pub has_colors: bool,
     /// Textures of one colour that became factors.
     pub constant_textures: usize,
+    /// Channels of the textures in memory, of four each, that are not kept: no material reads them, or they hold nothing
+    /// new (1 everywhere, or the same as another).
+    pub dropped_channels: usize,
     /// What the file holds and the picture does not need.
     pub unread: Unread,
 }

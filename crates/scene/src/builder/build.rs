@@ -1,7 +1,8 @@
 //! From what was added to a scene in render space: objects, cameras, lights, and what the scene then is.
 use super::{CameraPose, Geometry, SceneBuilder, placed::Placed};
 use crate::{
-    NamedCamera, Object, Scene, SceneError, Space, Survey, TexturedMaterial, Warning, bake, constants,
+    NamedCamera, Object, Scene, SceneError, Space, Survey, TexturedMaterial, Warning, bake, channels,
+    constants,
     emission::{AreaLights, Emitter, Form, Movement},
     framing,
     moving::{self, OwnSpaces},
@@ -34,6 +35,7 @@ impl SceneBuilder {
         let bounds = self.bounds()?;
         let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));
         self.simplify_alpha();
+        channels::drop_others(&self.materials, &mut self.textures, &self.reads);
         let mut cameras = self.cameras(&space)?;
         let mut lights = punctual::lights(&self.punctual, &space, &self.exposure)
             .map_err(|(i, what)| self.invalid(format!("light {i}"), what))?;
@@ -53,6 +55,7 @@ impl SceneBuilder {
         });
         let mut survey = count(&world, &seen, &lights, &cameras);
         (survey.materials, survey.textures) = (self.materials.len(), self.textures.len());
+        survey.dropped_channels = self.textures.iter().map(|t| 4 - t.channels()).sum();
         (survey.constant_textures, survey.unread) = (constant_textures, self.unread);
         scene::survey(&objects, &self.materials, &mut survey);
         let radius = bounds.map_or(1.0, |(min, max)| space.length_to_render((max - min).length() * 0.5));

@@ -155,7 +155,7 @@ fn counts(doc: &Document<'_>, hierarchy: &Hierarchy) -> Result<Counts, SceneErro
 fn textures(doc: &Document<'_>) -> Vec<TextureInfo> {
     let one = |(i, image): (usize, &gltf::json::Image)| {
         let name = label("image", i, image.name.as_deref());
-        match texture::decode(doc, gltf::json::Index::new(i as u32), &name) {
+        match texture::pixels(doc, i, &name) {
             Ok(pixels) => TextureInfo { name, width: pixels.width, height: pixels.height, error: None },
             Err(e) => TextureInfo { name, error: Some(e.to_string()), ..TextureInfo::default() },
         }

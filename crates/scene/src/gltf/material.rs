@@ -29,9 +29,14 @@ impl Materials {
         self.made.iter().flatten().count()
     }
 
-    /// How many images were decoded.
+    /// How many images are decoded.
     pub fn images(&self) -> usize {
         self.textures.images()
+    }
+
+    /// Decodes the images that the materials point to.
+    pub fn decode(&self, doc: &Document<'_>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+        self.textures.decode(doc, builder)
     }
 
     /// The builder's index of a glTF material; None is glTF's default material.
@@ -53,7 +58,7 @@ impl Materials {
             return Ok(made);
         }
         let place = label("material", index.value(), material.name.as_deref());
-        let mut reader = Reader { doc, builder, textures: &mut self.textures, place: &place };
+        let mut reader = Reader { doc, textures: &mut self.textures, place: &place };
         let mut converted = reader.core(material)?;
         if let Some(extensions) = &material.extensions {
             reader.extensions(extensions, &mut converted)?;
@@ -76,7 +81,6 @@ impl Materials {
 
 struct Reader<'a, 'o> {
     doc: &'a Document<'o>,
-    builder: &'a mut SceneBuilder,
     textures: &'a mut Textures,
     place: &'a str,
 }
@@ -91,7 +95,7 @@ impl Reader<'_, '_> {
     ) -> Result<Option<TextureUse>, SceneError> {
         let shows = shows || self.doc.options.reads.everything;
         let Some(pointer) = pointer.filter(|_| shows) else { return Ok(None) };
-        self.textures.resolve(self.doc, self.builder, &pointer.into(), encoding, self.place)
+        self.textures.resolve(self.doc, &pointer.into(), encoding, self.place)
     }
 
     fn core(&mut self, m: &json::Material) -> Result<TexturedMaterial, SceneError> {

@@ -42,6 +42,7 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
         let chain = (moving[index] && shows).then(|| hierarchy.chain(index));
         assembly.node(index, &Whereabouts { placement: placements[index], chain })?;
     }
+    assembly.materials.decode(doc, &mut assembly.builder)?;
     let unread = assembly.unread(hierarchy.order.len());
     let mut builder = assembly.builder;
     builder.leave_unread(unread);
@@ -156,7 +157,7 @@ impl Assembly<'_, '_> {
         for (i, primitive) in doc.root.meshes[index.value()].primitives.iter().enumerate() {
             let place = format!("{place}, primitive {i}");
             let material = self.materials.resolve(doc, &mut self.builder, primitive.material, &place)?;
-            let wanted = Wanted::by(self.builder.material_at(material), &doc.options.reads);
+            let wanted = Wanted::by(&self.builder.materials()[material as usize], &doc.options.reads);
             if let Some(mesh) = mesh::read(doc, primitive, &place, &wanted)? {
                 primitives.push((Arc::new(mesh), material));
             }

@@ -1,9 +1,10 @@
-//! Images and textures, decoded when a material first asks for them: once as colour, once as data if it is both.
+//! Images and textures, decoded once all materials are known: once as colour, once as data if it is both, and of each
+//! only the channels that some material looks at.
 use super::{
     document::{Document, label},
     source,
 };
-use crate::{SceneBuilder, SceneError, TextureUse};
+use crate::{SceneBuilder, SceneError, TextureUse, channels};
 use dapple_imaging::{
     Interpolation, Sampler, Texture, Wrap,
     read::{Rgba8, rgba8},
@@ -12,10 +13,16 @@ use dapple_imaging::{
 use glam::{Affine2, Mat2, Vec2};
 use gltf::json::{self, Index, texture::MagFilter, texture::WrappingMode, validation::Checked};
 
-/// Textures made so far.
+/// Textures that materials point to, by their index in the builder.
 #[derive(Default)]
 pub(super) struct Textures {
-    made: Vec<(Key, u32)>,
+    wanted: Vec<Wanted>,
+}
+
+struct Wanted {
+    key: Key,
+    /// For messages.
+    name: String,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -40,19 +47,29 @@ impl<'a> From<&'a json::texture::Info> for Pointer<'a> {
 }
 
 impl Textures {
-    /// How many images were decoded.
+    /// How many images are decoded.
     pub fn images(&self) -> usize {
-        let mut all: Vec<usize> = self.made.iter().map(|(key, _)| key.image).collect();
+        let mut all: Vec<usize> = self.wanted.iter().map(|wanted| wanted.key.image).collect();
         all.sort_unstable();
         all.dedup();
         all.len()
     }
 
-    /// The texture a material points to, made now if need be. None, with a warning, for what cannot be shown.
+    /// Moves the textures into the builder.
+    pub fn decode(&self, doc: &Document<'_>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+        let reads = &doc.options.reads;
+        let channels = channels::looked_at(builder.materials(), self.wanted.len(), reads);
+        for (Wanted { key, name }, channels) in self.wanted.iter().zip(channels) {
+            let texture = Texture::new(pixels(doc, key.image, name)?, key.encoding, key.sampler);
+            builder.texture(if reads.everything { texture } else { texture.keep(channels) });
+        }
+        Ok(())
+    }
+
+    /// The texture a material points to. None, with a warning, for what cannot be shown.
     pub fn resolve(
         &mut self,
         doc: &Document<'_>,
-        builder: &mut SceneBuilder,
         pointer: &Pointer<'_>,
         encoding: Encoding,
         place: &str,
@@ -75,14 +92,11 @@ impl Textures {
             None => Sampler::default(),
         };
         let key = Key { image: image.value(), encoding, sampler };
-        let index = match self.made.iter().find(|(k, _)| *k == key) {
-            Some((_, index)) => *index,
-            None => {
-                let index = builder.texture(Texture::new(decode(doc, image, &name)?, encoding, sampler));
-                self.made.push((key, index));
-                index
-            }
-        };
+        let known = self.wanted.iter().position(|wanted| wanted.key == key);
+        let index = known.unwrap_or_else(|| {
+            self.wanted.push(Wanted { key, name });
+            self.wanted.len() - 1
+        }) as u32;
         let transform = pointer.transform.map(affine).filter(|t| *t != Affine2::IDENTITY);
         if transform.is_some_and(|t| !t.is_finite()) {
             return Err(doc.invalid(place, "has a texture transform that is not finite"));
@@ -103,13 +117,9 @@ fn image_of(texture: &json::Texture) -> Option<Index<json::Image>> {
 }
 
 /// An image's pixels.
-pub(super) fn decode(
-    doc: &Document<'_>,
-    index: Index<json::Image>,
-    place: &str,
-) -> Result<Rgba8, SceneError> {
-    let image = doc.get(&doc.root.images, index, "image", place)?;
-    let place = label("image", index.value(), image.name.as_deref().or(file_name(image)));
+pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Rgba8, SceneError> {
+    let image = doc.get(&doc.root.images, Index::new(index as u32), "image", place)?;
+    let place = label("image", index, image.name.as_deref().or(file_name(image)));
     let owned;
     let bytes = match (&image.uri, image.buffer_view) {
         (Some(uri), _) => {

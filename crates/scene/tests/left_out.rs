@@ -1,0 +1,87 @@
+//! Of a file's images only those are decoded that the render looks at, and of these only the channels it looks at.
+#![cfg(feature = "gltf")]
+mod file;
+
+use base64::Engine;
+use dapple_imaging::{Picture, Tone, write};
+use dapple_scene::{Reads, Scene, gltf};
+use file::{File, json};
+use std::path::Path;
+
+/// A picture in which all channels differ, as PNG.
+fn png() -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let color = |i: usize| glam::Vec3::new(0.1, 0.2, 0.4) * (1.0 + i as f32);
+    let picture = Picture { width: 2, height: 1, pixels: (0..2).map(color).collect() };
+    write::png(&path, &picture, Tone::Srgb, 0.0).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+/// A square that uses five images, one for each texture of the core.
+fn painted(alpha_mode: &str) -> Vec<u8> {
+    let mut file = File::new();
+    let positions = file.floats(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0_f32]]);
+    let uv = file.floats(&[[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0_f32]]);
+    let indices = file.indices_u16(&[0, 1, 2, 0, 2, 3]);
+    let uri = format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(png()));
+    file.set("images", json!(vec![json!({ "uri": uri }); 5]));
+    file.set("textures", (0..5).map(|i| json!({ "source": i })).collect());
+    file.set(
+        "materials",
+        json!([{
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}},
+            "normalTexture": {"index": 2}, "occlusionTexture": {"index": 3},
+            "emissiveTexture": {"index": 4}, "emissiveFactor": [1, 1, 1], "alphaMode": alpha_mode,
+        }]),
+    );
+    let attributes = json!({"POSITION": positions, "TEXCOORD_0": uv});
+    file.set(
+        "meshes",
+        json!([{"primitives": [{"attributes": attributes, "indices": indices, "material": 0}]}]),
+    );
+    file.set("nodes", json!([{"mesh": 0}]));
+    file.gltf()
+}
+
+fn load(alpha_mode: &str, reads: Reads) -> Scene {
+    let options = gltf::Options { reads, ..gltf::Options::default() };
+    gltf::read_bytes(Path::new("test.gltf"), &painted(alpha_mode), &options).unwrap().build().unwrap()
+}
+
+fn channels(scene: &Scene) -> Vec<usize> {
+    scene.textures.iter().map(|t| t.channels()).collect()
+}
+
+const FIRST_HITS: Reads =
+    Reads { light: false, scattering: false, albedo: false, normals: false, everything: false };
+
+#[test]
+fn where_light_is_scattered_all_but_occlusion_is_decoded() {
+    let scene = load("OPAQUE", Reads::default());
+    assert_eq!((channels(&scene), scene.survey.unread.images), (vec![3, 2, 3, 3], 1));
+    assert_eq!(scene.survey.dropped_channels, 5);
+    assert_eq!(channels(&load("OPAQUE", Reads::EVERYTHING)), [4; 4]);
+}
+
+#[test]
+fn emitters_seen_directly_take_their_image_alone() {
+    let scene = load("OPAQUE", Reads { light: true, ..FIRST_HITS });
+    assert_eq!((channels(&scene), scene.survey.unread.images), (vec![3], 4));
+    assert!(!scene.lights.is_empty());
+}
+
+#[test]
+fn first_hits_take_no_image_and_no_light() {
+    let scene = load("OPAQUE", FIRST_HITS);
+    assert_eq!((channels(&scene), scene.survey.unread.images), (vec![], 5));
+    assert!(scene.lights.is_empty() && scene.warnings.is_empty(), "{:?}", scene.warnings);
+}
+
+/// Alpha is 1 everywhere in the image: once that is known, nothing of it is kept.
+#[test]
+fn holes_are_looked_for() {
+    let scene = load("MASK", FIRST_HITS);
+    assert_eq!((channels(&scene), scene.survey.unread.images), (vec![0], 4));
+    assert!(!scene.has_alpha());
+}
