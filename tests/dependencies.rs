@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Crate, its dependencies without default features, and what the default features add.
-const PINNED: [(&str, &[&str], &[&str]); 8] = [
+const PINNED: [(&str, &[&str], &[&str]); 10] = [
     ("dapple-sampling", &["glam", "libm", "rand_pcg"], &[]),
     ("dapple-geometry", &["bytemuck", "glam", "libm", "obvhs"], &["rayon"]),
     ("dapple-imaging", &["glam", "libm", "tempfile", "thiserror"], &["exr", "half", "image", "rayon"]),
@@ -44,7 +44,49 @@ const PINNED: [(&str, &[&str], &[&str]); 8] = [
         ],
         &["rayon"],
     ),
+    (
+        "dapple-analysis",
+        &["base64", "dapple-imaging", "dapple-integrator", "glam", "libm", "serde", "thiserror"],
+        &[],
+    ),
+    (
+        "dapple",
+        &[
+            "clap",
+            "ctrlc",
+            "dapple-integrator",
+            "glam",
+            "indicatif",
+            "serde",
+            "serde_json",
+            "thiserror",
+            "toml",
+            "tracing",
+            "tracing-subscriber",
+        ],
+        &["dapple-analysis"],
+    ),
 ];
+
+/// What a feature of the program brings, and is not there without it.
+const FEATURES: [(&str, &[&str]); 5] = [
+    ("gltf", &["gltf", "gltf-json", "percent-encoding"]),
+    ("exr", &["exr"]),
+    ("png", &["image", "png", "zune-jpeg", "image-webp"]),
+    ("parallel", &["rayon", "rayon-core"]),
+    ("report", &["base64", "dapple-analysis"]),
+];
+
+#[test]
+fn features_bring_their_crates() {
+    let without = tree("dapple", &["--no-default-features"]);
+    for (feature, crates) in FEATURES {
+        let with = tree("dapple", &["--no-default-features", "--features", feature]);
+        for name in crates.iter().map(|name| name.to_string()) {
+            assert!(with.contains(&name) && !without.contains(&name), "{feature}: {name}");
+        }
+    }
+}
 
 /// All that the smallest crate brings along.
 #[test]

@@ -24,6 +24,7 @@ pub enum Failure {
     #[error("{path}: key '{key}': {reason}", path = .path.display())]
     SettingsKey { path: PathBuf, key: String, reason: String },
     /// Pictures that cannot be compared.
+    #[cfg(feature = "report")]
     #[error("{0}")]
     Size(#[from] dapple_analysis::metrics::SizeMismatch),
     /// A check that was asked for and did not hold.

@@ -3,7 +3,8 @@
 use crate::error::Failure;
 use crate::options::RenderOptions;
 use crate::progress::Bar;
-use dapple_analysis::estimate::{Doublings, Estimate, Way, replicate, within};
+pub use dapple_analysis::estimate::Estimate;
+use dapple_analysis::estimate::{Doublings, Way, replicate, within};
 use dapple_analysis::statistics;
 use dapple_integrator::camera::{Camera, Film};
 use dapple_integrator::sampling::Pattern;

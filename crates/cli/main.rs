@@ -4,11 +4,16 @@
 //! (0 done · 1 a check failed · 2 bad input or arguments · 3 stopped early, with pictures of what was done).
 //! Results go to standard output, everything said to a person to standard error.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(feature = "report"), allow(dead_code, reason = "some parts serve studies alone"))]
 
 mod args;
 mod commands;
 mod effects;
 mod error;
+#[cfg(feature = "report")]
+mod error_watch;
+#[cfg(not(feature = "report"))]
+#[path = "no_error_watch.rs"]
 mod error_watch;
 mod interrupt;
 mod ledger;
@@ -49,15 +54,11 @@ fn run() -> Result<ExitCode, Failure> {
         None => commands::render::run(None, &options::empty_matches()),
         Some(Command::Render(a)) => commands::render::run(a.scene.as_deref(), subcommand(&matches)),
         Some(Command::Info(a)) => commands::info::run(&a).map(done),
-        Some(Command::Converge(a)) => commands::converge::run(&a, subcommand(&matches)),
-        Some(Command::Diff(a)) => commands::diff::run(&a).map(done),
         Some(Command::Plan(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
-        Some(Command::Stress(a)) => commands::stress::run(&a),
-        Some(Command::Verify(a)) => commands::verify::run(&a),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
-        Some(Command::Budget(a)) => commands::budget::run(&a.scene, subcommand(&matches)).map(done),
         Some(Command::Rays(a)) => commands::rays::run(&a.scene, subcommand(&matches)).map(done),
-        Some(Command::Sheet(a)) => commands::sheet::run(&a, subcommand(&matches)).map(done),
+        #[cfg(feature = "report")]
+        Some(Command::Study(a)) => commands::study::run(a, subcommand(&matches)),
     }
 }
 

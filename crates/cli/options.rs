@@ -244,6 +244,7 @@ impl RenderOptions {
             || !self.output.iter().flatten().all(is_exr)
             || self.error_limit.is_some()
             || self.log.is_some()
+            || Self::is(self.adaptive)
     }
 
     /// What the render looks at of surfaces.

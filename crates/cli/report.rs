@@ -1,10 +1,10 @@
 //! What is said after a render: results on standard output, a summary for people on standard error.
 
+use crate::error_watch::Estimate;
 use crate::ledger::Ledger;
 use crate::load::Loaded;
 use crate::machine;
 use crate::output::Outputs;
-use dapple_analysis::estimate::Estimate;
 use dapple_integrator::{Effect, Method, Settings, Stats};
 use serde::Serialize;
 use std::collections::BTreeMap;

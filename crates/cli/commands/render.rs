@@ -1,7 +1,7 @@
 //! `dapple render`: check everything, load, render, write, report — in this order.
 
 use crate::error::Failure;
-use crate::error_watch::ErrorWatch;
+use crate::error_watch::{ErrorWatch, Estimate};
 use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::output::Outputs;
@@ -9,7 +9,6 @@ use crate::progress::Bar;
 use crate::report::{self, Report};
 use crate::{effects, interrupt, machine, metadata, retrace, settings_file};
 use clap::ArgMatches;
-use dapple_analysis::estimate::Estimate;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
 use dapple_integrator::{Method, Outcome, Settings, Stats, render_watched};

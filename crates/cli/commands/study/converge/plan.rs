@@ -1,6 +1,6 @@
 //! Which runs are there, and which of them should look alike?
 
-use crate::args::ConvergeArgs;
+use crate::args::study::ConvergeArgs;
 use crate::commands::render;
 use crate::error::Failure;
 use crate::load;

@@ -1,7 +1,7 @@
 //! `dapple stress`: the catalogue of stiff and extreme cases, on this build and this machine.
 
-use crate::args::StressArgs;
-use crate::commands::checks::{Row, Table};
+use crate::args::study::StressArgs;
+use crate::commands::study::checks::{Row, Table};
 use crate::error::Failure;
 use crate::report;
 use dapple_analysis::stress::{self, Case, Check, Effort};

@@ -1,7 +1,7 @@
 //! `dapple verify`: both tracers and every estimator against closed forms, on this build and this machine.
 
-use crate::args::VerifyArgs;
-use crate::commands::checks::{Numbers, Row, Table};
+use crate::args::study::VerifyArgs;
+use crate::commands::study::checks::{Numbers, Row, Table};
 use crate::error::Failure;
 use crate::report;
 use dapple_analysis::verify::{self, Form, Measured};

@@ -5,7 +5,7 @@
 //! reflections and refractions keep the lights' default points, for a light that is one point cannot be seen in them. The
 //! reference has the same effects off, so that the error is the varied effect's.
 
-use crate::args::SheetArgs;
+use crate::args::study::SheetArgs;
 use crate::commands::render;
 use crate::error::Failure;
 use crate::load::{self, Loaded, Source};

@@ -1,6 +1,6 @@
 //! `dapple diff`: how far a picture is from a reference, as text or JSON, with a map of the errors and limits to hold.
 
-use crate::args::{DiffArgs, ErrorMap};
+use crate::args::study::{DiffArgs, ErrorMap};
 use crate::error::Failure;
 use crate::report;
 use crate::values::Threshold;

@@ -6,7 +6,7 @@ mod folder;
 mod plan;
 mod schedule;
 
-use crate::args::ConvergeArgs;
+use crate::args::study::ConvergeArgs;
 use crate::error::Failure;
 use crate::options::RenderOptions;
 use crate::progress::Bar;
