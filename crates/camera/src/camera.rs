@@ -74,7 +74,7 @@ impl Camera {
             Projection::Orthographic { half_height } => (plane * half_height as f64, DVec2::ZERO),
         };
         match self.lens {
-            Some(lens) if lens.radius > 0.0 => {
+            Some(lens) if cfg!(not(without = "lens")) && lens.radius > 0.0 => {
                 let on_lens = lens.point(lens_u).as_dvec2();
                 self.leave(film + on_lens, tilt - on_lens * lens.inverse_focus())
             }

@@ -142,7 +142,7 @@ fn shadow_ray(vertex: &Vertex, sample: &LightSample) -> Ray {
 
 /// exp(−σ_a·s) per channel (Beer–Lambert); 1 without absorption whatever the distance.
 pub(crate) fn transmittance(sigma_a: Vec3, distance: f32) -> Vec3 {
-    if sigma_a == Vec3::ZERO {
+    if cfg!(without = "medium") || sigma_a == Vec3::ZERO {
         return Vec3::ONE;
     }
     let along = |s: f32| if s > 0.0 { libm::expf(-s * distance) } else { 1.0 };

@@ -47,7 +47,9 @@ impl Arrival {
 
 /// Radiance of the environment along `d`.
 pub(crate) fn escaped(scene: &Scene, d: Vec3, arrival: &Arrival, strategy: Strategy) -> Vec3 {
-    let Some(index) = scene.environment else { return Vec3::ZERO };
+    let Some(index) = scene.environment.filter(|_| cfg!(not(without = "environment"))) else {
+        return Vec3::ZERO;
+    };
     let Light::Environment(environment) = &scene.lights[index as usize] else { return Vec3::ZERO };
     let radiance = environment.radiance(d);
     if radiance == Vec3::ZERO {

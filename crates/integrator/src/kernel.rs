@@ -71,7 +71,8 @@ impl<'a> Job<'a> {
 
     /// Whether rays ask surfaces for holes.
     pub fn asks_alpha(&self) -> bool {
-        self.scene.has_alpha() || self.settings.cull_backfaces || self.settings.general
+        cfg!(not(without = "alpha"))
+            && (self.scene.has_alpha() || self.settings.cull_backfaces || self.settings.general)
     }
 
     pub fn is_paired(&self) -> bool {
@@ -95,7 +96,8 @@ pub(crate) type Kernel =
 /// The smallest kernel that covers the job, and its name.
 pub(crate) fn choose(job: &Job<'_>) -> (Kernel, &'static str) {
     let alpha = job.asks_alpha();
-    let watched = job.settings.general || job.settings.aovs.iter().any(|aov| aov.needs_first_hit());
+    let watched = cfg!(not(without = "layers"))
+        && (job.settings.general || job.settings.aovs.iter().any(|aov| aov.needs_first_hit()));
     match (job.settings.method, alpha, watched) {
         (Method::Path, false, false) => (path_solid, "path"),
         (Method::Path, false, true) => (path_solid_watched, "path+first-hit"),

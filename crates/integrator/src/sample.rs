@@ -42,7 +42,7 @@ impl Sample {
     /// The sample at its instant of the shutter: every ray of its path sees the scene as it is then. Nothing is drawn
     /// when nothing moves.
     pub fn timed(self, job: &Job<'_>) -> Self {
-        if !job.needs.time {
+        if cfg!(without = "time") || !job.needs.time {
             return self;
         }
         Self { time: job.time(self.point_1d(0, Dimension::Time)), ..self }
@@ -66,7 +66,11 @@ impl Sample {
             true => job.settings.filter.sample(self.point_2d(0, Dimension::Pixel)),
             false => (Vec2::ZERO, 1.0),
         };
-        let lens = if job.needs.lens { self.point_2d(0, Dimension::Lens) } else { Vec2::splat(0.5) };
+        let lens = if cfg!(not(without = "lens")) && job.needs.lens {
+            self.point_2d(0, Dimension::Lens)
+        } else {
+            Vec2::splat(0.5)
+        };
         (job.camera_ray(pixel, offset, lens, self.time), weight)
     }
 }
@@ -75,7 +79,7 @@ impl Job<'_> {
     /// The ray through the point `offset` from a pixel's centre, at an instant.
     pub fn camera_ray(&self, pixel: (u32, u32), offset: Vec2, lens: Vec2, time: f32) -> Ray {
         let fraction = offset + Vec2::splat(0.5);
-        match &self.camera.motion {
+        match self.camera.motion.as_ref().filter(|_| cfg!(not(without = "time"))) {
             None => self.camera.ray(pixel, fraction, self.settings.size, lens),
             Some(_) => self.camera.at(time).ray(pixel, fraction, self.settings.size, lens),
         }

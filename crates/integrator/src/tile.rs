@@ -160,7 +160,7 @@ impl Tile {
             // Nobody sees it, and nothing is taken from it.
             (value, first.ledger) = (Vec3::ZERO, Ledger::default());
         }
-        if let Some(most) = job.settings.clamp {
+        if let Some(most) = job.settings.clamp.filter(|_| cfg!(not(without = "clamp"))) {
             value = first.ledger.clamp(value, most);
         }
         if !first.ledger.is_clean() {

@@ -90,7 +90,7 @@ pub(crate) struct Scattered {
 impl Scattered {
     /// Absorption along the ray, which was `sigma_a` on the way to `vertex`.
     pub fn absorption(&self, vertex: &Vertex, sigma_a: Vec3) -> Vec3 {
-        if !self.sample.lobe.is_transmission() || vertex.shading.material.thin {
+        if cfg!(without = "medium") || !self.sample.lobe.is_transmission() || vertex.shading.material.thin {
             sigma_a
         } else if self.ray.d.dot(vertex.surface.ng) < 0.0 {
             vertex.shading.sigma_a

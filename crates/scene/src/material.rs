@@ -197,18 +197,18 @@ impl TexturedMaterial {
         let mut m = self.base;
         let texel = |of: &TextureUse| of.lookup(world, textures, hit);
         m.base_color = self.base_color(world, textures, hit).truncate();
-        if let Some(t) = &self.metallic_roughness_texture {
+        if let Some(t) = used(&self.metallic_roughness_texture) {
             let value = texel(t);
             m.roughness *= value.y;
             m.metallic *= value.z;
         }
-        if let Some(t) = &self.specular_texture {
+        if let Some(t) = used(&self.specular_texture) {
             m.specular *= texel(t).w;
         }
-        if let Some(t) = &self.specular_color_texture {
+        if let Some(t) = used(&self.specular_color_texture) {
             m.specular_color *= texel(t).truncate();
         }
-        if let Some(t) = &self.transmission_texture {
+        if let Some(t) = used(&self.transmission_texture) {
             m.transmission *= texel(t).x;
         }
         m
@@ -217,7 +217,7 @@ impl TexturedMaterial {
     /// Base colour and alpha: factor × texture × vertex colour.
     pub(crate) fn base_color(&self, world: &World, textures: &[Texture], hit: &Hit) -> Vec4 {
         let factor = self.base.base_color.extend(self.alpha) * world.color(hit);
-        self.base_color_texture.map_or(factor, |t| factor * t.lookup(world, textures, hit))
+        used(&self.base_color_texture).map_or(factor, |t| factor * t.lookup(world, textures, hit))
     }
 
     /// Fraction of the surface that is there, in [0, 1].
@@ -235,7 +235,7 @@ impl TexturedMaterial {
         if self.unlit {
             return self.base_color(world, textures, hit).truncate();
         }
-        match &self.emissive_texture {
+        match used(&self.emissive_texture) {
             Some(t) if self.emission != Vec3::ZERO => {
                 self.emission * t.lookup(world, textures, hit).truncate()
             }
@@ -245,8 +245,13 @@ impl TexturedMaterial {
 
     /// The tangent-space normal at a hit, unit, or None where there is no map or it says nothing usable.
     pub(crate) fn normal(&self, world: &World, textures: &[Texture], hit: &Hit) -> Option<Vec3> {
-        let texel = self.normal_texture.as_ref()?.lookup(world, textures, hit).truncate();
+        let texel = used(&self.normal_texture)?.lookup(world, textures, hit).truncate();
         let n = (texel * 2.0 - 1.0) * Vec3::new(self.normal_scale, self.normal_scale, 1.0);
         n.try_normalize()
     }
+}
+
+#[inline]
+fn used(texture: &Option<TextureUse>) -> Option<&TextureUse> {
+    texture.as_ref().filter(|_| cfg!(not(without = "textures")))
 }

@@ -66,7 +66,7 @@ impl World {
     #[inline]
     pub fn closest<F: Filter>(&self, ray: &Ray, time: f32, filter: &F) -> Option<Hit> {
         let flat = self.tree.closest(ray, &Flat { world: self, filter }).map(|hit| self.flat_hit(&hit));
-        match &self.second {
+        match self.second() {
             None => flat,
             Some(second) => second.closest(&self.objects, ray, self.held(time), filter, flat),
         }
@@ -76,8 +76,13 @@ impl World {
     #[inline]
     pub fn blocked<F: Filter>(&self, ray: &Ray, time: f32, filter: &F) -> bool {
         self.tree.blocked(ray, &Flat { world: self, filter })
-            || (self.second.as_ref())
-                .is_some_and(|second| second.blocked(&self.objects, ray, self.held(time), filter))
+            || self.second().is_some_and(|second| second.blocked(&self.objects, ray, self.held(time), filter))
+    }
+
+    /// What is beside the flat tree.
+    #[inline]
+    fn second(&self) -> Option<&SecondLevel> {
+        self.second.as_deref().filter(|_| cfg!(not(without = "second_level")))
     }
 
     #[inline]

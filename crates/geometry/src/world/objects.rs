@@ -37,6 +37,7 @@ impl Object {
     /// The transform at `time`; None for the identity, and for what cannot be hit then.
     fn pose(&self, time: f64) -> Option<Pose> {
         match &self.place {
+            _ if cfg!(without = "second_level") => None,
             Place::Fixed(pose) => Some(**pose),
             Place::Moving(motion) => motion.pose_at(time),
             Place::World | Place::Nowhere(_) => None,

@@ -1,0 +1,25 @@
+//! The Cornell box, a scene that needs nothing special, by one thread: what `tools/feature_tax.py` counts the instructions
+//! of. Prints the mean, so that nothing can be left out.
+
+use dapple_integrator::scene::builtin;
+use dapple_integrator::{Method, Settings, render};
+use std::ops::ControlFlow;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let method = match std::env::args().nth(1).as_deref() {
+        Some("distribution") => Method::Distribution,
+        _ => Method::Path,
+    };
+    let scene = builtin::builtin("cornell").ok_or("no such scene")?.build()?;
+    let settings = Settings {
+        method,
+        size: (24, 24),
+        spp: Some(64),
+        threads: Some(1),
+        max_bounces: 4,
+        ..Settings::default()
+    };
+    let outcome = render(&scene, &scene.cameras[0].camera, &settings, &|_| ControlFlow::Continue(()));
+    println!("{}", outcome.film.mean().mean());
+    Ok(())
+}
