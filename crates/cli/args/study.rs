@@ -24,7 +24,7 @@ pub enum Study {
     /// By the distribution tracer. Every other effect that no option mentions is off, so that what is seen and measured is
     /// the varied one; only where reflections or refractions are varied do lights keep their points. Cells are 256 pixels
     /// high unless --size or a --reference says otherwise.
-    Sheet(SheetArgs),
+    Sheet(Box<SheetArgs>),
 }
 
 /// What `converge` and `sheet` write is no picture of the scene.
