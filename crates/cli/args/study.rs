@@ -18,7 +18,7 @@ pub enum Study {
     /// Measure how much error is left after how many seconds, method against method
     Converge(Box<ConvergeArgs>),
     /// Say what makes the error of a picture, and what a picture of --error-limit will cost
-    Budget(BudgetArgs),
+    Budget(Box<BudgetArgs>),
     /// Render one effect with several counts and estimators side by side
     ///
     /// By the distribution tracer. Every other effect that no option mentions is off, so that what is seen and measured is
