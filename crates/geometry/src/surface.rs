@@ -30,10 +30,12 @@ impl Surface {
     /// the triangle from nearby (and is never zero for a triangle that has an extent). `ng` is the f64 cross product of two edges; `ns` interpolates `normals`.
     pub fn on_triangle(corners: [Vec3; 3], normals: Option<[Vec3; 3]>, u: f32, v: f32) -> Self {
         let (p, size) = weighted(corners, u, v);
-        let ng = unit_or(winding(corners), DVec3::Z);
+        let winding = winding(corners);
+        let ng = unit_or(winding, DVec3::Z);
         let ns = normals.map_or(ng, |n| facing(unit_or(weighted(n, u, v).0, ng), ng));
-        let p_error = round_up(test_error(size, 7));
-        Self { p: p.as_vec3(), p_error, ng: ng.as_vec3(), ns: ns.as_vec3() }
+        let error = test_error(size, 7);
+        let p = p + clear_of_edges(corners.map(|c| c.as_dvec3()), winding, u, v, error);
+        Self { p: p.as_vec3(), p_error: round_up(error), ng: ng.as_vec3(), ns: ns.as_vec3() }
     }
 
     /// As [`Surface::on_triangle`], of a triangle in object space. A ray is brought there and rounded, so the bound
@@ -51,7 +53,12 @@ impl Surface {
         // Corner by corner, as if the mesh had been transformed.
         let turned = |n: Vec3| map.apply(n.as_dvec3()).as_vec3();
         let ns = normals.map_or(ng, |n| facing(unit_or(weighted(n.map(turned), u, v).0, ng), ng));
-        Self::posed(pose, local, test_error(size, 8), ng, ns)
+        let mut surface = Self::posed(pose, local, test_error(size, 8), ng, ns);
+        let placed = corners.map(|c| pose.to_world.transform_point3(c.as_dvec3()));
+        let (winding, error) = (cross(placed), surface.p_error.as_dvec3());
+        let p = pose.to_world.transform_point3(local) + clear_of_edges(placed, winding, u, v, error);
+        surface.p = p.as_vec3();
+        surface
     }
 
     /// A point of an exact shape; `local` is known to f64, so what is left is rounding to f32: γ₂|p|.
@@ -97,8 +104,43 @@ pub fn geometric_normal(corners: &[Vec3; 3]) -> Vec3 {
 
 /// Cross product of two edges: along the normal of the counter-clockwise side.
 fn winding(corners: [Vec3; 3]) -> DVec3 {
-    let [a, b, c] = corners.map(|c| c.as_dvec3());
+    cross(corners.map(|c| c.as_dvec3()))
+}
+
+fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
+}
+
+/// How far within its triangle a position is kept, in lengths of its error bound.
+const CLEAR: f64 = 4.0;
+
+/// What brings a point with barycentrics (u, v) within its triangle clear of the edges by [`CLEAR`] times its error
+/// bound, measured along the triangle; zero where it is. `winding`: of the same corners.
+///
+/// A point that rounds onto an edge lies on the neighbouring wall as well, or behind it: where they meet in a concave edge
+/// the offset along one normal does not leave the other wall, and the next ray would start outside the room. Between two
+/// edges both ways are added, which leaves the share 1 − cos of their angle of the clearance. An offset of one error bound
+/// then stays before any neighbour at more than 15°. *Approximation*: positions near edges move by up to 8 error bounds,
+/// in their plane. A triangle too thin for it keeps its points.
+fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DVec3) -> DVec3 {
+    let [a, b, c] = corners;
+    let edges = [c - b, a - c, b - a];
+    let longest = edges.map(|e| e.length_squared()).into_iter().fold(0.0, f64::max);
+    let (u, v) = (f64::from(u), f64::from(v));
+    let bary = [1.0 - u - v, u, v];
+    let nearest = bary[0].min(u).min(v).max(0.0);
+    let (area, margin) = (winding.length_squared(), CLEAR * CLEAR * error.length_squared());
+    // Farther than the margin from every edge, or too thin. Negated so that what is not a number is left alone.
+    if !(nearest * nearest * area < margin * longest && area >= 16.0 * margin * longest) {
+        return DVec3::ZERO;
+    }
+    let (margin, area) = (margin.sqrt(), area.sqrt());
+    let inward = |(edge, bary): (DVec3, f64)| {
+        let length = edge.length();
+        let missing = margin - bary * area / length;
+        if missing > 0.0 { winding.cross(edge) * (missing / (area * length)) } else { DVec3::ZERO }
+    };
+    edges.into_iter().zip(bary).map(inward).sum()
 }
 
 /// Part of the largest coordinate that bounds hold on every axis. A plane x = 0 has no error along x, but the f64 part of
@@ -155,6 +197,26 @@ mod tests {
         assert_eq!(s.ns, s.ng);
         let s = Surface::on_triangle(t, Some([Vec3::NAN; 3]), 0.5, 0.0);
         assert_eq!(s.ns, s.ng);
+    }
+
+    #[test]
+    fn a_point_on_an_edge_moves_into_its_triangle_and_no_farther() {
+        let t = [Vec3::new(5.0, 1.0, 2.0), Vec3::new(8.0, 1.0, 2.0), Vec3::new(5.0, 5.0, 2.0)];
+        let (u, v) = (0.4, 0.0);
+        let s = Surface::on_triangle(t, None, u, v);
+        let error = s.p_error.as_dvec3().length();
+        let moved = s.p.as_dvec3() - weighted(t, u, v).0;
+        assert!(moved.y > 3.9 * error && moved.length() < 4.1 * error, "{moved:?} {error}");
+        // At a right angle, at an acute one, and in the middle.
+        for (u, v, least) in [(0.0, 0.0, 3.9), (1.0, 0.0, 4.0 * (1.0 - 0.6) - 0.1)] {
+            let p = Surface::on_triangle(t, None, u, v).p.as_dvec3();
+            let from = (p.y - 1.0).min(p.x - 5.0).min((29.0 - 4.0 * p.x - 3.0 * p.y) / 5.0 + 1.2);
+            assert!(from > least * error, "{u} {from} {error}");
+        }
+        assert_eq!(Surface::on_triangle(t, None, 0.3, 0.3).p, weighted(t, 0.3, 0.3).0.as_vec3());
+        // Too thin to move in.
+        let thin = [t[0], t[1], Vec3::new(5.0, 1.0 + 1e-6, 2.0)];
+        assert_eq!(Surface::on_triangle(thin, None, 0.4, 0.0).p.y, 1.0);
     }
 
     #[test]

@@ -36,13 +36,6 @@ fn world_of(mesh: Mesh) -> World {
     builder.build()
 }
 
-/// Whether a point of a cube lies on one wall only: in a coordinate that rounds to the neighbouring wall it lies on both,
-/// and no side is wrong.
-fn on_one_wall(p: Vec3, r: f32, offset: Vec3) -> bool {
-    let q = (p - offset).abs();
-    [q.x == r, q.y == r, q.z == r].iter().filter(|&&on| on).count() == 1
-}
-
 /// Leaving from a hit outward, grazing (1e-6) to perpendicular, and inward: outgoing rays that hit, and ingoing ones that
 /// do not hit exactly once.
 fn leave(world: &World, noise: &mut Noise, ray: &Ray, hit: &Hit, rays: usize) -> [u64; 2] {
@@ -74,9 +67,6 @@ fn body(tally: &mut Tally, name: &str, world: &World, r: f32, offset: Vec3, effo
             sum[1] += 1;
             continue;
         };
-        if name == "cube" && !on_one_wall(world.surface(&ray, 0.0, &hit).p, r, offset) {
-            continue;
-        }
         let wrong = leave(world, &mut noise, &ray, &hit, 50);
         sum = [sum[0] + wrong[0], sum[1] + wrong[1]];
     }
@@ -108,9 +98,6 @@ pub(super) fn beside_edges(tally: &mut Tally, points: u32) {
             let (u, v) = [(tiny, s), (s, tiny), (s, 1.0 - s - tiny)][(i % 3) as usize];
             let hit = Hit { t: 1.0, u, v: v.max(0.0), primitive: i % 12, object: 0 };
             let surface = world.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
-            if !on_one_wall(surface.p, r, offset) {
-                continue;
-            }
             let cosine = f64::from(noise.unit()) * 0.999 + 1e-6;
             let d = noise.about(surface.ng, cosine);
             back += u64::from(world.blocked(&Ray::new(surface.origin_towards(d), d), 0.0, &Opaque));
