@@ -2,13 +2,6 @@
 
 use dapple_analysis::stress::{Case, Effort, catalogue};
 
-/// Cases that fail today, and why: take them out when they pass.
-const KNOWN: [(&str, &str); 3] = [
-    ("A12", "a hit that rounds onto two walls lets its next ray out"),
-    ("A22", "a turned f32 direction is known to 6e-8 rad"),
-    ("C04", "glass of roughness 1 at μ = 0.1: the check's quadrature and the density disagree"),
-];
-
 /// A family at a time, so that they share the cores.
 fn family(letter: char) {
     let mut failed = Vec::new();
@@ -18,7 +11,7 @@ fn family(letter: char) {
         let Case { id, title, .. } = case;
         let seconds = start.elapsed().as_secs_f64();
         println!("{id} {} {seconds:.2} s: {title}: {outcome:?}", if outcome.passed { "ok" } else { "FAILS" });
-        if !outcome.passed && KNOWN.iter().all(|(known, _)| *known != *id) {
+        if !outcome.passed {
             failed.push(format!("{id} {title}: {outcome:?}"));
         }
     }
