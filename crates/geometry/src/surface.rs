@@ -122,6 +122,7 @@ const CLEAR: f64 = 4.0;
 /// edges both ways are added, which leaves the share 1 − cos of their angle of the clearance. An offset of one error bound
 /// then stays before any neighbour at more than 15°. *Approximation*: positions near edges move by up to 8 error bounds,
 /// in their plane. A triangle too thin for it keeps its points.
+#[inline]
 fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DVec3) -> DVec3 {
     let [a, b, c] = corners;
     let edges = [c - b, a - c, b - a];
@@ -130,17 +131,24 @@ fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DV
     let bary = [1.0 - u - v, u, v];
     let nearest = bary[0].min(u).min(v).max(0.0);
     let (area, margin) = (winding.length_squared(), CLEAR * CLEAR * error.length_squared());
-    // Farther than the margin from every edge, or too thin. Negated so that what is not a number is left alone.
-    if !(nearest * nearest * area < margin * longest && area >= 16.0 * margin * longest) {
+    // Negated so that what is not a number is left alone.
+    let is_near = nearest * nearest * area < margin * longest;
+    if !(is_near && area >= 16.0 * margin * longest) {
         return DVec3::ZERO;
     }
-    let (margin, area) = (margin.sqrt(), area.sqrt());
-    let inward = |(edge, bary): (DVec3, f64)| {
+    inward(edges, bary, winding, margin.sqrt())
+}
+
+/// The sum of the ways from each edge to a distance of `margin` from it.
+#[cold]
+fn inward(edges: [DVec3; 3], bary: [f64; 3], winding: DVec3, margin: f64) -> DVec3 {
+    let area = winding.length();
+    let way = |(edge, bary): (DVec3, f64)| {
         let length = edge.length();
         let missing = margin - bary * area / length;
         if missing > 0.0 { winding.cross(edge) * (missing / (area * length)) } else { DVec3::ZERO }
     };
-    edges.into_iter().zip(bary).map(inward).sum()
+    edges.into_iter().zip(bary).map(way).sum()
 }
 
 /// Part of the largest coordinate that bounds hold on every axis. A plane x = 0 has no error along x, but the f64 part of
@@ -210,7 +218,7 @@ mod tests {
         // At a right angle, at an acute one, and in the middle.
         for (u, v, least) in [(0.0, 0.0, 3.9), (1.0, 0.0, 4.0 * (1.0 - 0.6) - 0.1)] {
             let p = Surface::on_triangle(t, None, u, v).p.as_dvec3();
-            let from = (p.y - 1.0).min(p.x - 5.0).min((29.0 - 4.0 * p.x - 3.0 * p.y) / 5.0 + 1.2);
+            let from = (p.y - 1.0).min(p.x - 5.0).min((35.0 - 4.0 * p.x - 3.0 * p.y) / 5.0);
             assert!(from > least * error, "{u} {from} {error}");
         }
         assert_eq!(Surface::on_triangle(t, None, 0.3, 0.3).p, weighted(t, 0.3, 0.3).0.as_vec3());

@@ -3,7 +3,7 @@
 use crate::effects::Effect;
 use crate::kinds::Kinds;
 use crate::path::ROULETTE_FROM;
-use crate::settings::Settings;
+use crate::settings::{Settings, Strategy};
 use dapple_camera::Camera;
 use dapple_lights::Light;
 use dapple_scene::Scene;
@@ -33,7 +33,7 @@ impl Needs {
         let scatters = settings.bounces() > 0;
         let aimed: Vec<&Light> = match scene.light_choice {
             Some(_) if scatters && kinds.iter().any(Kinds::spreads) => {
-                scene.lights.iter().filter(|light| is_aimed_at(light)).collect()
+                scene.lights.iter().filter(|light| is_aimed_at(light, settings.strategy)).collect()
             }
             _ => Vec::new(),
         };
@@ -67,9 +67,10 @@ impl Needs {
     };
 }
 
-/// Not black, and not an environment that the lobes find as well.
-fn is_aimed_at(light: &Light) -> bool {
+/// Not black, not an environment that the lobes find as well, and not left to the lobes by the strategy.
+fn is_aimed_at(light: &Light, strategy: Strategy) -> bool {
     match light {
+        light if strategy == Strategy::BsdfOnly && !light.is_delta() => false,
         Light::Environment(e) => e.is_sampled(),
         light => light.power(1.0) != glam::Vec3::ZERO,
     }
