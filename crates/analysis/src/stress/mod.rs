@@ -81,6 +81,16 @@ impl Case {
         }
     }
 
+    /// Whether it takes much longer than most: better begun early.
+    pub fn is_long(&self) -> bool {
+        matches!(self.id, "D01" | "D03" | "A12" | "B13")
+    }
+
+    /// Whether it compares times, and so wants the machine to itself.
+    pub fn is_timed(&self) -> bool {
+        matches!(self.id, "A15" | "B08" | "D11")
+    }
+
     /// Runs the check; None when it is pending. A check that panics fails.
     pub fn run(&self, effort: Effort) -> Option<Outcome> {
         let Check::Run(check) = self.check else { return None };
