@@ -149,6 +149,50 @@ fn the_environment_is_not_overwritten() {
     complains(folder.path(), &arguments, &["sky.hdr", "overwritten"]);
 }
 
+/// An OpenEXR picture of 4 × 2 pixels, uncompressed: 0.5 everywhere but in green of pixel (3, 1).
+fn exr_with(bad: f32) -> Vec<u8> {
+    let mut exr = b"\x76\x2f\x31\x01\x02\0\0\0".to_vec();
+    let channel = |name: char| format!("{name}\0\x02\0\0\0\0\0\0\0\x01\0\0\0\x01\0\0\0");
+    let channels = format!("{}{}{}\0", channel('B'), channel('G'), channel('R'));
+    let window = [0i32, 0, 3, 1].map(i32::to_le_bytes).concat();
+    for (name, kind, value) in [
+        ("channels", "chlist", channels.as_bytes()),
+        ("compression", "compression", b"\0"),
+        ("dataWindow", "box2i", &window),
+        ("displayWindow", "box2i", &window),
+        ("lineOrder", "lineOrder", b"\0"),
+        ("pixelAspectRatio", "float", &1f32.to_le_bytes()),
+        ("screenWindowCenter", "v2f", &[0; 8]),
+        ("screenWindowWidth", "float", &1f32.to_le_bytes()),
+    ] {
+        exr.extend(format!("{name}\0{kind}\0").bytes());
+        exr.extend((value.len() as u32).to_le_bytes());
+        exr.extend(value);
+    }
+    exr.push(0);
+    let (first, row) = (exr.len() as u64 + 16, 8 + 3 * 4 * 4);
+    exr.extend([first, first + row].map(u64::to_le_bytes).concat());
+    for y in 0..2u32 {
+        exr.extend([y, 48].map(u32::to_le_bytes).concat());
+        let value = |k: u32| if (k, y) == (4 + 3, 1) { bad } else { 0.5f32 };
+        exr.extend((0..12).flat_map(|k| value(k).to_le_bytes()));
+    }
+    exr
+}
+
+#[test]
+fn an_environment_texel_that_is_no_radiance_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = ["render", "--env", "sky.exr", "--size", "4x4", "--spp", "1", "-o", "a.exr", "--quiet"];
+    fs::write(folder.path().join("sky.exr"), exr_with(0.5)).unwrap();
+    assert_eq!(dapple::run(folder.path(), &render).code, 0, "the picture is well formed");
+    fs::remove_file(folder.path().join("a.exr")).unwrap();
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0] {
+        fs::write(folder.path().join("sky.exr"), exr_with(bad)).unwrap();
+        complains(folder.path(), &render, &["sky.exr", "(3, 1)"]);
+    }
+}
+
 #[test]
 fn scene_files() {
     let folder = tempfile::tempdir().unwrap();

@@ -78,7 +78,7 @@ fn what_is_quiet_and_what_is_help() {
 #[test]
 fn threads_and_place_change_no_byte() {
     let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let aov = ["--aov", "albedo,normal,depth,position,variance,samples,object,material"];
+    let aov = ["--aov", "albedo,normal,depth,position,variance,samples,object,material,removed"];
     render(a.path(), &[&["--threads", "1"], &aov[..]].concat());
     render(b.path(), &[&["--threads", "2"], &aov[..]].concat());
     for name in ["cornell.exr", "cornell.png"] {

@@ -34,7 +34,7 @@ pub struct Ledger {
     roulette_off: bool,
     /// `--ambient` stands in for interreflection.
     ambient: bool,
-    /// Lights left out of the choice although they could contribute: none ever is.
+    /// Lights that shine but are neither aimed at nor met by rays.
     lights_culled: u64,
 }
 
@@ -50,7 +50,7 @@ impl Ledger {
             faint: stats.ledger.faint.into(),
             roulette_off: !settings.roulette,
             ambient,
-            lights_culled: 0,
+            lights_culled: stats.ledger.lights_culled,
         }
     }
 

@@ -73,7 +73,7 @@ pub struct RenderOptions {
     /// Write EXR channels as 16-bit half floats
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Output")]
     pub half: Option<bool>,
-    /// EXR layers beside the picture, comma-separated: albedo, normal, depth, position, variance, samples, object, material. Where these show first hits alone (all but variance and samples), the picture is rendered only if `beauty` is named too, or a PNG or HDR shows it
+    /// EXR layers beside the picture, comma-separated: albedo, normal, depth, position, variance, samples, object, material, removed. Where these show first hits alone (all but variance, samples and removed), the picture is rendered only if `beauty` is named too, or a PNG or HDR shows it
     #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Output")]
     pub aov: Option<Vec<Aov>>,
     /// Exposure of PNG output, in stops
@@ -116,6 +116,9 @@ pub struct RenderOptions {
     /// Let no sample be brighter than X in any channel: fewer sparks, but light is lost, as the report says [default: off]
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::positive, help_heading = "Sampling")]
     pub clamp: Option<f32>,
+    /// Let shadows end at the hard edges of flat facets though their normals are smooth; else light fades out before them
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Sampling")]
+    pub hard_terminator: Option<bool>,
     /// Pixel filter: box, box:RADIUS, tent, gaussian, mitchell or blackman-harris [default: box]
     #[arg(long, value_name = "NAME", help_heading = "Sampling")]
     pub filter: Option<Filter>,

@@ -24,11 +24,14 @@ pub enum Aov {
     ObjectId,
     /// Index of the material + 1, likewise.
     MaterialId,
+    /// What the [`crate::Ledger`] holds of the pixel, per sample: radiance that the clamp took, throughput cut at the
+    /// largest number of bounces and below 1e-30, and the share of samples that were not finite.
+    Removed,
 }
 
 impl Aov {
     /// All of them, with the name the command line and the EXR layer use.
-    pub const ALL: [(Self, &'static str); 9] = [
+    pub const ALL: [(Self, &'static str); 10] = [
         (Self::Beauty, "beauty"),
         (Self::Albedo, "albedo"),
         (Self::Normal, "normal"),
@@ -38,11 +41,12 @@ impl Aov {
         (Self::SampleCount, "samples"),
         (Self::ObjectId, "object"),
         (Self::MaterialId, "material"),
+        (Self::Removed, "removed"),
     ];
 
     /// Shows the first hit of each sample; the others show the picture, or say something about it.
     pub fn needs_first_hit(self) -> bool {
-        !matches!(self, Self::Beauty | Self::Variance | Self::SampleCount)
+        !matches!(self, Self::Beauty | Self::Variance | Self::SampleCount | Self::Removed)
     }
 }
 
@@ -56,7 +60,7 @@ impl fmt::Display for Aov {
 /// Not the name of a layer.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error(
-    "'{0}' is no layer; choose from beauty, albedo, normal, depth, position, variance, samples, object, material"
+    "'{0}' is no layer; choose from beauty, albedo, normal, depth, position, variance, samples, object, material, removed"
 )]
 pub struct UnknownAov(String);
 

@@ -104,8 +104,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         let absorbed = transmittance(sigma_a, distance);
         let beta = beta * absorbed;
         let le = emission::surface(scene, &hit, &surface, wo, distance, arrival, settings.strategy);
-        let mut vertex = Vertex::new(scene, ray, &hit, &surface, wo, self.time);
-        vertex.sharpen(self.job.sharp);
+        let vertex = Vertex::new(self.job, &hit, &surface, wo, self.time);
         self.follow.vertex(place.depth, &vertex, beta, le);
         if vertex.shading.unlit || place.depth >= self.job.bounces {
             cut_short(&vertex, beta, self.follow);

@@ -3,6 +3,7 @@
 //! A render with clean settings (roulette, no clamp, more bounces than paths take) has nothing here. Counting costs
 //! something only where an event happens.
 
+use dapple_scene::Scene;
 use glam::Vec3;
 
 /// Throughput below which a path ends: what it could still bring is lost in the rounding of any picture.
@@ -48,12 +49,26 @@ pub struct Ledger {
     pub depth: Entry,
     /// Paths that ended because they carried less than 1e-30.
     pub faint: Entry,
+    /// Lights that shine but are neither aimed at nor met by rays: none, unless their power overflows.
+    pub lights_culled: u64,
+}
+
+/// Lights of `scene` that could contribute and cannot be found.
+pub(crate) fn culled(scene: &Scene) -> u64 {
+    let aimed = |i: usize| scene.light_choice.as_ref().is_some_and(|choice| choice.contains(i));
+    let hidden = scene.lights.iter().enumerate().filter(|&(i, light)| light.is_delta() && !aimed(i));
+    hidden.filter(|(_, light)| light.power(1.0) != Vec3::ZERO).count() as u64
 }
 
 impl Ledger {
     /// Whether nothing happened.
     pub fn is_clean(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// Energies: clamped, cut at the largest number of bounces, faint.
+    pub(crate) fn energies(&self) -> [f64; 3] {
+        [self.clamped, self.depth, self.faint].map(|entry| entry.energy)
     }
 
     pub(crate) fn cut(&mut self, why: Cut, throughput: Vec3) {
@@ -79,6 +94,7 @@ impl Ledger {
         self.clamped.merge(&other.clamped);
         self.depth.merge(&other.depth);
         self.faint.merge(&other.faint);
+        self.lights_culled += other.lights_culled;
     }
 }
 

@@ -31,6 +31,7 @@ pub mod replay;
 mod sample;
 pub mod settings;
 pub mod spread;
+mod terminator;
 mod tile;
 pub mod variances;
 mod vertex;

@@ -66,8 +66,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         state.beta *= transmittance(state.sigma_a, distance);
         let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
         radiance += state.beta * le;
-        let mut vertex = Vertex::new(scene, &ray, &hit, &surface, wo, sample.time);
-        vertex.sharpen(job.sharp);
+        let vertex = Vertex::new(job, &hit, &surface, wo, sample.time);
         follow.vertex(depth, &vertex, state.beta, le);
         if vertex.shading.unlit || depth >= job.bounces {
             cut_short(&vertex, state.beta, follow);

@@ -5,7 +5,7 @@
 //! threads changes no bit of the picture, for each pixel's samples are added in order.
 
 use crate::kernel::{self, Job};
-use crate::ledger::Ledger;
+use crate::ledger::{self, Ledger};
 use crate::settings::Settings;
 use crate::spread::Spread;
 use crate::tile::Tile;
@@ -122,8 +122,7 @@ fn run(
 ) -> Outcome {
     let job = Job::new(scene, camera, settings);
     let (kernel, name) = kernel::choose(&job);
-    let watched = settings.aovs.iter().any(|aov| aov.needs_first_hit());
-    let mut tiles = Tile::cut(settings.rect(), watched);
+    let mut tiles = Tile::cut(settings.rect(), settings);
     let threads = thread_count(settings);
     let watch = Watch::new(settings, progress);
     let mut pilot = Pilot::new(settings, &mut tiles);
@@ -163,7 +162,8 @@ fn run(
     let seconds = (watch.start.elapsed() - looking).as_secs_f64();
     let kernel = format!("{name}/{}", scene.world.kernel().name());
     let stopped = watch.stopped(spp);
-    let stats = Stats { seconds, spp, stopped, threads, kernel, ..Stats::default() };
+    let ledger = Ledger { lights_culled: ledger::culled(scene), ..Ledger::default() };
+    let stats = Stats { seconds, spp, stopped, threads, kernel, ledger, ..Stats::default() };
     finish(&job, tiles, stats, pilot.spread)
 }
 

@@ -1,9 +1,11 @@
 //! A tile of the film: the pixels one worker renders, with the layers asked for.
 
+use crate::aov::Aov;
 use crate::kernel::{Job, Kernel};
 use crate::ledger::{Cut, Ledger};
 use crate::path::Follow;
 use crate::render::BadSample;
+use crate::settings::Settings;
 use crate::spread::Spread;
 use crate::vertex::Vertex;
 use dapple_camera::{Film, PixelRect};
@@ -88,6 +90,8 @@ pub(crate) struct Tile {
     pub rect: PixelRect,
     pub film: Film,
     pub first_hits: Vec<FirstHits>,
+    /// Of each pixel: what the ledger's entries removed, and samples that were not finite; empty unless asked for.
+    pub removed: Vec<[f64; 4]>,
     pub rays: u64,
     /// Of each pixel, where samples are to go where the error is; else empty.
     pub pixel_rays: Vec<u64>,
@@ -98,23 +102,25 @@ pub(crate) struct Tile {
 
 impl Tile {
     /// `rect` cut into tiles, row by row.
-    pub fn cut(rect: PixelRect, watched: bool) -> Vec<Self> {
+    pub fn cut(rect: PixelRect, settings: &Settings) -> Vec<Self> {
         let rows = (rect.y0..rect.y1).step_by(SIDE as usize);
         rows.flat_map(|y0| {
             (rect.x0..rect.x1).step_by(SIDE as usize).map(move |x0| {
                 let part = PixelRect { x0, y0, x1: (x0 + SIDE).min(rect.x1), y1: (y0 + SIDE).min(rect.y1) };
-                Self::new(part, watched)
+                Self::new(part, settings)
             })
         })
         .collect()
     }
 
-    fn new(rect: PixelRect, watched: bool) -> Self {
-        let pixels = if watched { ((rect.x1 - rect.x0) * (rect.y1 - rect.y0)) as usize } else { 0 };
+    fn new(rect: PixelRect, settings: &Settings) -> Self {
+        let pixels = ((rect.x1 - rect.x0) * (rect.y1 - rect.y0)) as usize;
+        let asked = |shown: fn(Aov) -> bool| if settings.aovs.iter().any(|&aov| shown(aov)) { pixels } else { 0 };
         Self {
             rect,
             film: Film::new(rect),
-            first_hits: vec![FirstHits::default(); pixels],
+            first_hits: vec![FirstHits::default(); asked(Aov::needs_first_hit)],
+            removed: vec![[0.0; 4]; asked(|aov| aov == Aov::Removed)],
             rays: 0,
             pixel_rays: Vec::new(),
             bad: Vec::new(),
@@ -166,15 +172,21 @@ impl Tile {
         if !first.ledger.is_clean() {
             self.ledger.merge(&first.ledger);
         }
-        if !self.film.add(x, y, value, weight) {
+        let finite = self.film.add(x, y, value, weight);
+        if !finite {
             self.bad_count += 1;
             if self.bad.len() < REMEMBERED {
                 self.bad.push(BadSample { x, y, sample: index });
             }
         }
-        if !self.first_hits.is_empty() {
-            let pixel = (y - self.rect.y0) * (self.rect.x1 - self.rect.x0) + (x - self.rect.x0);
-            self.first_hits[pixel as usize].add(&first, index);
+        let pixel = ((y - self.rect.y0) * (self.rect.x1 - self.rect.x0) + (x - self.rect.x0)) as usize;
+        if let Some(removed) = self.removed.get_mut(pixel) {
+            let [clamped, depth, faint] = first.ledger.energies();
+            let here = [clamped, depth, faint, f64::from(!finite)];
+            *removed = std::array::from_fn(|k| removed[k] + here[k]);
+        }
+        if let Some(hits) = self.first_hits.get_mut(pixel) {
+            hits.add(&first, index);
         }
     }
 }

@@ -1,8 +1,10 @@
 //! From a hit to a vertex of numbers: where, which way, what of, how much it emits.
 
+use crate::kernel::Job;
+use crate::terminator;
 use dapple_geometry::{Frame, Hit, Ray, Surface, offset::offset_origin};
 use dapple_materials::{Bsdf, BsdfSample, Lobes};
-use dapple_scene::{Scene, Shading};
+use dapple_scene::Shading;
 use glam::{Vec2, Vec3};
 
 /// A place where a path can scatter.
@@ -15,28 +17,35 @@ pub(crate) struct Vertex {
     /// Unit, towards where the path came from.
     pub wo: Vec3,
     pub bsdf: Bsdf,
+    /// Shading and geometric normal differ, and the terminator between them is softened.
+    soft: bool,
 }
 
 impl Vertex {
-    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit, surface: &Surface, wo: Vec3, time: f32) -> Self {
-        debug_assert!(ray.d.is_finite());
-        let shading = scene.shading(hit, surface, time);
+    /// At a hit seen from `wo`, without the blur of the lobes that are switched off.
+    pub fn new(job: &Job<'_>, hit: &Hit, surface: &Surface, wo: Vec3, time: f32) -> Self {
+        let shading = job.scene.shading(hit, surface, time);
         let frame = facing_frame(&shading.frame, surface.ng, wo);
-        let bsdf = Bsdf::new(&shading.material, frame.to_local(wo));
-        Self { hit: *hit, surface: *surface, shading, frame, wo, bsdf }
+        let mut bsdf = Bsdf::new(&shading.material, frame.to_local(wo));
+        if !job.sharp.is_empty() {
+            bsdf = bsdf.sharp(job.sharp);
+        }
+        let soft = frame.z != surface.ng && !job.settings.hard_terminator;
+        Self { hit: *hit, surface: *surface, shading, frame, wo, bsdf, soft }
     }
 
-    /// Without the blur of the lobes given: what their integrals tend to when they are switched off.
-    pub fn sharpen(&mut self, lobes: Lobes) {
-        if !lobes.is_empty() {
-            self.bsdf = self.bsdf.sharp(lobes);
-        }
+    /// What the softened terminator leaves of light reflected from `wi`.
+    fn left(&self, wi: Vec3) -> f32 {
+        if self.soft { terminator::left(wi, self.frame.z, self.surface.ng) } else { 1.0 }
     }
 
     /// A ray on by one of `lobes`, unless it carries nothing or shading and geometric side disagree.
     pub fn scatter(&self, uc: f32, u: Vec2, lobes: Lobes) -> Option<Scattered> {
-        let sample = self.bsdf.sample_f(uc, u, lobes)?;
+        let mut sample = self.bsdf.sample_f(uc, u, lobes)?;
         let wi = self.frame.to_world(sample.wi).normalize();
+        if !(sample.lobe.is_delta() || sample.lobe.is_transmission()) {
+            sample.weight *= self.left(wi);
+        }
         let carries = sample.weight != Vec3::ZERO && self.sides_agree(wi, sample.wi);
         carries.then(|| Scattered { sample, ray: Ray::new(self.origin(wi), wi) })
     }
@@ -55,7 +64,9 @@ impl Vertex {
             return (Vec3::ZERO, 0.0);
         }
         let (f, pdf) = self.bsdf.eval(local, lobes);
-        (f * local.z.abs(), pdf)
+        let reflects = local.z * self.frame.z.dot(self.wo) > 0.0;
+        let left = if reflects { self.left(wi) } else { 1.0 };
+        (f * (local.z.abs() * left), pdf)
     }
 
     /// Reflection must be reflection, and transmission transmission, for both the shading and the geometric normal.

@@ -60,3 +60,27 @@ fn enough_is_enough() {
     assert_eq!((found.stats.spp, found.stats.stopped), (4, false));
     assert!(found.stats.seconds < 0.5, "{}", found.stats.seconds);
 }
+
+/// The layer `removed` adds up to the ledger.
+#[test]
+fn what_is_removed_is_known_by_pixel() {
+    use dapple_integrator::Aov;
+    let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
+    let removing = Settings {
+        clamp: Some(1.0),
+        max_bounces: 2,
+        aovs: vec![Aov::Removed],
+        ..settings(Pattern::Sobol, 16)
+    };
+    let outcome =
+        render(&scene, &scene.cameras[0].camera, &removing, &|_| ControlFlow::Continue(()));
+    let layer = outcome.layers.layers.iter().find(|layer| layer.name == "removed").unwrap();
+    let names: Vec<&str> = layer.channels.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["clamped", "depth", "faint", "not_finite"]);
+    let sum = |k: usize| layer.channels[k].1.iter().map(|&x| f64::from(x) * 16.0).sum::<f64>();
+    let ledger = outcome.stats.ledger;
+    for (k, energy) in [(0, ledger.clamped.energy), (1, ledger.depth.energy)] {
+        assert!(energy > 1.0 && (sum(k) / energy - 1.0).abs() < 1e-5, "{k}: {} of {energy}", sum(k));
+    }
+    assert_eq!((sum(2), sum(3), ledger.lights_culled), (0.0, 0.0, 0));
+}

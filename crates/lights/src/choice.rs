@@ -94,6 +94,11 @@ impl LightChoice {
         }
     }
 
+    /// Whether `light` (its number in the scene) is ever chosen.
+    pub fn contains(&self, light: usize) -> bool {
+        self.places.get(light).is_some_and(|&place| place != NEVER)
+    }
+
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         let near = self.near.as_ref().map_or(0, Tree::memory_bytes);

@@ -12,9 +12,9 @@ pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile]) -> Layers {
     let rect = job.settings.rect();
     let beauty = job.settings.picture.then(|| rgb("", &film.mean()));
     let mut layers: Vec<Layer> = beauty.into_iter().collect();
-    let first_hits = gather(rect, tiles);
+    let first_hits = gather(rect, tiles, |tile| &tile.first_hits);
     for &aov in job.settings.aovs.iter().filter(|aov| **aov != Aov::Beauty) {
-        layers.push(layer(job, aov, rect, film, &first_hits));
+        layers.push(layer(job, aov, rect, (film, tiles), &first_hits));
     }
     Layers {
         width: (rect.x1 - rect.x0) as usize,
@@ -26,7 +26,13 @@ pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile]) -> Layers {
     }
 }
 
-fn layer(job: &Job<'_>, aov: Aov, rect: PixelRect, film: &Film, first: &[FirstHits]) -> Layer {
+fn layer(
+    job: &Job<'_>,
+    aov: Aov,
+    rect: PixelRect,
+    (film, tiles): (&Film, &[Tile]),
+    first: &[FirstHits],
+) -> Layer {
     let name = aov.to_string();
     match aov {
         Aov::Beauty => rgb(&name, &film.mean()),
@@ -54,7 +60,20 @@ fn layer(job: &Job<'_>, aov: Aov, rect: PixelRect, film: &Film, first: &[FirstHi
         Aov::MaterialId => ids(name, first, |object| {
             if object == 0 { 0 } else { job.scene.objects[object as usize - 1].material + 1 }
         }),
+        Aov::Removed => removed(rect, film, tiles),
     }
+}
+
+/// What was done to a pixel's estimate, per sample.
+fn removed(rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
+    let sums = gather(rect, tiles, |tile| &tile.removed);
+    let counts: Vec<f64> = pixels(rect).map(|(x, y)| film.count(x, y).max(1) as f64).collect();
+    let channel = |(k, name): (usize, &str)| {
+        let mean = sums.iter().zip(&counts).map(|(sum, n)| (sum[k] / n) as f32).collect();
+        (name.to_string(), mean)
+    };
+    let names = ["clamped", "depth", "faint", "not_finite"];
+    Layer { name: Aov::Removed.to_string(), channels: names.into_iter().enumerate().map(channel).collect() }
 }
 
 fn ids(name: String, first: &[FirstHits], id: impl Fn(u32) -> u32) -> Layer {
@@ -89,16 +108,16 @@ fn pixels(rect: PixelRect) -> impl Iterator<Item = (u32, u32)> {
     (rect.y0..rect.y1).flat_map(move |y| (rect.x0..rect.x1).map(move |x| (x, y)))
 }
 
-/// First hits of all tiles in picture order; empty when none were watched.
-fn gather(rect: PixelRect, tiles: &[Tile]) -> Vec<FirstHits> {
-    if tiles.first().is_none_or(|tile| tile.first_hits.is_empty()) {
+/// What all tiles hold of their pixels, in picture order; empty when they hold nothing.
+fn gather<T: Copy + Default>(rect: PixelRect, tiles: &[Tile], held: impl Fn(&Tile) -> &Vec<T>) -> Vec<T> {
+    if tiles.first().is_none_or(|tile| held(tile).is_empty()) {
         return Vec::new();
     }
     let width = (rect.x1 - rect.x0) as usize;
-    let mut all = vec![FirstHits::default(); width * (rect.y1 - rect.y0) as usize];
+    let mut all = vec![T::default(); width * (rect.y1 - rect.y0) as usize];
     for tile in tiles {
-        for ((x, y), first) in pixels(tile.rect).zip(&tile.first_hits) {
-            all[(y - rect.y0) as usize * width + (x - rect.x0) as usize] = *first;
+        for ((x, y), &of) in pixels(tile.rect).zip(held(tile)) {
+            all[(y - rect.y0) as usize * width + (x - rect.x0) as usize] = of;
         }
     }
     all
