@@ -7,6 +7,7 @@
 pub mod chi_square;
 pub mod closed_form;
 pub mod intersect;
+pub mod oracle;
 mod partition;
 pub mod quadrature;
 pub mod rng;
