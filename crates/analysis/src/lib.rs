@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 pub mod budget;
+mod clock;
 pub mod closed_form;
 pub mod converge;
 pub mod curve;

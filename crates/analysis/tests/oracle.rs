@@ -88,7 +88,8 @@ fn fresnel_and_facets() {
         let eta = (1.0 + decades(&mut rng, -7.0, 3.0)).powf(if rng.f64() < 0.5 { 1.0 } else { -1.0 }) as f32;
         // At the edge of total reflection F goes as √: what rounding does to its argument counts 1/(η cosθ_t) there.
         let edge = ((f64::from(eta) - 1.0) * (f64::from(eta) + 1.0) + f64::from(c).powi(2)).abs().sqrt();
-        let off = (f64::from(fresnel::dielectric(c, eta)) - oracle::bsdf::fresnel(c.into(), eta.into())).abs();
+        let off =
+            (f64::from(fresnel::dielectric(c, eta)) - oracle::bsdf::fresnel(c.into(), eta.into())).abs();
         f.off(off * edge.clamp(2.5e-4, 1.0), (c, eta));
         let e = decades(&mut rng, -3.0, 3.0) as f32;
         if (e - 1.0).abs() > 1e-3 {
@@ -162,7 +163,8 @@ fn surfaces() {
             let exact = oracle::bsdf::reflection_pdf(o, i, alpha, eta);
             // A facet takes either way once in a thousand at least.
             if oracle::bsdf::fresnel(o.dot((o + i).normalize()), eta) > 2e-3 {
-                turned_pdf.off((f64::from(pdf) / exact - 1.0).abs() * alpha * alpha, (roughness, eta32, wo, s.wi));
+                turned_pdf
+                    .off((f64::from(pdf) / exact - 1.0).abs() * alpha * alpha, (roughness, eta32, wo, s.wi));
             }
         } else if let Some(m) = oracle::bsdf::refracting(o, i, eta).filter(|m| o.dot(*m) > 0.05) {
             let steep = alpha * alpha * (eta - 1.0);
@@ -203,14 +205,12 @@ fn density(shape: &AreaShape, place: DVec3) -> f64 {
         }
         AreaShape::Quad { corner, e1, e2 } => {
             let [a, e1, e2] = [corner, e1, e2].map(|p| p.as_dvec3());
-            let solid_angle =
-                oracle::light::triangle(a, a + e1, a + e2) + oracle::light::triangle(a + e1, a + e1 + e2, a + e2);
+            let solid_angle = oracle::light::triangle(a, a + e1, a + e2)
+                + oracle::light::triangle(a + e1, a + e1 + e2, a + e2);
             let n = e1.cross(e2);
             facet(solid_angle, n.normalize(), n.length())
         }
-        AreaShape::Sphere { centre, radius } => {
-            1.0 / oracle::light::sphere(centre.as_dvec3(), radius.into())
-        }
+        AreaShape::Sphere { centre, radius } => 1.0 / oracle::light::sphere(centre.as_dvec3(), radius.into()),
         AreaShape::Disk { normal, radius, .. } => {
             oracle::light::by_area(place, normal.as_dvec3(), PI * f64::from(radius).powi(2))
         }
@@ -317,7 +317,10 @@ fn intersections() {
             let (t, off) = match *name {
                 "triangle" => {
                     let n = (b - a).cross(c - a).normalize();
-                    (intersect::triangle(o, d, [a, b, c]).map(|h| h.0), n.dot(p - a).abs() / n.abs().dot(room))
+                    (
+                        intersect::triangle(o, d, [a, b, c]).map(|h| h.0),
+                        n.dot(p - a).abs() / n.abs().dot(room),
+                    )
                 }
                 "sphere" => {
                     let n = (p - centre.as_dvec3()).normalize();

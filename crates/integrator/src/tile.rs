@@ -115,7 +115,8 @@ impl Tile {
 
     fn new(rect: PixelRect, settings: &Settings) -> Self {
         let pixels = ((rect.x1 - rect.x0) * (rect.y1 - rect.y0)) as usize;
-        let asked = |shown: fn(Aov) -> bool| if settings.aovs.iter().any(|&aov| shown(aov)) { pixels } else { 0 };
+        let asked =
+            |shown: fn(Aov) -> bool| if settings.aovs.iter().any(|&aov| shown(aov)) { pixels } else { 0 };
         Self {
             rect,
             film: Film::new(rect),

@@ -72,8 +72,7 @@ fn what_is_removed_is_known_by_pixel() {
         aovs: vec![Aov::Removed],
         ..settings(Pattern::Sobol, 16)
     };
-    let outcome =
-        render(&scene, &scene.cameras[0].camera, &removing, &|_| ControlFlow::Continue(()));
+    let outcome = render(&scene, &scene.cameras[0].camera, &removing, &|_| ControlFlow::Continue(()));
     let layer = outcome.layers.layers.iter().find(|layer| layer.name == "removed").unwrap();
     let names: Vec<&str> = layer.channels.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["clamped", "depth", "faint", "not_finite"]);

@@ -103,7 +103,12 @@ fn edge_in_view(tally: &mut Tally, step: f64) {
             let settings = Settings { crop: Some(row), ..square(1000, 1) };
             let Ok(scene) = builder.build() else { return tally.holds("the edge is built", false) };
             let lit = run(&scene, &settings).film.mean().pixels.iter().filter(|p| p.x > 0.0).count();
-            tally.within(format!("pixels beyond an edge at {edge} pixels, distance {distance}"), lit as f64, 500.0 - edge, 1.0);
+            tally.within(
+                format!("pixels beyond an edge at {edge} pixels, distance {distance}"),
+                lit as f64,
+                500.0 - edge,
+                1.0,
+            );
         }
     }
 }

@@ -242,13 +242,7 @@ fn expected(bsdf: &Bsdf, tolerance: f64) -> Vec<f64> {
 /// ∫ over the square at `corner` by Simpson's rule, or over its quarters where those come to something else. The rule looks
 /// at corners, so that a step through the square has points on both its sides. The tolerance falls by half with every
 /// halving of the side: along a curve the pieces are twice as many.
-fn halving(
-    f: &impl Fn(f64, f64) -> f64,
-    corner: (f64, f64),
-    side: f64,
-    tolerance: f64,
-    depth: u32,
-) -> f64 {
+fn halving(f: &impl Fn(f64, f64) -> f64, corner: (f64, f64), side: f64, tolerance: f64, depth: u32) -> f64 {
     let quarters = [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)]
         .map(|(a, b)| (corner.0 + a * side, corner.1 + b * side));
     let fine: f64 = quarters.iter().map(|&c| simpson(f, c, 0.5 * side)).sum();

@@ -295,25 +295,39 @@ fn directions(effort: Effort) -> Outcome {
 
 fn slivers(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
-    let n = effort.of(2_000, 20_000, 1_000_000u32);
+    let mut noise = Noise(5);
+    fan(&mut tally, &mut noise, effort.of(2_000, 20_000, 100_000), effort.of(2_000, 5_000, 1_000_000));
+    if effort != Effort::Quick {
+        fan(&mut tally, &mut noise, 1_000_000, effort.of(0, 50, 10_000));
+    }
+    strip(&mut tally, &mut noise, effort);
+    tally.finish()
+}
+
+/// A disk of `n` slivers that all meet in the middle, seen along its axis.
+fn fan(tally: &mut Tally, noise: &mut Noise, n: u32, rays: u64) {
     let rim = |i: u32| {
         let angle = std::f64::consts::TAU * f64::from(i % n) / f64::from(n);
         Vec3::new(angle.cos() as f32, angle.sin() as f32, 0.0)
     };
     let fan: Vec<[Vec3; 3]> = (0..n).map(|i| [Vec3::ZERO, rim(i), rim(i + 1)]).collect();
     let tree = Tree::build(&fan);
-    let (mut noise, mut leaks, mut covered) = (Noise(5), 0, 0u64);
-    let rays = effort.of(2_000, 5_000, 1_000_000u64);
+    let (mut leaks, mut covered) = (0, 0u64);
     for _ in 0..rays {
         let p = noise.cube();
         let hit = tree.closest(&Ray::new(Vec3::new(p.x, p.y, 2.0), -Vec3::Z), &Any).is_some();
         covered += u64::from(hit);
         leaks += u64::from(!hit && p.x.hypot(p.y) < 0.999_999);
     }
-    tally.none("leaks inside the fan", leaks);
+    tally.none(format!("leaks inside the fan of {n}"), leaks);
     let share = covered as f64 / rays as f64;
     let exact = 0.125 * f64::from(n) * (std::f64::consts::TAU / f64::from(n)).sin();
-    tally.within("coverage of the fan", share, exact, 4.0 * (exact * (1.0 - exact) / rays as f64).sqrt());
+    let error = (exact * (1.0 - exact) / rays as f64).sqrt();
+    tally.within(format!("coverage of the fan of {n}"), share, exact, 4.0 * error);
+}
+
+/// A square cut into slivers of width 1e-5.
+fn strip(tally: &mut Tally, noise: &mut Noise, effort: Effort) {
     let strips = effort.of(5_000, 100_000, 100_000u32);
     let mut strip = Mesh::default();
     for i in 0..=strips {
@@ -336,7 +350,6 @@ fn slivers(effort: Effort) -> Outcome {
     }
     tally.none("leaks inside the strip", lost);
     tally.within("largest tilt of a normal", tilt, 0.0, 1e-3);
-    tally.finish()
 }
 
 fn invalid(effort: Effort) -> Outcome {
@@ -391,7 +404,7 @@ fn duplicates(effort: Effort) -> Outcome {
     let quad = [[Vec3::ZERO, Vec3::X, Vec3::ONE], [Vec3::ZERO, Vec3::ONE, Vec3::Y + Vec3::Z]];
     let ray = |noise: &mut Noise| Ray::new(Vec3::new(noise.unit(), noise.unit(), 3.0), -Vec3::Z);
     let single = Tree::build(&quad);
-    for k in [2, 1000, effort.of(2_000, 20_000, 100_000)] {
+    for k in [2, 1000, effort.of(2_000, 100_000, 100_000)] {
         let many: Vec<[Vec3; 3]> = (0..k).flat_map(|_| quad).collect();
         let tree = Tree::build(&many);
         let mut noise = Noise(k as u64);

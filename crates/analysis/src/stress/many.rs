@@ -3,15 +3,15 @@
 use super::{Case, Check, Effort, Outcome};
 use crate::closed_form::parallel_rectangle;
 use crate::noise::Noise;
-use crate::scenes::{irradiance_meter, matte, pixels, quad, square};
+use crate::scenes::{irradiance_meter, matte, pixels, quad, run, square};
 use crate::tally::Tally;
 use dapple_integrator::Settings;
 use dapple_integrator::geometry::Mesh;
 use dapple_integrator::imaging::{Encoding, Interpolation, Rgba8, Sampler, Texture, Wrap};
 use dapple_integrator::lights::{Area, AreaShape, Light, LightChoice, Point};
 use dapple_integrator::sampling::{Dimension, Key, Moments, Pattern, point_1d, point_2d};
-use dapple_integrator::scene::{SceneError, TextureUse, TexturedMaterial};
-use glam::{DAffine3, Vec2, Vec3};
+use dapple_integrator::scene::{Scene, SceneError, TextureUse, TexturedMaterial};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 use std::f64::consts::{FRAC_1_PI, PI};
 
 pub(super) const CASES: &[Case] = &[
@@ -68,6 +68,18 @@ fn chosen(lights: &[Light], choice: &LightChoice, points: u32, sets: u64) -> Mom
     (0..sets).map(set).collect()
 }
 
+/// A floor under point lights.
+fn lit_by(lights: &[Light]) -> Result<Scene, SceneError> {
+    let mut builder = irradiance_meter();
+    for light in lights {
+        if let Light::Point(light) = light {
+            let p = light.p.as_dvec3();
+            builder.point_light(DVec3::new(p.x, p.z, p.y), light.intensity, f64::INFINITY);
+        }
+    }
+    builder.build()
+}
+
 fn two_lights(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     let mut builder = irradiance_meter();
     let lamp = |at: f32, y: f32| quad(Vec3::new(at - 0.2, y, -0.2), Vec3::X * 0.4, Vec3::Z * 0.4);
@@ -121,6 +133,13 @@ fn field(effort: Effort) -> Outcome {
     tally.within("sum over the lights over its integral", sum / exact, 1.0, 1e-3);
     let m = chosen(&lights, &choice, 4096, effort.of(8, 64, 256));
     tally.mean(format!("{} point lights", lights.len()), &m, sum, 0.02);
+    if effort != Effort::Quick
+        && let [Ok(many), Ok(few)] = [lights.len(), 10].map(|n| lit_by(&lights[..n]))
+    {
+        let settings = Settings { max_bounces: 1, ..square(32, 64) };
+        let slower = crate::clock::ratio(|| run(&many, &settings), || run(&few, &settings));
+        tally.at_most("time of a picture over that with 10 lights", slower, 3.0);
+    }
     let tiles = tiled(effort.of(30, 200, 1000));
     if let Some(choice) = LightChoice::new(&tiles, 2.0) {
         let m = chosen(&tiles, &choice, 4096, effort.of(8, 64, 256));

@@ -25,7 +25,8 @@ impl Deviation {
 
     /// |value − exact| relative to |exact|.
     pub fn relative(&mut self, value: f32, exact: f64, input: impl Debug) {
-        let off = if f64::from(value) == exact { 0.0 } else { (f64::from(value) - exact).abs() / exact.abs() };
+        let off =
+            if f64::from(value) == exact { 0.0 } else { (f64::from(value) - exact).abs() / exact.abs() };
         self.off(off, input);
     }
 
