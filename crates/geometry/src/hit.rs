@@ -24,3 +24,19 @@ impl Hit {
             || (self.t == other.t && (self.object, self.primitive) < (other.object, other.primitive))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nearer_then_lower_wins_and_never_both() {
+        let hit = |t, object, primitive| Hit { t, u: 0.0, v: 0.0, primitive, object };
+        let order = [hit(1.0, 3, 9), hit(2.0, 0, 7), hit(2.0, 1, 4), hit(2.0, 1, 5), hit(2.5, 0, 0)];
+        for (i, a) in order.iter().enumerate() {
+            for (j, b) in order.iter().enumerate() {
+                assert_eq!(a.wins_over(b), i < j, "{a:?} {b:?}");
+            }
+        }
+    }
+}

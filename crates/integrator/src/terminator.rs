@@ -43,7 +43,7 @@ mod tests {
     fn light_fades_out_before_the_facets_own_horizon() {
         let half = std::f32::consts::FRAC_PI_2;
         let steps: Vec<f32> = (0..100).map(|k| at(0.3, half - 0.005 * k as f32)).collect();
-        assert!(steps[0] < 1e-6 && steps.windows(2).all(|w| w[0] <= w[1]) && steps[99] > 0.9, "{steps:?}");
+        assert!(steps[0] < 1e-6 && steps.windows(2).all(|w| w[0] <= w[1]) && steps[99] > 0.8, "{steps:?}");
         // Smooth at its full end: the slope of G + G² − G³ is 0 at G = 1.
         assert!(1.0 - at(0.3, 0.05) < 1e-3);
     }
