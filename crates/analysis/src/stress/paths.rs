@@ -207,7 +207,7 @@ fn overflowing(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     let (sky, side, spp) = (2e38f32, effort.of(32, 128, 512), 64);
     let mut builder = seen(DVec3::Z * 4.0, DVec3::ZERO, 0.5);
     let speck = builder.material(matte(1.0, sky));
-    builder.mesh("speck", cube(2e-3, Vec3::ZERO), DAffine3::IDENTITY, speck);
+    builder.mesh("speck", cube(1e-2, Vec3::ZERO), DAffine3::IDENTITY, speck);
     builder.environment(Environment::constant(Vec3::splat(sky)));
     let scene = builder.build()?;
     let settings = Settings { strategy: Strategy::BsdfOnly, ..square(side, spp) };

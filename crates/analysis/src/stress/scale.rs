@@ -97,7 +97,7 @@ fn sizes(effort: Effort) -> Outcome {
 }
 
 fn each_place(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
-    let settings = both(16, effort.of(4, 16, 64));
+    let settings = both(16, effort.of(16, 16, 64));
     let home = run(&room(1.0, DVec3::ZERO, 0.0, false).build()?, &settings).film.mean();
     // Multiples of the grid on which scenes are centred, then others.
     let places = [1024.0, 131_072.0, 8_388_608.0, 1e3, 1e4, 1e5, 1e6, 1e7, 1234.567, 7_654_321.1];
