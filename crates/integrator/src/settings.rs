@@ -67,9 +67,9 @@ pub struct Settings {
     /// No sample is brighter than this in any channel: fewer sparks, less light. *Approximation*; what it takes away is
     /// told in [`crate::Ledger`]. `None`: nothing is clamped.
     pub clamp: Option<f32>,
-    /// Shadows end at the hard edges of flat facets even where normals are smooth. Off, light fades out before them
-    /// [Chiang 2019], which never adds any.
-    pub hard_terminator: bool,
+    /// Light on smooth normals fades out before the hard edge where a flat facet shadows itself [Chiang 2019], which never
+    /// adds any. *Approximation*: the picture loses light near the terminator, the less the finer the facets.
+    pub soft_terminator: bool,
     /// Which of the two strategies for direct light take part; for tests and teaching.
     pub strategy: Strategy,
     /// Path tracer with `Sobol` or `Random` points: after the first [`crate::PILOT`] samples, further ones go where the
@@ -114,7 +114,7 @@ impl Default for Settings {
             ambient: Vec3::ZERO,
             general: false,
             clamp: None,
-            hard_terminator: false,
+            soft_terminator: false,
             strategy: Strategy::Both,
             adaptive: false,
             spread: None,

@@ -30,7 +30,7 @@ impl Vertex {
         if !job.sharp.is_empty() {
             bsdf = bsdf.sharp(job.sharp);
         }
-        let soft = frame.z != surface.ng && !job.settings.hard_terminator;
+        let soft = frame.z != surface.ng && job.settings.soft_terminator;
         Self { hit: *hit, surface: *surface, shading, frame, wo, bsdf, soft }
     }
 
