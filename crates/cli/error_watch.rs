@@ -34,6 +34,8 @@ pub struct ErrorWatch<'a> {
     doublings: Option<Doublings>,
     confidence: f64,
     limit: Option<f64>,
+    /// How often it was looked whether the limit holds.
+    looks: i32,
     log: Option<(PathBuf, File)>,
     bar: &'a Bar,
     /// What was found when the limit held.
@@ -69,6 +71,7 @@ impl<'a> ErrorWatch<'a> {
             doublings: doublings.filter(|_| way != Way::None),
             confidence: options.confidence.unwrap_or(statistics::CONFIDENCE),
             limit: options.error_limit,
+            looks: 0,
             log: options.log.as_ref().map(open).transpose()?,
             bar,
             held: None,
@@ -93,9 +96,17 @@ impl<'a> ErrorWatch<'a> {
         self.bar.set_error(Some(guess.error));
         let limit = self.limit.filter(|limit| at.spp >= FEWEST && guess.error <= HOPE * limit);
         let Some(limit) = limit else { return Some(guess) };
+        self.looks += 1;
         let measured = self.measure(&film, at.spp, at.spread).unwrap_or(guess);
         self.held = Some(measured).filter(|e| e.bound <= limit);
         Some(measured)
+    }
+
+    /// Whoever looks again and again, and stops when a bound happens to be small, is wrong more often than each bound is.
+    /// So of the chance to be wrong the first look gets half, the next one half of what is left: all together stay below
+    /// it (Boole's inequality).
+    fn confidence(&self) -> f64 {
+        1.0 - (1.0 - self.confidence) * 0.5f64.powi(self.looks)
     }
 
     /// The error of a picture of `spp` samples; renders a small part of it again where that is the only way.
@@ -103,10 +114,10 @@ impl<'a> ErrorWatch<'a> {
         let start = Instant::now();
         let found = match self.way {
             Way::None => None,
-            Way::Within => within(film, self.confidence),
+            Way::Within => within(film, self.confidence()),
             Way::Replicate => {
                 let settings = Settings { spread: spread.cloned(), ..self.repeatable(spp)? };
-                replicate(self.scene, self.camera, &settings, film, self.confidence)
+                replicate(self.scene, self.camera, &settings, film, self.confidence())
             }
         };
         self.seconds.set(self.seconds.get() + start.elapsed().as_secs_f64());

@@ -40,9 +40,10 @@ pub struct Estimate {
 
 impl Estimate {
     /// From the mean squared error, one that it is hardly above but for chance, the relative standard deviation of the
-    /// latter and of the true squared error, and the mean radiance.
+    /// latter and of the true squared error, and the mean radiance. *Approximation*: that the true one over the stated one
+    /// is log-normal; sums of a few squares are skewed, and by a normal distribution the bound would be too low.
     fn new(mse: f64, high: f64, spread: f64, level: f64, confidence: f64) -> Option<Self> {
-        let chance = 1.0 + statistics::normal(confidence) * spread;
+        let chance = libm::exp(statistics::normal(confidence) * spread);
         let (error, bound) = (mse.sqrt() / level, (high * chance).sqrt() / level);
         (error.is_finite() && bound.is_finite() && level > 0.0).then_some(Self { error, bound })
     }
