@@ -110,7 +110,7 @@ impl Coverage {
     /// Per seed: true error, stated error, bound, samples.
     fn measure(&self, folder: &Path, seeds: u32) -> Vec<[f64; 4]> {
         for (name, seed) in [("r1.exr", "100001"), ("r2.exr", "100002")] {
-            self.render(folder, &["--spp", "1024", "--seed", seed, "-o", name]);
+            self.render(folder, &["--spp", "8192", "--seed", seed, "-o", name]);
         }
         let one = |seed: u32| {
             let seed = seed.to_string();
