@@ -123,9 +123,15 @@ fn draw(
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let outcome = render_watched(scene, camera, settings, &progress, &mut |at| watch.look(at));
-    let error = watch.finish(&outcome);
+    let error = if tells_error(options) { watch.finish(&outcome) } else { (None, 0.0) };
     bar.finish();
     Ok((outcome, error))
+}
+
+/// Whether anyone hears of the error: to find it out takes time.
+fn tells_error(options: &RenderOptions) -> bool {
+    let speaks = !RenderOptions::is(options.quiet) || RenderOptions::is(options.json);
+    speaks || options.log.is_some() || options.error_limit.is_some()
 }
 
 fn finish(
