@@ -1,5 +1,6 @@
 //! Next-event estimation: light that falls directly on a vertex, found by aiming at a light.
 
+use crate::medium::Medium;
 use crate::settings::Strategy;
 use crate::vertex::Vertex;
 use crate::visibility::Visibility;
@@ -19,8 +20,8 @@ pub(crate) struct Beam<'a, V> {
     pub time: f32,
     /// Of the alpha that the shadow ray meets.
     pub key: Key,
-    /// Absorption on the way, per render unit.
-    pub sigma_a: Vec3,
+    /// What the way leads through, if that absorbs.
+    pub medium: Option<Medium>,
     pub strategy: Strategy,
 }
 
@@ -38,6 +39,7 @@ pub(crate) struct Aim {
 
 impl<V: Visibility> Beam<'_, V> {
     /// One light, one point on it: an estimate of ∫ f·L·|cosθ| dω over all lights. Counts its shadow ray in `rays`.
+    #[inline(always)]
     pub fn one(&self, aim: &Aim, rays: &mut u64) -> Vec3 {
         let (scene, p) = (self.scene, self.vertex.surface.p);
         let Some(choice) = &scene.light_choice else { return Vec3::ZERO };
@@ -85,7 +87,7 @@ impl<V: Visibility> Beam<'_, V> {
         if self.visibility.blocked(self.scene, &shadow_ray(self.vertex, sample), self.time, self.key) {
             return Vec3::ZERO;
         }
-        value * transmittance(self.sigma_a, sample.distance)
+        value * self.through(sample.distance)
     }
 
     /// Light of the environment on a diffuse lobe that is not followed, found in a direction even in cosine. `aimed`
@@ -113,7 +115,12 @@ impl<V: Visibility> Beam<'_, V> {
             Strategy::LightOnly if environment.is_sampled() => 0.0,
             _ => 1.0,
         };
-        value * (weight * transmittance(self.sigma_a, f32::INFINITY))
+        value * (weight * self.through(f32::INFINITY))
+    }
+
+    /// What is left of light after `distance`.
+    fn through(&self, distance: f32) -> Vec3 {
+        self.medium.map_or(Vec3::ONE, |medium| medium.transmittance(distance))
     }
 
     /// Weight of a light sample against the BSDF finding the same light.
@@ -138,13 +145,4 @@ fn shadow_ray(vertex: &Vertex, sample: &LightSample) -> Ray {
         None if sample.distance.is_finite() => Ray { o, d: sample.wi, t_max: sample.distance },
         None => Ray::new(o, sample.wi),
     }
-}
-
-/// exp(−σ_a·s) per channel (Beer–Lambert); 1 without absorption whatever the distance.
-pub(crate) fn transmittance(sigma_a: Vec3, distance: f32) -> Vec3 {
-    if cfg!(without = "medium") || sigma_a == Vec3::ZERO {
-        return Vec3::ONE;
-    }
-    let along = |s: f32| if s > 0.0 { libm::expf(-s * distance) } else { 1.0 };
-    Vec3::new(along(sigma_a.x), along(sigma_a.y), along(sigma_a.z))
 }

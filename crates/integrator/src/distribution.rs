@@ -7,11 +7,12 @@
 //! Where a light's points and a lobe's directions can both find the same light, they are weighted by the power heuristic
 //! with their counts [Veach 1997, §9.2.2].
 
-use crate::direct::{Beam, transmittance};
+use crate::direct::Beam;
 use crate::effects::{Effect, Plans};
 use crate::emission::{self, Arrival, Rival};
 use crate::kernel::Job;
 use crate::ledger::{Cut, FAINT};
+use crate::medium::Medium;
 use crate::path::{Follow, cut_short};
 use crate::places::Place;
 use crate::vertex::{Scattered, Vertex};
@@ -38,6 +39,7 @@ const ONE: Plan = Plan { nx: 1, ny: 1, pattern: Pattern::Grid };
 const ONE_AT_RANDOM: Plan = Plan { nx: 1, ny: 1, pattern: Pattern::Random };
 
 /// Point `index` of the pixel (x, y): its radiance, and the weight the pixel filter gives it.
+#[inline(always)]
 pub(crate) fn pixel_point<V: Visibility, F: Follow>(
     job: &Job<'_>,
     visibility: V,
@@ -71,7 +73,7 @@ pub(crate) fn pixel_point<V: Visibility, F: Follow>(
             let ray = job.camera_ray((x, y), offset, lens, time);
             let mut tree = Tree { job, visibility, time, follow, rays };
             let place = on_lens.within(TIME, t).again(Effect::Time, again);
-            sum += tree.li(&ray, &Arrival::CAMERA, place, Vec3::ZERO, Vec3::ONE);
+            sum += tree.li(&ray, &Arrival::CAMERA, place, None, Vec3::ONE);
         }
     }
     (sum / (lenses * times) as f32, weight)
@@ -89,7 +91,7 @@ struct Tree<'a, V, F> {
 
 impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     /// Radiance along `ray`, which arrives at `place`; `beta` is its share in the pixel point, for who follows.
-    fn li(&mut self, ray: &Ray, arrival: &Arrival, place: Place, sigma_a: Vec3, beta: Vec3) -> Vec3 {
+    fn li(&mut self, ray: &Ray, arrival: &Arrival, place: Place, medium: Option<Medium>, beta: Vec3) -> Vec3 {
         *self.rays += 1;
         let (scene, settings) = (self.job.scene, self.job.settings);
         let key = place.ray_key(Dimension::Alpha, 0, 0);
@@ -101,7 +103,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         let surface = scene.world.surface(ray, self.time, &hit);
         let length = ray.d.length();
         let (distance, wo) = (hit.t * length, -ray.d / length);
-        let absorbed = transmittance(sigma_a, distance);
+        let absorbed = medium.map_or(Vec3::ONE, |medium| medium.transmittance(distance));
         let beta = beta * absorbed;
         let le = emission::surface(scene, &hit, &surface, wo, distance, arrival, settings.strategy);
         let vertex = Vertex::new(self.job, &hit, &surface, wo, self.time);
@@ -114,25 +116,25 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             self.follow.cut(Cut::Faint, beta);
             return absorbed * le;
         }
-        let direct = self.direct(&vertex, place, sigma_a);
+        let direct = self.direct(&vertex, place, medium);
         self.follow.direct(direct);
-        absorbed * (le + direct + self.scattered(&vertex, place, sigma_a, beta))
+        absorbed * (le + direct + self.scattered(&vertex, place, medium, beta))
     }
 
     /// Light that falls on the vertex straight from the lights: Σ over lights, mean over each.
-    fn direct(&mut self, vertex: &Vertex, place: Place, sigma_a: Vec3) -> Vec3 {
+    fn direct(&mut self, vertex: &Vertex, place: Place, medium: Option<Medium>) -> Vec3 {
         if vertex.bsdf.is_delta() {
             return Vec3::ZERO;
         }
         let (plans, lights) = (self.job.integrals.at(place.depth), self.job.scene.lights.iter());
         let mut sum: Vec3 =
-            (0..).zip(lights).map(|(i, light)| self.light_mean(vertex, place, sigma_a, i, light)).sum();
+            (0..).zip(lights).map(|(i, light)| self.light_mean(vertex, place, medium, i, light)).sum();
         if plans.is_off(Effect::Diffuse) {
             let aimed = |light: usize, pdf: f32| {
                 place.count(light_plan(&self.job.scene.lights[light], plans)) as f32 * pdf
             };
             let u = place.point_2d(ONE_AT_RANDOM, Dimension::Sky, 0, 0);
-            let beam = self.beam(vertex, place.ray_key(Dimension::Sky, 0, 0), sigma_a);
+            let beam = self.beam(vertex, place.ray_key(Dimension::Sky, 0, 0), medium);
             sum += beam.sky_on_diffuse(u, aimed, self.rays);
             sum += vertex.bsdf.diffuse_albedo() * self.job.settings.ambient;
         }
@@ -140,7 +142,14 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     }
 
     /// Mean over the points of light `i`.
-    fn light_mean(&mut self, vertex: &Vertex, place: Place, sigma_a: Vec3, i: u32, light: &Light) -> Vec3 {
+    fn light_mean(
+        &mut self,
+        vertex: &Vertex,
+        place: Place,
+        medium: Option<Medium>,
+        i: u32,
+        light: &Light,
+    ) -> Vec3 {
         let plans = self.job.integrals.at(place.depth);
         let (plan, aiming) = (light_plan(light, plans), aiming(light, plans));
         let place = self.first_again(place, Effect::Light);
@@ -149,14 +158,14 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         for s in 0..n {
             let u = place.point_2d(plan, Dimension::LightPoint, i, s);
             let Some(sample) = light.sample_as(aiming, vertex.surface.p, u, self.time) else { continue };
-            let beam = self.beam(vertex, place.ray_key(Dimension::ShadowAlpha, i, s), sigma_a);
+            let beam = self.beam(vertex, place.ray_key(Dimension::ShadowAlpha, i, s), medium);
             let f_cos = self.received(&beam, place, light, &sample, n as f32);
             sum += beam.arriving(i as usize, &sample, sample.pdf, f_cos, self.rays);
         }
         sum / n.max(1) as f32
     }
 
-    fn beam<'v>(&self, vertex: &'v Vertex, key: Key, sigma_a: Vec3) -> Beam<'v, V>
+    fn beam<'v>(&self, vertex: &'v Vertex, key: Key, medium: Option<Medium>) -> Beam<'v, V>
     where
         'a: 'v,
     {
@@ -166,7 +175,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             vertex,
             time: self.time,
             key,
-            sigma_a,
+            medium,
             strategy: self.job.settings.strategy,
         }
     }
@@ -199,7 +208,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     }
 
     /// Light that comes by way of other surfaces: Σ over lobes, mean over the directions of each.
-    fn scattered(&mut self, vertex: &Vertex, place: Place, sigma_a: Vec3, beta: Vec3) -> Vec3 {
+    fn scattered(&mut self, vertex: &Vertex, place: Place, medium: Option<Medium>, beta: Vec3) -> Vec3 {
         let live = vertex.bsdf.lobes();
         let mut sum = Vec3::ZERO;
         for (which, (lobes, effect)) in (0..).zip(GROUPS) {
@@ -219,10 +228,10 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
                 let Some(scattered) = vertex.scatter(0.5, u, lobes) else { continue };
                 self.follow.scattered(place.depth, &scattered.sample);
                 let arrival = self.arrival(vertex, &scattered, n as f32, place);
-                let sigma_a = scattered.absorption(vertex, sigma_a);
+                let medium = Medium::after(medium, vertex, &scattered);
                 let weight = scattered.sample.weight;
                 let beta = beta * weight / n as f32;
-                mean += weight * self.li(&scattered.ray, &arrival, place.next(which, s), sigma_a, beta);
+                mean += weight * self.li(&scattered.ray, &arrival, place.next(which, s), medium, beta);
             }
             sum += mean / n.max(1) as f32;
         }

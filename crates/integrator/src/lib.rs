@@ -22,6 +22,7 @@ pub mod forecast;
 mod kernel;
 mod kinds;
 pub mod ledger;
+mod medium;
 mod needs;
 mod path;
 mod places;

@@ -5,10 +5,11 @@
 //! bounce and survives with min(1, max β·η²), without a cap below 1: a cap has infinite variance for bright
 //! materials (measured law in the test suite).
 
-use crate::direct::{Aim, Beam, transmittance};
+use crate::direct::{Aim, Beam};
 use crate::emission::{self, Arrival, Rival};
 use crate::kernel::Job;
 use crate::ledger::{Cut, FAINT, Ledger};
+use crate::medium::Medium;
 use crate::sample::Sample;
 use crate::vertex::{Scattered, Vertex};
 use crate::visibility::Visibility;
@@ -39,6 +40,7 @@ impl Follow for Ledger {
 }
 
 /// Radiance along `ray` for one sample; counts rays.
+#[inline(always)]
 pub(crate) fn li<V: Visibility, F: Follow>(
     job: &Job<'_>,
     visibility: V,
@@ -63,7 +65,9 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         let length = ray.d.length();
         let distance = hit.t * length;
         let wo = -ray.d / length;
-        state.beta *= transmittance(state.sigma_a, distance);
+        if let Some(medium) = state.medium {
+            state.beta *= medium.transmittance(distance);
+        }
         let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
         radiance += state.beta * le;
         let vertex = Vertex::new(job, &hit, &surface, wo, sample.time);
@@ -72,7 +76,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
             cut_short(&vertex, state.beta, follow);
             return radiance;
         }
-        let direct = direct(job, visibility, &vertex, sample, depth, state.sigma_a, rays);
+        let direct = direct(job, visibility, &vertex, sample, depth, state.medium, rays);
         follow.direct(direct);
         radiance += state.beta * direct;
         let uc = if job.needs.lobe { sample.point_1d(depth, Dimension::Lobe) } else { 0.0 };
@@ -109,7 +113,7 @@ fn direct<V: Visibility>(
     vertex: &Vertex,
     sample: &Sample,
     depth: u32,
-    sigma_a: Vec3,
+    medium: Option<Medium>,
     rays: &mut u64,
 ) -> Vec3 {
     if vertex.bsdf.is_delta() {
@@ -117,7 +121,7 @@ fn direct<V: Visibility>(
     }
     let (scene, strategy) = (job.scene, job.settings.strategy);
     let key = sample.key.at(depth, Dimension::ShadowAlpha).branch(sample.s);
-    let beam = Beam { scene, visibility, vertex, time: sample.time, key, sigma_a, strategy };
+    let beam = Beam { scene, visibility, vertex, time: sample.time, key, medium, strategy };
     let mut sum = Vec3::ZERO;
     if job.needs.next_event {
         let aim = Aim {
@@ -144,14 +148,14 @@ struct PathState {
     beta: Vec3,
     /// Undoes the radiance compression of refraction in the roulette.
     eta: f32,
-    /// Absorption of what the path is in, per render unit.
-    sigma_a: Vec3,
+    /// What the path is in, if that absorbs.
+    medium: Option<Medium>,
     arrival: Arrival,
 }
 
 impl Default for PathState {
     fn default() -> Self {
-        Self { beta: Vec3::ONE, eta: 1.0, sigma_a: Vec3::ZERO, arrival: Arrival::CAMERA }
+        Self { beta: Vec3::ONE, eta: 1.0, medium: None, arrival: Arrival::CAMERA }
     }
 }
 
@@ -177,6 +181,6 @@ impl PathState {
             lights_are_points: job.lights_are_points(),
             time,
         };
-        self.sigma_a = next.absorption(vertex, self.sigma_a);
+        self.medium = Medium::after(self.medium, vertex, next);
     }
 }

@@ -58,6 +58,7 @@ impl Vertex {
 
     /// BSDF value times |cosθ|, and the density of `sample_f` per solid angle. The value is zero where shading and
     /// geometric side disagree: no light leaks through the surface.
+    #[inline(always)]
     pub fn f_cos_and_pdf(&self, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
         let local = self.frame.to_local(wi);
         if !self.sides_agree(wi, local) {
@@ -96,19 +97,6 @@ impl Vertex {
 pub(crate) struct Scattered {
     pub sample: BsdfSample,
     pub ray: Ray,
-}
-
-impl Scattered {
-    /// Absorption along the ray, which was `sigma_a` on the way to `vertex`.
-    pub fn absorption(&self, vertex: &Vertex, sigma_a: Vec3) -> Vec3 {
-        if cfg!(without = "medium") || !self.sample.lobe.is_transmission() || vertex.shading.material.thin {
-            sigma_a
-        } else if self.ray.d.dot(vertex.surface.ng) < 0.0 {
-            vertex.shading.sigma_a
-        } else {
-            Vec3::ZERO
-        }
-    }
 }
 
 /// The shading frame, bent where needed so that `wo` is on the same side of it as of the surface.
