@@ -125,7 +125,7 @@ const CLEAR: f64 = 0.5;
 /// then stays before any neighbour at more than 63°; nearer to a sharper concave edge than the bound, a ray can still be
 /// let out. *Approximation*: positions that near to an edge move by up to one error bound, in their plane. A triangle too
 /// thin for it keeps its points.
-#[inline]
+#[inline(always)]
 fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DVec3) -> DVec3 {
     let [a, b, c] = corners;
     let edges = [c - b, a - c, b - a];

@@ -57,12 +57,25 @@ impl Object {
         Some(Line { o: to_object.transform_point3(line.o), d: to_object.transform_vector3(line.d) })
     }
 
+    #[inline]
     pub fn surface(&self, ray: &Ray, time: f64, hit: &Hit) -> Surface {
+        match (&self.place, &self.body) {
+            (Place::World, Body::Mesh(mesh)) => {
+                let (corners, normals) = triangle(mesh, hit);
+                Surface::on_triangle(corners, normals, hit.u, hit.v)
+            }
+            _ if cfg!(without = "second_level") => Surface::on_shape(DVec3::ZERO, DVec3::Z),
+            _ => self.surface_beside(ray, time, hit),
+        }
+    }
+
+    /// Of what is not in the flat tree.
+    #[inline(never)]
+    fn surface_beside(&self, ray: &Ray, time: f64, hit: &Hit) -> Surface {
         let pose = self.pose(time);
         match &self.body {
             Body::Mesh(mesh) => {
-                let corners = mesh.corners(hit.primitive);
-                let normals = mesh.values(&mesh.normals, hit.primitive);
+                let (corners, normals) = triangle(mesh, hit);
                 match pose {
                     None => Surface::on_triangle(corners, normals, hit.u, hit.v),
                     Some(pose) => Surface::on_posed_triangle(&pose, corners, normals, hit.u, hit.v),
@@ -128,6 +141,12 @@ impl Object {
             Body::Shape(_) => None,
         }
     }
+}
+
+/// Corners and normals of the triangle that was hit.
+#[inline]
+fn triangle(mesh: &Mesh, hit: &Hit) -> ([Vec3; 3], Option<[Vec3; 3]>) {
+    (mesh.corners(hit.primitive), mesh.values(&mesh.normals, hit.primitive))
 }
 
 /// A tangent goes with the surface; a mirror turns the sign of the bitangent w·(n × t).
