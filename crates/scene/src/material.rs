@@ -44,6 +44,7 @@ impl TextureUse {
         self.transform.map_or(uv, |t| t.matrix2 * uv + t.translation)
     }
 
+    #[inline(never)]
     fn lookup(&self, world: &World, textures: &[Texture], hit: &Hit) -> Vec4 {
         textures[self.texture as usize].lookup(self.apply(world.uv(hit, self.uv_set as usize)))
     }
@@ -192,11 +193,19 @@ impl TexturedMaterial {
         .map(|(name, _)| name)
     }
 
-    /// Factors times textures at a hit.
+    /// Factors times vertex colours at a hit.
+    #[inline]
+    pub(crate) fn untextured(&self, world: &World, hit: &Hit) -> Material {
+        Material { base_color: self.base.base_color * world.color(hit).truncate(), ..self.base }
+    }
+
+    /// Factors times vertex colours and textures at a hit.
     pub(crate) fn at(&self, world: &World, textures: &[Texture], hit: &Hit) -> Material {
-        let mut m = self.base;
+        let mut m = self.untextured(world, hit);
         let texel = |of: &TextureUse| of.lookup(world, textures, hit);
-        m.base_color = self.base_color(world, textures, hit).truncate();
+        if let Some(t) = used(&self.base_color_texture) {
+            m.base_color *= texel(t).truncate();
+        }
         if let Some(t) = used(&self.metallic_roughness_texture) {
             let value = texel(t);
             m.roughness *= value.y;

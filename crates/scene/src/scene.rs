@@ -19,6 +19,8 @@ pub struct Object {
     pub material: u32,
     /// First area light of this object's surface; `u32::MAX` = emits nothing.
     pub first_light: u32,
+    /// Its material looks up textures.
+    pub textured: bool,
 }
 
 /// A camera and the name to ask for it by.
@@ -86,9 +88,36 @@ impl Scene {
         &self.materials[self.objects[object as usize].material as usize]
     }
 
+    /// The material of an object, and whether it looks up textures.
+    #[inline]
+    fn material_of(&self, object: u32) -> (&TexturedMaterial, bool) {
+        let object = &self.objects[object as usize];
+        let textured = cfg!(not(without = "textures")) && object.textured;
+        (&self.materials[object.material as usize], textured)
+    }
+
     /// Material and shading frame at a hit at a time.
     pub fn shading(&self, hit: &Hit, surface: &Surface, time: f32) -> Shading {
-        let material = self.material(hit.object);
+        let (material, textured) = self.material_of(hit.object);
+        if textured {
+            return self.textured_shading(material, hit, surface, time);
+        }
+        Shading {
+            frame: Frame::from_z(surface.ns),
+            material: material.untextured(&self.world, hit),
+            sigma_a: material.sigma_a,
+            unlit: material.unlit,
+        }
+    }
+
+    #[inline(never)]
+    fn textured_shading(
+        &self,
+        material: &TexturedMaterial,
+        hit: &Hit,
+        surface: &Surface,
+        time: f32,
+    ) -> Shading {
         Shading {
             frame: self.frame(material, hit, surface, time),
             material: material.at(&self.world, &self.textures, hit),
@@ -119,11 +148,13 @@ impl Scene {
     /// Radiance (W·m⁻²·sr⁻¹) emitted at a hit towards `wo` (unit, world): from the front side, from both when the
     /// material is double-sided or unlit.
     pub fn emission(&self, hit: &Hit, surface: &Surface, wo: Vec3) -> Vec3 {
-        let material = self.material(hit.object);
-        if material.unlit || material.double_sided || wo.dot(surface.ng) > 0.0 {
+        let (material, textured) = self.material_of(hit.object);
+        if !(material.unlit || material.double_sided || wo.dot(surface.ng) > 0.0) {
+            Vec3::ZERO
+        } else if textured || material.unlit {
             material.radiance(&self.world, &self.textures, hit)
         } else {
-            Vec3::ZERO
+            material.emission
         }
     }
 

@@ -140,7 +140,9 @@ impl SceneBuilder {
         {
             let entered = entry.enter(self, geometry, material);
             seen.push(entered.map_err(|what| self.invalid(format!("object {i} '{name}'"), what))?);
-            objects.push(Object { name, material, first_light: u32::MAX });
+            let textured =
+                self.materials.get(material as usize).is_some_and(|m| m.textures().next().is_some());
+            objects.push(Object { name, material, first_light: u32::MAX, textured });
         }
         let Entry { world, dropped, mended, .. } = entry;
         if dropped > 0 {
