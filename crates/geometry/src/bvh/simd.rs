@@ -4,7 +4,7 @@
 #![allow(unsafe_code)]
 
 use super::lanes::Portable;
-use super::node::{LEAF, Line, part};
+use super::node::Line;
 use super::traverse::walk;
 use super::{Candidate, Kernel, Tree, TriangleHit};
 use crate::Ray;
@@ -63,9 +63,10 @@ fn portable<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C
 }
 
 /// Asks for the first four lines of what a child reference leads to.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(super) fn prefetch(lines: &[Line], child: u32) {
-    #[cfg(target_arch = "x86_64")]
+    use super::node::{LEAF, part};
     for line in part::<4>(lines, child & !LEAF) {
         // SAFETY: SSE is part of every x86-64; a prefetch does not read.
         unsafe {
@@ -73,6 +74,11 @@ pub(super) fn prefetch(lines: &[Line], child: u32) {
         };
     }
 }
+
+/// Elsewhere there is no such request in stable Rust.
+#[cfg(not(target_arch = "x86_64"))]
+#[inline(always)]
+pub(super) fn prefetch(_: &[Line], _: u32) {}
 
 /// Entries of a stack that fits any tree of reasonable depth.
 pub(super) const SMALL_STACK: usize = 264;
