@@ -2,14 +2,15 @@
 //! thread, CPU time.
 //!
 //! `cargo bench --bench traversal` prints a table with ratios between kernels; `-- --quick` is the smoke run of CI;
-//! `-- --dump DIR` writes meshes and rays, and `-- --rays DIR` times the fastest kernel on them and prints one line of
-//! JSON: `tools/embree_compare.py` uses the two to put Embree beside it on the same rays.
+//! `-- --dump DIR [FILE.glb …]` writes meshes and rays, those of glTF files too, and `-- --rays DIR` times the fastest kernel
+//! on them and prints one line of JSON: `tools/embree_compare.py` uses the two to put Embree beside it on the same rays.
 
 use dapple_geometry::bvh::{Any, Kernel, Tree};
 use dapple_geometry::offset::offset_origin;
 use dapple_geometry::surface::{geometric_normal, interpolate};
 use dapple_geometry::{Frame, Ray};
 use dapple_sampling::{Dimension, Key, Pattern, point_2d, warp};
+use dapple_scene::gltf;
 use glam::{Vec2, Vec3};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -18,7 +19,7 @@ type Triangle = [Vec3; 3];
 
 /// A mesh, a camera in it, and a light over it.
 struct Setup {
-    name: &'static str,
+    name: String,
     triangles: Vec<Triangle>,
     eye: Vec3,
     at: Vec3,
@@ -58,7 +59,7 @@ fn quad(a: Vec3, u: Vec3, v: Vec3) -> [Triangle; 2] {
 }
 
 /// A closed room of size 2·half with `n` lumps of the given subdivision level in it.
-fn room(name: &'static str, half: Vec3, n: u32, level: u32, size: f32) -> Setup {
+fn room(name: &str, half: Vec3, n: u32, level: u32, size: f32) -> Setup {
     let (lo, hi) = (-half, half);
     let d = hi - lo;
     let (x, y, z) = (Vec3::X * d.x, Vec3::Y * d.y, Vec3::Z * d.z);
@@ -84,7 +85,7 @@ fn room(name: &'static str, half: Vec3, n: u32, level: u32, size: f32) -> Setup 
         Vec3::Z * half.z * 0.6,
     ];
     Setup {
-        name,
+        name: name.to_owned(),
         triangles,
         eye: half * Vec3::new(0.9, 0.3, 0.9),
         at: -half * Vec3::new(0.5, 0.3, 0.6),
@@ -109,7 +110,7 @@ fn terrain(n: usize) -> Setup {
         .collect();
     let light = [Vec3::new(-3.0, 9.0, -3.0), Vec3::X * 6.0, Vec3::Z * 6.0];
     Setup {
-        name: "terrain",
+        name: "terrain".to_owned(),
         triangles,
         eye: Vec3::new(9.0, 5.0, 9.0),
         at: Vec3::new(-2.0, -1.0, -2.0),
@@ -126,6 +127,23 @@ fn setups(quick: bool) -> Vec<Setup> {
         terrain(180),
         room("interior", Vec3::new(12.0, 5.0, 12.0), 400, 4, 0.5),
     ]
+}
+
+/// All triangles of a glTF file, looked at from outside, under a lamp as large as they are.
+fn file(path: &Path) -> std::io::Result<Setup> {
+    let builder = gltf::read(path, &gltf::Options::default()).map_err(std::io::Error::other)?;
+    let world = builder.build().map_err(std::io::Error::other)?.world;
+    let mut triangles = Vec::new();
+    for object in 0..world.object_count() as u32 {
+        let corners = (0..).map(|i| world.corners(object, i));
+        triangles.extend(corners.take_while(|c| *c != [Vec3::ZERO; 3]));
+    }
+    let (lo, hi) = world.bounds().unwrap_or_default();
+    let (at, size) = (0.5 * (lo + hi), (hi - lo).length());
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let corner = at + size * Vec3::new(-0.5, 1.0, -0.5);
+    let light = [corner, Vec3::X * size, Vec3::Z * size];
+    Ok(Setup { name, triangles, eye: at + size * Vec3::new(0.45, 0.25, 0.6), at, light })
 }
 
 /// Primary rays in 4×4 blocks, one cosine bounce from each hit, and rays from each hit to the light (t_max = 1).
@@ -190,9 +208,10 @@ fn floats(path: &Path, values: impl Iterator<Item = f32>) -> std::io::Result<()>
     file.flush()
 }
 
-fn dump(dir: &Path) -> std::io::Result<()> {
+fn dump(dir: &Path, files: &[String]) -> std::io::Result<()> {
     std::fs::create_dir_all(dir)?;
-    for setup in setups(false) {
+    let files = files.iter().map(|name| file(Path::new(name))).collect::<Result<Vec<_>, _>>()?;
+    for setup in setups(false).into_iter().chain(files) {
         let tree = Tree::build(&setup.triangles);
         floats(
             &dir.join(format!("{}.tri", setup.name)),
@@ -212,8 +231,13 @@ fn load(path: PathBuf) -> std::io::Result<Vec<f32>> {
 }
 
 fn time_dumped(dir: &Path) -> std::io::Result<()> {
+    let entries =
+        std::fs::read_dir(dir)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
+    let meshes = entries.iter().filter(|path| path.extension().is_some_and(|e| e == "tri"));
+    let mut names: Vec<_> = meshes.filter_map(|path| path.file_stem()?.to_str()).collect();
+    names.sort_unstable();
     let mut cells = Vec::new();
-    for name in ["room", "terrain", "interior"] {
+    for name in names {
         let numbers = load(dir.join(format!("{name}.tri")))?;
         let triangles: Vec<Triangle> = numbers
             .chunks_exact(9)
@@ -268,7 +292,7 @@ fn main() -> std::io::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let folder = || PathBuf::from(arguments.get(1).map_or("rays", String::as_str));
     match arguments.first().map(String::as_str) {
-        Some("--dump") => dump(&folder()),
+        Some("--dump") => dump(&folder(), arguments.get(2..).unwrap_or(&[])),
         Some("--rays") => time_dumped(&folder()),
         Some("--quick") => {
             table(true);

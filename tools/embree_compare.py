@@ -4,20 +4,23 @@
 Development only. Needs a C compiler and the Python package `embreex` (4.4), of which only the Embree library is used:
 
     python3 -m pip download --no-deps -d wheels embreex==4.4.0.post1
-    python3 tools/embree_compare.py wheels
+    python3 tools/embree_compare.py wheels [FILE.glb ...]
+
+Beside the meshes of the bench, those of the files are timed.
 """
 import ctypes
 import glob
 import json
 import math
 import os
+import pathlib
 import statistics
 import subprocess
 import sys
 import tempfile
 import zipfile
 
-MESHES, KINDS, ROUNDS = ["room", "terrain", "interior"], ["primary", "diffuse", "shadow"], 3
+KINDS, ROUNDS = ["primary", "diffuse", "shadow"], 3
 
 
 def embree(wheels, work):
@@ -47,12 +50,13 @@ def read(path):
 
 def main():
     wheels = sys.argv[1] if len(sys.argv) > 1 else "wheels"
+    files = [os.path.abspath(name) for name in sys.argv[2:]]
     with tempfile.TemporaryDirectory() as work:
         bench = ["cargo", "bench", "-q", "--bench", "traversal", "--"]
-        subprocess.run(bench + ["--dump", work], check=True)
+        subprocess.run(bench + ["--dump", work] + files, check=True)
         library = embree(wheels, os.path.join(work, "embree"))
         scenes, rays = {}, {}
-        for mesh in MESHES:
+        for mesh in sorted(path.stem for path in pathlib.Path(work).glob("*.tri")):
             corners, n = read(os.path.join(work, mesh + ".tri"))
             scenes[mesh] = (library.build(corners, n // 9), n // 9)
             for kind in KINDS:
