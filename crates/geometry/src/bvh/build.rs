@@ -73,10 +73,23 @@ fn padded_box(t: &[Vec3; 3]) -> Aabb {
 
 fn binary_tree(boxes: &[Aabb], quality: Quality) -> Bvh2 {
     match quality {
+        Quality::Fast | Quality::Medium if crowding(boxes) > CROWDED => sweep(boxes),
         Quality::Fast => bottom_up(boxes, PlocSearchDistance::Low, 0.02),
         Quality::Medium => bottom_up(boxes, PlocSearchDistance::Medium, 0.15),
         Quality::High => sweep(boxes),
     }
+}
+
+/// Boxes that a line through all of them meets, from where on looking for better places among them takes longer than the
+/// sweep does: every box is then a neighbour of every other, and bottom-up building takes quadratic time.
+const CROWDED: f64 = 16384.0;
+
+/// How many of the boxes a random line meets that meets their hull (Cauchy's formula: areas are to each other as
+/// the lines that meet convex bodies).
+fn crowding(boxes: &[Aabb]) -> f64 {
+    let hull = boxes.iter().skip(1).fold(boxes[0], |hull, b| hull.union(b));
+    let all: f64 = boxes.iter().map(|b| f64::from(b.half_area())).sum();
+    all / f64::from(hull.half_area())
 }
 
 /// PLOC, then the given share of the nodes reinserted where they cost least.
@@ -125,6 +138,17 @@ mod tests {
             assert!((1.0..2.0).contains(&(x * s)) && s.to_bits() << 9 == 0, "{x}");
         }
         assert!(unit_scale(f32::from_bits(1)).is_finite() && unit_scale(f32::MAX) > 0.0);
+    }
+
+    #[test]
+    fn crowding_counts_the_boxes_on_a_line() {
+        let cube = |p: Vec3A, r: f32| Aabb::new(p - r, p + r);
+        let nested: Vec<Aabb> = (0..100).map(|_| cube(Vec3A::ONE, 2.0)).collect();
+        assert_eq!(crowding(&nested), 100.0);
+        // 10 × 10 × 10 cubes without gaps: a line along an axis meets 10, any other more.
+        let at = |i: u32| Vec3A::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32);
+        let grid: Vec<Aabb> = (0..1000).map(|i| cube(at(i), 0.5)).collect();
+        assert_eq!(crowding(&grid), 10.0);
     }
 
     #[test]
