@@ -71,8 +71,8 @@ fn settings_text(
             lines.push(format!("{name} = \"{plan}\""));
         }
     }
-    if settings.soft_terminator {
-        lines.push("soft-terminator = true".into());
+    if !settings.soft_terminator {
+        lines.push("no-soft-terminator = true".into());
     }
     if let Some(clamp) = settings.clamp {
         lines.push(format!("clamp = {clamp}"));

@@ -116,9 +116,9 @@ pub struct RenderOptions {
     /// Let no sample be brighter than X in any channel: fewer sparks, but light is lost, as the report says [default: off]
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::positive, help_heading = "Sampling")]
     pub clamp: Option<f32>,
-    /// Let light fade out before the hard edges where flat facets with smooth normals shadow themselves; takes light away
+    /// Let flat facets with smooth normals shadow themselves: the light's edge then runs along the facets
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Sampling")]
-    pub soft_terminator: Option<bool>,
+    pub no_soft_terminator: Option<bool>,
     /// Pixel filter: box, box:RADIUS, tent, gaussian, mitchell or blackman-harris [default: box]
     #[arg(long, value_name = "NAME", help_heading = "Sampling")]
     pub filter: Option<Filter>,

@@ -69,7 +69,7 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         picture: options.shows_picture(),
         general: options.is_general(),
         clamp: options.clamp,
-        soft_terminator: RenderOptions::is(options.soft_terminator),
+        soft_terminator: !RenderOptions::is(options.no_soft_terminator),
         cull_backfaces: RenderOptions::is(options.cull_backfaces),
         adaptive: RenderOptions::is(options.adaptive),
         ..default

@@ -25,6 +25,11 @@ impl Surface {
         offset_origin(self.p, self.p_error, self.ng, d)
     }
 
+    /// Whether shading and geometric normal differ by more than normals in f32, interpolated, are rounded by.
+    pub fn is_smooth(&self) -> bool {
+        self.ns != self.ng && (self.ns - self.ng).abs().max_element() > gamma(8)
+    }
+
     /// The point with barycentrics (u, v) of a triangle: p = Σ bᵢpᵢ, summed in f64 and rounded once. The bound
     /// γ₇ Σ|bᵢpᵢ| \[pbrt-v4, §6.8.4\] is wider than that rounding: it also covers what the intersection test can see of
     /// the triangle from nearby (and is never zero for a triangle that has an extent). `ng` is the f64 cross product of two edges; `ns` interpolates `normals`.
@@ -102,6 +107,22 @@ pub fn interpolate(corners: &[Vec3; 3], u: f32, v: f32) -> (Vec3, Vec3) {
 /// Unit normal of the counter-clockwise side, from f64 edges; zero for a triangle without area.
 pub fn geometric_normal(corners: &[Vec3; 3]) -> Vec3 {
     unit_or(winding(*corners), DVec3::ZERO).as_vec3()
+}
+
+/// From the point with barycentrics (u, v) of a facet to the smooth surface that the normals of its corners span above it:
+/// Σ bᵢ·max(0, (vᵢ − p)·nᵢ)·nᵢ [Hanika 2021]. Zero where the normals span nothing above the facet, as they do on a flat or
+/// a hollow one. `up` is a normal of the facet on the side that is asked about.
+pub(crate) fn lift(corners: [DVec3; 3], normals: [DVec3; 3], u: f32, v: f32, up: DVec3) -> DVec3 {
+    let (u, v) = (f64::from(u), f64::from(v));
+    let b = [1.0 - u - v, u, v];
+    let sum = |x: [DVec3; 3]| x[0] * b[0] + x[1] * b[1] + x[2] * b[2];
+    let (p, side) = (sum(corners), sum(normals).dot(up).signum());
+    let mut lift = DVec3::ZERO;
+    for i in 0..3 {
+        let n = unit_or(normals[i], DVec3::ZERO) * side;
+        lift += n * (b[i] * (corners[i] - p).dot(n).max(0.0));
+    }
+    lift
 }
 
 /// Cross product of two edges: along the normal of the counter-clockwise side.

@@ -2,24 +2,18 @@
 
 use crate::medium::Medium;
 use crate::settings::Strategy;
-use crate::vertex::Vertex;
+use crate::vertex::{Around, Vertex};
 use crate::visibility::Visibility;
 use dapple_geometry::{Ray, offset::offset_origin};
 use dapple_lights::{Aiming, Light, LightSample};
 use dapple_materials::{Lobe, Lobes};
-use dapple_sampling::{Key, mis, warp};
-use dapple_scene::Scene;
+use dapple_sampling::{mis, warp};
 use glam::{Vec2, Vec3};
 
 /// The way from a vertex to a light, and what may stand in it.
 pub(crate) struct Beam<'a, V> {
-    pub scene: &'a Scene,
-    pub visibility: V,
+    pub around: Around<'a, V>,
     pub vertex: &'a Vertex,
-    /// Seconds within the shutter.
-    pub time: f32,
-    /// Of the alpha that the shadow ray meets.
-    pub key: Key,
     /// What the way leads through, if that absorbs.
     pub medium: Option<Medium>,
     pub strategy: Strategy,
@@ -41,11 +35,11 @@ impl<V: Visibility> Beam<'_, V> {
     /// One light, one point on it: an estimate of ∫ f·L·|cosθ| dω over all lights. Counts its shadow ray in `rays`.
     #[inline(always)]
     pub fn one(&self, aim: &Aim, rays: &mut u64) -> Vec3 {
-        let (scene, p) = (self.scene, self.vertex.surface.p);
+        let (scene, p) = (self.around.scene, self.vertex.surface.p);
         let Some(choice) = &scene.light_choice else { return Vec3::ZERO };
         let Some(chosen) = choice.sample(p, self.vertex.choice_normal(), aim.uc) else { return Vec3::ZERO };
         let light = &scene.lights[chosen.index];
-        let Some(sample) = light.sample_as(aim.aiming, p, aim.u, self.time) else { return Vec3::ZERO };
+        let Some(sample) = light.sample_as(aim.aiming, p, aim.u, self.around.time) else { return Vec3::ZERO };
         let pdf = sample.pdf * chosen.pmf;
         let f_cos = self.received(light, &sample, pdf, aim.followed);
         self.arriving(chosen.index, &sample, pdf, f_cos, rays)
@@ -76,15 +70,19 @@ impl<V: Visibility> Beam<'_, V> {
             return Vec3::ZERO;
         }
         let radiance = match &sample.point {
-            Some(point) if !sample.delta => self.scene.light_radiance(light as u32, point, sample.radiance),
+            Some(point) if !sample.delta => {
+                self.around.scene.light_radiance(light as u32, point, sample.radiance)
+            }
             _ => sample.radiance,
         };
         let value = f_cos * radiance / pdf;
         if value == Vec3::ZERO || value.is_nan() {
             return value;
         }
+        let Some(o) = self.vertex.origin(sample.wi, &self.around) else { return Vec3::ZERO };
+        let ray = shadow_ray(o, sample);
         *rays += 1;
-        if self.visibility.blocked(self.scene, &shadow_ray(self.vertex, sample), self.time, self.key) {
+        if self.around.blocked(&ray) {
             return Vec3::ZERO;
         }
         value * self.through(sample.distance)
@@ -93,9 +91,9 @@ impl<V: Visibility> Beam<'_, V> {
     /// Light of the environment on a diffuse lobe that is not followed, found in a direction even in cosine. `aimed`
     /// gives the density of aiming there, for a density of the environment's own.
     pub fn sky_on_diffuse(&self, u: Vec2, aimed: impl Fn(usize, f32) -> f32, rays: &mut u64) -> Vec3 {
-        let Some(index) = self.scene.environment else { return Vec3::ZERO };
+        let Some(index) = self.around.scene.environment else { return Vec3::ZERO };
         let (Light::Environment(environment), true) =
-            (&self.scene.lights[index as usize], self.vertex.bsdf.lobes().contains(Lobe::Diffuse))
+            (&self.around.scene.lights[index as usize], self.vertex.bsdf.lobes().contains(Lobe::Diffuse))
         else {
             return Vec3::ZERO;
         };
@@ -105,9 +103,10 @@ impl<V: Visibility> Beam<'_, V> {
         if f_cos == Vec3::ZERO || value == Vec3::ZERO {
             return Vec3::ZERO;
         }
+        let Some(o) = self.vertex.origin(wi, &self.around) else { return Vec3::ZERO };
+        let ray = Ray::new(o, wi);
         *rays += 1;
-        let ray = Ray::new(self.vertex.origin(wi), wi);
-        if self.visibility.blocked(self.scene, &ray, self.time, self.key) {
+        if self.around.blocked(&ray) {
             return Vec3::ZERO;
         }
         let weight = match self.strategy {
@@ -134,9 +133,8 @@ impl<V: Visibility> Beam<'_, V> {
     }
 }
 
-/// From outside the vertex' error box to outside the light's; t = 1 is the light.
-fn shadow_ray(vertex: &Vertex, sample: &LightSample) -> Ray {
-    let o = vertex.origin(sample.wi);
+/// From `o` to outside the light's error box; t = 1 is the light.
+fn shadow_ray(o: Vec3, sample: &LightSample) -> Ray {
     match &sample.point {
         Some(point) => {
             let target = offset_origin(point.p, point.p_error, point.n, -sample.wi);

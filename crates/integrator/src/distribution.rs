@@ -15,7 +15,7 @@ use crate::ledger::{Cut, FAINT};
 use crate::medium::Medium;
 use crate::path::{Follow, cut_short};
 use crate::places::Place;
-use crate::vertex::{Scattered, Vertex};
+use crate::vertex::{Around, Scattered, Vertex};
 use crate::visibility::Visibility;
 use dapple_geometry::Ray;
 use dapple_lights::{Aiming, Light, LightSample};
@@ -169,15 +169,11 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     where
         'a: 'v,
     {
-        Beam {
-            scene: self.job.scene,
-            visibility: self.visibility,
-            vertex,
-            time: self.time,
-            key,
-            medium,
-            strategy: self.job.settings.strategy,
-        }
+        Beam { around: self.around(key), vertex, medium, strategy: self.job.settings.strategy }
+    }
+
+    fn around(&self, key: Key) -> Around<'a, V> {
+        Around { scene: self.job.scene, visibility: self.visibility, time: self.time, key }
     }
 
     /// f·cosθ towards one of `n` samples of a light, each lobe weighted against its own directions.
@@ -223,9 +219,10 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             let n = place.count(plan);
             let place = self.first_again(place, effect);
             let mut mean = Vec3::ZERO;
+            let around = self.around(place.ray_key(Dimension::Alpha, 0, 0));
             for s in 0..n {
                 let u = place.point_2d(plan, Dimension::Direction, which, s);
-                let Some(scattered) = vertex.scatter(0.5, u, lobes) else { continue };
+                let Some(scattered) = vertex.scatter(0.5, u, lobes, &around) else { continue };
                 self.follow.scattered(place.depth, &scattered.sample);
                 let arrival = self.arrival(vertex, &scattered, n as f32, place);
                 let medium = Medium::after(medium, vertex, &scattered);

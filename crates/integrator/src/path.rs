@@ -11,7 +11,7 @@ use crate::kernel::Job;
 use crate::ledger::{Cut, FAINT, Ledger};
 use crate::medium::Medium;
 use crate::sample::Sample;
-use crate::vertex::{Scattered, Vertex};
+use crate::vertex::{Around, Scattered, Vertex};
 use crate::visibility::Visibility;
 use dapple_geometry::Ray;
 use dapple_materials::BsdfSample;
@@ -81,7 +81,8 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         radiance += state.beta * direct;
         let uc = if job.needs.lobe { sample.point_1d(depth, Dimension::Lobe) } else { 0.0 };
         let u = if job.needs.direction { sample.point_2d(depth, Dimension::Direction) } else { Vec2::ZERO };
-        let Some(next) = vertex.scatter(uc, u, job.followed) else { return radiance };
+        let around = Around { scene, visibility, time: sample.time, key: key.branch(sample.s) };
+        let Some(next) = vertex.scatter(uc, u, job.followed, &around) else { return radiance };
         follow.scattered(depth, &next.sample);
         state.go(job, &vertex, &next, sample.time);
         if state.beta.max_element() < FAINT {
@@ -121,7 +122,8 @@ fn direct<V: Visibility>(
     }
     let (scene, strategy) = (job.scene, job.settings.strategy);
     let key = sample.key.at(depth, Dimension::ShadowAlpha).branch(sample.s);
-    let beam = Beam { scene, visibility, vertex, time: sample.time, key, medium, strategy };
+    let around = Around { scene, visibility, time: sample.time, key };
+    let beam = Beam { around, vertex, medium, strategy };
     let mut sum = Vec3::ZERO;
     if job.needs.next_event {
         let aim = Aim {

@@ -67,8 +67,9 @@ pub struct Settings {
     /// No sample is brighter than this in any channel: fewer sparks, less light. *Approximation*; what it takes away is
     /// told in [`crate::Ledger`]. `None`: nothing is clamped.
     pub clamp: Option<f32>,
-    /// Light on smooth normals fades out before the hard edge where a flat facet shadows itself [Chiang 2019], which never
-    /// adds any. *Approximation*: the picture loses light near the terminator, the less the finer the facets.
+    /// Light that a facet with smooth normals is lit by, but would shadow itself from, passes over the facet as over the
+    /// round surface it stands for [Hanika 2021]; otherwise it ends at a hard edge along the facets. Flat surfaces, spheres
+    /// and disks do not change. *Approximation*: what is in the way is looked for from above the facet.
     pub soft_terminator: bool,
     /// Which of the two strategies for direct light take part; for tests and teaching.
     pub strategy: Strategy,
@@ -114,7 +115,7 @@ impl Default for Settings {
             ambient: Vec3::ZERO,
             general: false,
             clamp: None,
-            soft_terminator: false,
+            soft_terminator: true,
             strategy: Strategy::Both,
             adaptive: false,
             spread: None,

@@ -1,10 +1,12 @@
 //! From a hit to a vertex of numbers: where, which way, what of, how much it emits.
 
 use crate::kernel::Job;
-use crate::terminator;
+use crate::terminator::over_the_facet;
+use crate::visibility::Visibility;
 use dapple_geometry::{Frame, Hit, Ray, Surface, offset::offset_origin};
 use dapple_materials::{Bsdf, BsdfSample, Lobes};
-use dapple_scene::Shading;
+use dapple_sampling::Key;
+use dapple_scene::{Scene, Shading};
 use glam::{Vec2, Vec3};
 
 /// A place where a path can scatter.
@@ -17,8 +19,8 @@ pub(crate) struct Vertex {
     /// Unit, towards where the path came from.
     pub wo: Vec3,
     pub bsdf: Bsdf,
-    /// Shading and geometric normal differ, and the terminator between them is softened.
-    soft: bool,
+    /// The facet stands for a curved surface, whose horizon counts for reflected light.
+    is_smooth: bool,
 }
 
 impl Vertex {
@@ -30,24 +32,25 @@ impl Vertex {
         if !job.sharp.is_empty() {
             bsdf = bsdf.sharp(job.sharp);
         }
-        let soft = frame.z != surface.ng && job.settings.soft_terminator;
-        Self { hit: *hit, surface: *surface, shading, frame, wo, bsdf, soft }
-    }
-
-    /// What the softened terminator leaves of light reflected from `wi`.
-    fn left(&self, wi: Vec3) -> f32 {
-        if self.soft { terminator::left(wi, self.frame.z, self.surface.ng) } else { 1.0 }
+        let is_smooth = job.settings.soft_terminator && surface.is_smooth();
+        Self { hit: *hit, surface: *surface, shading, frame, wo, bsdf, is_smooth }
     }
 
     /// A ray on by one of `lobes`, unless it carries nothing or shading and geometric side disagree.
-    pub fn scatter(&self, uc: f32, u: Vec2, lobes: Lobes) -> Option<Scattered> {
-        let mut sample = self.bsdf.sample_f(uc, u, lobes)?;
+    pub fn scatter<V: Visibility>(
+        &self,
+        uc: f32,
+        u: Vec2,
+        lobes: Lobes,
+        around: &Around<'_, V>,
+    ) -> Option<Scattered> {
+        let sample = self.bsdf.sample_f(uc, u, lobes)?;
         let wi = self.frame.to_world(sample.wi).normalize();
-        if !(sample.lobe.is_delta() || sample.lobe.is_transmission()) {
-            sample.weight *= self.left(wi);
+        if sample.weight == Vec3::ZERO {
+            return None;
         }
-        let carries = sample.weight != Vec3::ZERO && self.sides_agree(wi, sample.wi);
-        carries.then(|| Scattered { sample, ray: Ray::new(self.origin(wi), wi) })
+        let o = self.start(wi, self.exit(wi, sample.wi), around)?;
+        Some(Scattered { sample, ray: Ray::new(o, wi) })
     }
 
     /// A direction of the local hemisphere, in the world and on the side `wo` is on.
@@ -61,34 +64,86 @@ impl Vertex {
     #[inline(always)]
     pub fn f_cos_and_pdf(&self, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
         let local = self.frame.to_local(wi);
-        if !self.sides_agree(wi, local) {
+        if self.exit(wi, local) == Exit::No {
             return (Vec3::ZERO, 0.0);
         }
         let (f, pdf) = self.bsdf.eval(local, lobes);
-        let reflects = local.z * self.frame.z.dot(self.wo) > 0.0;
-        let left = if reflects { self.left(wi) } else { 1.0 };
-        (f * (local.z.abs() * left), pdf)
+        (f * local.z.abs(), pdf)
     }
 
-    /// Reflection must be reflection, and transmission transmission, for both the shading and the geometric normal.
-    pub fn sides_agree(&self, wi: Vec3, local: Vec3) -> bool {
+    /// Reflection must be reflection, and transmission transmission, for both the shading and the geometric normal; what is
+    /// reflected off a smooth surface may pass over the facet that stands for it.
+    fn exit(&self, wi: Vec3, local: Vec3) -> Exit {
         let reflects = local.z * self.frame.z.dot(self.wo) > 0.0;
         let reflects_geometrically = wi.dot(self.surface.ng) * self.wo.dot(self.surface.ng) > 0.0;
-        reflects == reflects_geometrically
+        if reflects == reflects_geometrically {
+            Exit::Straight
+        } else if self.is_smooth && reflects && wi.dot(self.surface.ns) * self.wo.dot(self.surface.ng) > 0.0 {
+            Exit::OverTheFacet
+        } else {
+            Exit::No
+        }
     }
 
-    /// Where a ray towards `d` starts, outside the position's error box.
-    pub fn origin(&self, d: Vec3) -> Vec3 {
-        offset_origin(self.surface.p, self.surface.p_error, self.surface.ng, d)
+    /// Where a ray towards `wi` starts, unless there is no way: outside the position's error box, or above a facet that it
+    /// passes over.
+    #[inline]
+    pub fn origin<V: Visibility>(&self, wi: Vec3, around: &Around<'_, V>) -> Option<Vec3> {
+        let exit = if self.is_smooth { self.exit(wi, self.frame.to_local(wi)) } else { Exit::Straight };
+        self.start(wi, exit, around)
+    }
+
+    #[inline]
+    fn start<V: Visibility>(&self, wi: Vec3, exit: Exit, around: &Around<'_, V>) -> Option<Vec3> {
+        match exit {
+            Exit::No => None,
+            Exit::Straight => Some(offset_origin(self.surface.p, self.surface.p_error, self.surface.ng, wi)),
+            Exit::OverTheFacet => over_the_facet(self, around),
+        }
+    }
+
+    /// Unit geometric normal on the side `wo` is on.
+    pub fn seen_normal(&self) -> Vec3 {
+        self.surface.ng * self.surface.ng.dot(self.wo).signum()
     }
 
     /// The normal a light-choice strategy may rely on: none when light can also come from behind.
     pub fn choice_normal(&self) -> Vec3 {
         if self.shading.material.transmission > 0.0 {
             Vec3::ZERO
+        } else if self.is_smooth {
+            self.surface.ns * self.surface.ng.dot(self.wo).signum()
         } else {
-            self.surface.ng * self.surface.ng.dot(self.wo).signum()
+            self.seen_normal()
         }
+    }
+}
+
+/// How a direction leaves a vertex.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Exit {
+    /// Not at all: shading and geometric side disagree.
+    No,
+    Straight,
+    /// Below the horizon of the facet, above that of the smooth surface it stands for.
+    OverTheFacet,
+}
+
+/// What is around a vertex, for rays that leave it.
+#[derive(Clone, Copy)]
+pub(crate) struct Around<'a, V> {
+    pub scene: &'a Scene,
+    pub visibility: V,
+    /// Seconds within the shutter.
+    pub time: f32,
+    /// Of the alpha that a ray meets.
+    pub key: Key,
+}
+
+impl<V: Visibility> Around<'_, V> {
+    /// Whether anything is in the way of `ray`.
+    pub fn blocked(&self, ray: &Ray) -> bool {
+        self.visibility.blocked(self.scene, ray, self.time, self.key)
     }
 }
 

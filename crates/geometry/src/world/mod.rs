@@ -107,6 +107,14 @@ impl World {
         }
     }
 
+    /// From a hit to the smooth surface that the normals of its triangle's corners span above it, on the side that `up`
+    /// points to; zero where they span none, and on shapes. An *approximation* of the surface that the triangles stand
+    /// for [Hanika 2021].
+    pub fn lift(&self, hit: &Hit, up: Vec3, time: f32) -> Vec3 {
+        let object = self.objects.get(hit.object as usize);
+        object.map_or(Vec3::ZERO, |object| object.lift(hit, up, self.held(time)))
+    }
+
     /// Interpolated texture coordinates; zero when the mesh has none. Shapes have their own.
     pub fn uv(&self, hit: &Hit, set: usize) -> Vec2 {
         match self.body(hit.object) {

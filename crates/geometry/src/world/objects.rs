@@ -92,6 +92,21 @@ impl Object {
         }
     }
 
+    pub fn lift(&self, hit: &Hit, up: Vec3, time: f64) -> Vec3 {
+        let Body::Mesh(mesh) = &self.body else { return Vec3::ZERO };
+        let Some(normals) = mesh.values(&mesh.normals, hit.primitive) else { return Vec3::ZERO };
+        let corners = mesh.corners(hit.primitive).map(Vec3::as_dvec3);
+        let normals = normals.map(Vec3::as_dvec3);
+        let (corners, normals) = match self.pose(time) {
+            None => (corners, normals),
+            Some(pose) => {
+                let map = pose.normals();
+                (corners.map(|p| pose.to_world.transform_point3(p)), normals.map(|n| map.apply(n)))
+            }
+        };
+        crate::surface::lift(corners, normals, hit.u, hit.v, up.as_dvec3()).as_vec3()
+    }
+
     pub fn tangent(&self, hit: &Hit, time: f64) -> Option<Vec4> {
         let Body::Mesh(mesh) = &self.body else { return None };
         let tangent = mesh.tangent_at(hit.primitive, hit.u, hit.v)?;
