@@ -191,3 +191,30 @@ fn rays_in_face_planes_and_along_axes_hit() {
         }
     }
 }
+
+/// Strips of a wall, cut along an axis, and rays from near by to beside the cuts. The edge test knows a cut to within
+/// roundings of the strips' length, the box test to within roundings of the ray's: only padded boxes hold both.
+#[test]
+fn rays_to_the_cuts_of_a_wall_from_near_by_hit() {
+    for turn in 0..3 {
+        let turned = |p: Vec3| [p, Vec3::new(p.y, p.z, p.x), Vec3::new(p.z, p.x, p.y)][turn];
+        let strip = |k: i32| {
+            let (a, b) = (k as f32 / 8.0, (k + 1) as f32 / 8.0);
+            let corners = [(a, -1.0), (b, -1.0), (b, 1.0), (a, 1.0)].map(|(x, y)| turned(Vec3::new(x, y, 0.0)));
+            [[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[3]]]
+        };
+        let triangles: Vec<[Vec3; 3]> = (-8..8).flat_map(strip).collect();
+        for kernel in Kernel::available() {
+            let tree = Tree::build(&triangles).with_kernel(kernel);
+            let mut noise = Noise(13);
+            let missed = (0..100_000).filter(|i| {
+                let cut = (noise.next() * 7.4).round() / 8.0;
+                let target = Vec3::new(cut + 1e-7 * noise.next(), 0.9 * noise.next(), 0.0);
+                let d = noise.vec().normalize();
+                let o = target - d * 10f32.powi(-1 - i % 5);
+                o.z * d.z < 0.0 && tree.closest(&Ray::new(turned(o), turned(d)), &Any).is_none()
+            });
+            assert_eq!(missed.count(), 0, "{} turn {turn}", kernel.name());
+        }
+    }
+}
