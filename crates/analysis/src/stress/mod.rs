@@ -17,8 +17,10 @@ mod samples;
 mod scale;
 mod shading;
 mod sky;
+mod spheres;
 mod system;
 mod transforms;
+mod triangles;
 
 pub use crate::tally::Outcome;
 use std::panic::catch_unwind;
@@ -107,9 +109,11 @@ impl Case {
 
 /// All cases, by id.
 pub fn catalogue() -> Vec<Case> {
-    let families: [&[Case]; 16] = [
+    let families: [&[Case]; 18] = [
         scale::CASES,
         hits::CASES,
+        triangles::CASES,
+        spheres::CASES,
         leaving::CASES,
         motion::CASES,
         transforms::CASES,
