@@ -1,12 +1,11 @@
 //! Rough mirrors under a cap and under half a sky (SCIENCE E13), found by chance and aimed at as well.
 
-use crate::common::maps::midpoint_bound;
+use crate::caps::{aimed_at, found_by_chance};
 use crate::common::tracers::*;
 use crate::common::*;
 use dapple_integrator::Effect;
 use dapple_lights::Environment;
 use dapple_materials::Mirror;
-use dapple_sampling::Pattern;
 use dapple_scene::{Scene, TexturedMaterial};
 use dapple_testkit::closed_form::{ggx_cap, linear_edge};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
@@ -22,46 +21,19 @@ const CAPS: [(f32, f64); 4] = [(0.2, 0.05), (0.5, 0.4), (0.7, 0.9), (1.0, 1.2)];
 #[test]
 fn a_cap_found_by_chance() {
     for (roughness, theta) in CAPS {
-        let scene = metal_under(roughness, theta, shadeless(1.0));
-        let camera = scene.cameras[0].camera.clone();
         let exact = ggx_cap(f64::from(roughness).powi(2), theta);
-        for tracer in TRACERS {
-            for pattern in PATTERNS {
-                // The weight is at most 1 and falls with the angle, which is the second coordinate's; cut off at the cap
-                // it varies by 1. It does not vary with the first.
-                let side = if pattern == Pattern::Grid { 64 } else { 4 };
-                let settings = one_pixel(tracer, pattern, &[(Effect::Glossy, [side; 2])], side * side);
-                let bound = midpoint_bound([0.0, 1.0], [side; 2]);
-                let what = format!("roughness {roughness}, {tracer:?} {pattern}");
-                if pattern == Pattern::Grid {
-                    let mean = values(&scene, &camera, &settings, 0)[0];
-                    assert!((mean - exact).abs() <= bound, "{what}: {mean}, exact {exact}, bound {bound}");
-                } else {
-                    let moments = replicas(&scene, &camera, &settings, 1000)[0];
-                    assert_mean_known_to(&what, &moments, exact, 0.02 * exact);
-                }
-            }
-        }
+        let scene = metal_under(roughness, theta, shadeless(1.0));
+        found_by_chance(&format!("roughness {roughness}"), &scene, exact, Effect::Glossy, 1.0);
     }
 }
 
-/// The same light as a light: points on it and directions of the lobe share the work.
+/// The same light as a light.
 #[test]
 fn a_cap_aimed_at() {
     for (roughness, theta) in CAPS {
-        let scene = metal_under(roughness, theta, matte(0.0, 1.0));
-        let camera = scene.cameras[0].camera.clone();
         let exact = ggx_cap(f64::from(roughness).powi(2), theta);
-        for tracer in TRACERS {
-            for pattern in UNBIASED {
-                // Unequal counts: the weights must know them.
-                let plans = [(Effect::Light, [3, 3]), (Effect::Glossy, [2, 1])];
-                let settings = one_pixel(tracer, pattern, &plans, 9);
-                let moments = replicas(&scene, &camera, &settings, 1500)[0];
-                let what = format!("roughness {roughness}, {tracer:?} {pattern}");
-                assert_mean_known_to(&what, &moments, exact, 0.02 * exact);
-            }
-        }
+        let scene = metal_under(roughness, theta, matte(0.0, 1.0));
+        aimed_at(&format!("roughness {roughness}"), &scene, exact, Effect::Glossy);
     }
 }
 
@@ -70,7 +42,7 @@ fn a_cap_aimed_at() {
 fn half_a_sky() {
     for roughness in [0.3f32, 0.7, 1.0] {
         let height = 1e-3;
-        // Beside the diagonal of the metal: on an edge of a triangle a hit is moved by half its error bound, along with the
+        // Beside the diagonal of the metal: on an edge of a triangle a hit is moved by some error bounds, along with the
         // sky it sees.
         let eye = DVec3::new(0.0, 3e-3, 0.5 * height);
         let mut builder = seen_in_parallel(eye, DVec3::NEG_Z, DVec3::Y, 1e-8);

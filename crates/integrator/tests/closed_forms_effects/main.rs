@@ -6,6 +6,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod caps;
 mod defocus;
 mod edges;
 mod gloss;
