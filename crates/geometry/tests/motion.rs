@@ -183,7 +183,7 @@ fn where_nothing_moves_yet_a_moving_object_equals_a_static_one() {
 #[test]
 fn a_moving_object_equals_its_transformed_mesh() {
     let mut noise = Noise(3);
-    let mut compared = 0;
+    let (mut compared, mut lifted) = (0, 0);
     for _ in 0..20 {
         let motion = wild(&mut noise);
         let ball = sphere(2, 1.0, Vec3::ZERO);
@@ -216,12 +216,17 @@ fn a_moving_object_equals_its_transformed_mesh() {
                     assert!((a.t / b.t - 1.0).abs() < 1e-4, "{a:?} {b:?}");
                     assert!((s.p - e.p).length() < 1e-4 * (hi - lo).length());
                     assert!((s.ng - e.ng).length() < 1e-3 && (s.ns - e.ns).length() < 1e-3, "{s:?} {e:?}");
+                    for up in [s.ng, -s.ng] {
+                        let lifts = [world.lift(&a, up, time), expected.lift(&b, up, 0.0)];
+                        assert!(lifts[0].distance(lifts[1]) < 1e-4 * (hi - lo).length(), "{lifts:?}");
+                        lifted += usize::from(lifts[0].length() > 1e-3 * (hi - lo).length());
+                    }
                     compared += 1;
                 }
             }
         }
     }
-    assert!(compared > 2000, "{compared}");
+    assert!(compared > 2000 && lifted > compared / 2, "{compared} {lifted}");
 }
 
 #[test]

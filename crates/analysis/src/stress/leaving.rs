@@ -6,7 +6,7 @@ use crate::scenes::{ball, cube};
 use crate::tally::Tally;
 use dapple_integrator::geometry::shapes::Sphere;
 use dapple_integrator::geometry::{Hit, Mesh, Opaque, Ray, World, WorldBuilder};
-use glam::Vec3;
+use glam::{DQuat, DVec2, Vec3};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -106,6 +106,53 @@ pub(super) fn beside_edges(tally: &mut Tally, points: u32) {
         }
         tally.none(format!("leaks beside an edge, radius {r} at {shift}"), leaks);
         tally.none(format!("rays back onto the wall beside an edge, radius {r} at {shift}"), back);
+    }
+}
+
+/// A closed prism of length 2, turned and moved, of which two walls of width 1 meet in an edge at `angle`. Triangles 3 and 6
+/// have that edge.
+fn prism(angle: f64, noise: &mut Noise, away: f64) -> Mesh {
+    let turn =
+        DQuat::from_axis_angle(noise.direction().as_dvec3().normalize(), 6.0 * f64::from(noise.unit()));
+    let offset = noise.direction().as_dvec3() * away;
+    let section = [DVec2::ZERO, DVec2::X, DVec2::from_angle(angle)];
+    let corner = |i: usize| turn * section[i % 3].extend(if i < 3 { -1.0 } else { 1.0 }) + offset;
+    Mesh {
+        positions: (0..6).map(|i| corner(i).as_vec3()).collect(),
+        triangles: vec![
+            [0, 2, 1],
+            [3, 4, 5],
+            [0, 1, 4],
+            [0, 4, 3],
+            [1, 2, 5],
+            [1, 5, 4],
+            [2, 0, 3],
+            [2, 3, 5],
+        ],
+        ..Mesh::default()
+    }
+}
+
+/// From points a few ulp from a sharp edge of a closed body, rays into it must hit a wall.
+pub(super) fn in_sharp_edges(tally: &mut Tally, points: u32) {
+    for degrees in [90, 60, 45, 30, 20] {
+        let (mut noise, mut leaks) = (Noise(77), 0);
+        for away in [0.0, 1.0, 10.0, 100.0] {
+            let world = world_of(prism(f64::from(degrees).to_radians(), &mut noise, away));
+            for i in 0..points {
+                let (tiny, s) = (f32::EPSILON * (i % 8) as f32, 0.05 + 0.9 * noise.unit());
+                // Corner 1 of triangle 3 and corner 0 of triangle 6 lie opposite to the edge.
+                let (primitive, u, v) =
+                    if i % 2 == 0 { (3, tiny, s) } else { (6, s * (1.0 - tiny), (1.0 - s) * (1.0 - tiny)) };
+                let hit = Hit { t: 1.0, u, v, primitive, object: 0 };
+                let surface = world.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
+                let d = noise.direction();
+                let d = if d.dot(surface.ng) > 0.0 { -d } else { d };
+                let inward = Ray::new(surface.origin_towards(d), d);
+                leaks += u64::from(world.closest(&inward, 0.0, &Opaque).is_none());
+            }
+        }
+        tally.none(format!("leaks from an edge of {degrees}°"), leaks);
     }
 }
 
