@@ -200,7 +200,8 @@ fn rays_to_the_cuts_of_a_wall_from_near_by_hit() {
         let turned = |p: Vec3| [p, Vec3::new(p.y, p.z, p.x), Vec3::new(p.z, p.x, p.y)][turn];
         let strip = |k: i32| {
             let (a, b) = (k as f32 / 8.0, (k + 1) as f32 / 8.0);
-            let corners = [(a, -1.0), (b, -1.0), (b, 1.0), (a, 1.0)].map(|(x, y)| turned(Vec3::new(x, y, 0.0)));
+            let corners =
+                [(a, -1.0), (b, -1.0), (b, 1.0), (a, 1.0)].map(|(x, y)| turned(Vec3::new(x, y, 0.0)));
             [[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[3]]]
         };
         let triangles: Vec<[Vec3; 3]> = (-8..8).flat_map(strip).collect();
