@@ -320,16 +320,20 @@ fn stated_errors_are_true_on_every_scene() {
         let all: Vec<[f64; 3]> = (1..=16).map(one).collect();
         let rms = |i: usize| (all.iter().map(|x| x[i] * x[i]).sum::<f64>() / 16.0).sqrt();
         let inside = all.iter().filter(|x| (0.8..=1.5).contains(&(x[1] / x[0]))).count();
+        // Binomial (16, 0.95) is below 12 once in 10³.
+        let held = all.iter().filter(|x| x[0] <= x[2]).count();
         let row = format!(
-            "| {scene} | {:.2} % | {} | {:.2} | {} | {inside} of 16 | {} of 16 |",
+            "| {scene} | {:.2} % | {} | {:.2} | {} | {inside} of 16 | {held} of 16 |",
             100.0 * rms(0),
             middle(all.iter().map(|x| x[0] / rms(0)).collect()),
             rms(1) / rms(0),
             middle(all.iter().map(|x| x[1] / x[0]).collect()),
-            all.iter().filter(|x| x[0] <= x[2]).count(),
         );
         println!("{row}");
-        if inside < 15 || !(0.8..=1.25).contains(&(rms(1) / rms(0))) {
+        // Where the error itself varies by more than a factor of two, a handful of events make it up, which no picture
+        // knows of that has not seen them.
+        let knowable = all.iter().all(|x| (0.5..2.0).contains(&(x[0] / rms(0))));
+        if held < 12 || (knowable && (inside < 15 || !(0.8..=1.25).contains(&(rms(1) / rms(0))))) {
             outside.push(row);
         }
     }
