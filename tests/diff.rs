@@ -119,6 +119,11 @@ fn every_format_is_read() {
         assert!(json["max_error"].as_f64().unwrap() < 4e-3, "{json}");
         assert_eq!(json["flip_hdr"].is_number(), flips);
     }
+    // Too small for the window of SSIM; large enough.
+    for (name, size, ssim) in [("a.exr", 5, None), ("large.exr", 12, Some(1.0))] {
+        save(folder.path(), "large.exr", &Picture::filled(size, size, Vec3::ONE));
+        assert_eq!(well(folder.path(), &["diff", name, name, "--json"]).json()["ssim"].as_f64(), ssim);
+    }
     let equal = well(folder.path(), &["diff", "a.exr", "a.exr", "--json"]).json();
     assert_eq!((&equal["mse"], &equal["flip"]), (&0.0.into(), &0.0.into()));
     assert!(equal["psnr"].is_null());

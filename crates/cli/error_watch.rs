@@ -7,9 +7,8 @@ pub use dapple_analysis::estimate::Estimate;
 use dapple_analysis::estimate::{Doublings, Way, replicate, within};
 use dapple_analysis::statistics;
 use dapple_integrator::camera::{Camera, Film};
-use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Checkpoint, Method, Outcome, Settings, Spread};
+use dapple_integrator::{Checkpoint, Outcome, Settings, Spread};
 use serde_json::json;
 use std::cell::Cell;
 use std::fs::File;
@@ -25,7 +24,16 @@ const FEWEST: u32 = 64;
 /// A guess so much above the limit leaves no hope that the error is below it.
 const HOPE: f64 = 1.5;
 
-/// Looks at a render while its samples double.
+/// The next look is where the bound is expected to be this part of the limit: chance may make it larger.
+const AIM: f64 = 0.95;
+
+/// But not before the samples are so many times as many: each look costs time and confidence.
+const STEP: f64 = 1.125;
+
+/// Points of the path tracer in sets of their own come in so many.
+const WHOLE: u32 = 16;
+
+/// Looks at a render while its samples double, and between where that is worth it.
 pub struct ErrorWatch<'a> {
     scene: &'a Scene,
     camera: &'a Camera,
@@ -36,6 +44,8 @@ pub struct ErrorWatch<'a> {
     limit: Option<f64>,
     /// How often it was looked whether the limit holds.
     looks: i32,
+    /// Samples before which it is not worth looking again.
+    next: Option<u32>,
     log: Option<(PathBuf, File)>,
     bar: &'a Bar,
     /// What was found when the limit held.
@@ -72,6 +82,7 @@ impl<'a> ErrorWatch<'a> {
             confidence: options.confidence.unwrap_or(statistics::CONFIDENCE),
             limit: options.error_limit,
             looks: 0,
+            next: None,
             log: options.log.as_ref().map(open).transpose()?,
             bar,
             held: None,
@@ -90,54 +101,59 @@ impl<'a> ErrorWatch<'a> {
     /// The error by how the picture changed; measured where it may be below the limit.
     fn guess(&mut self, at: &Checkpoint<'_>) -> Option<Estimate> {
         let doublings = self.doublings.as_mut()?;
-        let film = at.film();
-        doublings.add(at.spp, film.mean());
-        let guess = doublings.estimate(self.confidence)?;
+        if !at.between {
+            doublings.add(at.spp, at.film().mean());
+        }
+        let (guess, rate) = (doublings.estimate(self.confidence)?, doublings.rate());
         self.bar.set_error(Some(guess.error));
-        let limit = self.limit.filter(|limit| at.spp >= FEWEST && guess.error <= HOPE * limit);
+        let limit = self.limit.filter(|limit| match self.next {
+            None => at.spp >= FEWEST && guess.error <= HOPE * limit,
+            Some(next) => at.spp >= next,
+        });
         let Some(limit) = limit else { return Some(guess) };
         self.looks += 1;
-        let measured = self.measure(&film, at.spp, at.spread).unwrap_or(guess);
+        let measured = self.measure(&at.film(), at.spp, at.spread).unwrap_or(guess);
         self.held = Some(measured).filter(|e| e.bound <= limit);
+        let next = self.worth(at.spp, measured, limit, rate);
+        at.also_at(next);
+        self.next = Some(next);
         Some(measured)
+    }
+
+    /// The samples at which a bound of the next look's confidence is likely to be below the limit, when `spp` samples had
+    /// the error `found` and its square falls by `rate`; whole sets of points.
+    fn worth(&self, spp: u32, found: Estimate, limit: f64, rate: f64) -> u32 {
+        let [this, next] = [0, 1].map(|more| self.confidence(self.looks + more));
+        let more = found.growth(AIM * limit, rate, [this, next]);
+        let samples = f64::from(spp) * if more.is_finite() { more.max(STEP) } else { STEP };
+        (samples as u32).checked_next_multiple_of(WHOLE).unwrap_or(u32::MAX)
     }
 
     /// Whoever looks again and again, and stops when a bound happens to be small, is wrong more often than each bound is.
     /// So of the chance to be wrong the first look gets half, the next one half of what is left: all together stay below
     /// it (Boole's inequality).
-    fn confidence(&self) -> f64 {
-        1.0 - (1.0 - self.confidence) * 0.5f64.powi(self.looks)
+    fn confidence(&self, looks: i32) -> f64 {
+        1.0 - (1.0 - self.confidence) * 0.5f64.powi(looks)
     }
 
     /// The error of a picture of `spp` samples; renders a small part of it again where that is the only way.
     fn measure(&self, film: &Film, spp: u32, spread: Option<&Arc<Spread>>) -> Option<Estimate> {
         let start = Instant::now();
         let found = match self.way {
-            Way::None => None,
-            Way::Within => within(film, self.confidence()),
-            Way::Replicate => {
-                let settings = Settings { spread: spread.cloned(), ..self.repeatable(spp)? };
-                replicate(self.scene, self.camera, &settings, film, self.confidence())
+            Way::Within => within(film, self.confidence(self.looks)),
+            Way::Replicate if self.is_whole(spp) => {
+                let settings = Settings { spread: spread.cloned(), ..self.settings.clone() };
+                replicate(self.scene, self.camera, &settings, (film, spp), self.confidence(self.looks))
             }
+            _ => None,
         };
         self.seconds.set(self.seconds.get() + start.elapsed().as_secs_f64());
         found
     }
 
-    /// Settings that render `spp` samples of the same kind; `None` where no render of other sets stops at so many.
-    fn repeatable(&self, spp: u32) -> Option<Settings> {
-        let settings = self.settings.clone();
-        match settings.samples() {
-            _ if settings.method == Method::Path && settings.pattern == Pattern::Sobol => {
-                Some(Settings { spp: Some(spp), ..settings })
-            }
-            Some(whole) => (whole == spp).then_some(settings),
-            // Repeated sets are looked at when their number has doubled.
-            None => {
-                let sets = spp / settings.round();
-                (sets.is_power_of_two() && spp.is_multiple_of(settings.round())).then_some(settings)
-            }
-        }
+    /// Part of the distribution tracer's points is not the picture: cells come in order.
+    fn is_whole(&self, spp: u32) -> bool {
+        spp.is_multiple_of(self.settings.round())
     }
 
     fn write(&mut self, (seconds, spp, rays): (f64, u32, u64), known: Option<Estimate>) {

@@ -7,7 +7,7 @@
 //! - [`within`]: for independent samples their variance within each pixel is the answer, at no cost. Points that are
 //!   spread evenly have errors far below it.
 //! - [`replicate`]: whatever the points, half the squared difference of two independent renders is their variance. So a
-//!   small part of the finished picture is rendered once more with another seed.
+//!   few pixels of the finished picture are rendered once more with another seed.
 //! - [`Doublings`]: a guess while the render runs, at no cost, where the first half of its points is such a set itself
 //!   (independent points, Sobol points from 16 on, sets that are repeated while there is time). With D_k the change of
 //!   the picture from n_{k−1} = n_k/2 to n_k samples, both halves alike: E D_k² = V_{k−1} − V_k, so that the error left
@@ -46,6 +46,16 @@ impl Estimate {
         let chance = libm::exp(statistics::normal(confidence) * spread);
         let (error, bound) = (mse.sqrt() / level, (high * chance).sqrt() / level);
         (error.is_finite() && bound.is_finite() && level > 0.0).then_some(Self { error, bound })
+    }
+}
+
+impl Estimate {
+    /// How many times the samples are at which a bound is expected to be `limit`, for squared errors that fall with the
+    /// samples by the exponent `rate`. This bound is of the confidence `of[0]`, that one of `of[1]`, as wide in proportion.
+    pub fn growth(&self, limit: f64, rate: f64, of: [f64; 2]) -> f64 {
+        let [this, other] = of.map(statistics::normal);
+        let width = libm::pow(self.bound / self.error, other / this);
+        libm::pow(self.error * width / limit, 2.0 / rate)
     }
 }
 
@@ -94,4 +104,21 @@ fn level(mean: glam::Vec3) -> f64 {
 fn sum_and_spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (sum, squares) = values.fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
     (sum, if sum > 0.0 { squares / (sum * sum) } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A bound of one and a half times the error is at the limit when the error is two thirds of it.
+    #[test]
+    fn samples_grow_as_errors_fall() {
+        let found = Estimate { error: 0.04, bound: 0.06 };
+        let growth = |rate, of| found.growth(0.02, rate, of);
+        assert!((growth(1.0, [0.95, 0.95]) - 9.0).abs() < 1e-9);
+        assert!((growth(2.0, [0.95, 0.95]) - 3.0).abs() < 1e-9);
+        // Twice the standard deviations: 1.5² in place of 1.5.
+        let twice = [statistics::CONFIDENCE, 0.999_498_54];
+        assert!((growth(2.0, twice) - 4.5).abs() < 1e-4, "{}", growth(2.0, twice));
+    }
 }

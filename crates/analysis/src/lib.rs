@@ -1,7 +1,8 @@
 //! How wrong is a picture, and how fast does a method get it right?
 //!
-//! [`metrics`] compares pictures in linear radiance, [`flip`] as an eye would, [`heat`] shows where the errors are. [`curve`] says how
-//! fast an error falls with samples and seconds, and [`statistics`] how sure that is. [`converge`] renders the same scene
+//! [`metrics`] compares pictures in linear radiance, [`flip`] as an eye would, [`ssim`] by their structure, [`heat`] shows
+//! where the errors are. [`curve`] says how fast an error falls with samples and seconds, and [`statistics`] how sure that
+//! is. [`converge`] renders the same scene
 //! by several methods; [`results`], [`plot`] and [`report`] say what came out.
 //! [`stress`] is the catalogue of stiff and extreme cases, [`verify`] holds the tracers against [`closed_form`]s.
 //! Pictures are linear Rec.709, row by row from the top left, whoever made them.
@@ -21,6 +22,7 @@ pub mod plot;
 pub mod report;
 pub mod results;
 mod scenes;
+pub mod ssim;
 pub mod statistics;
 pub mod stress;
 mod tally;

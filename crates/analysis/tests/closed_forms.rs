@@ -194,10 +194,11 @@ fn stated_errors_are_the_true_ones() {
 
 fn stated_and_true(scene: &Scene, settings: &Settings, exact: &Picture) -> (Estimate, f64) {
     let camera = &scene.cameras[0].camera;
-    let film = render(scene, camera, settings, &|_| ControlFlow::Continue(())).film;
+    let outcome = render(scene, camera, settings, &|_| ControlFlow::Continue(()));
+    let (film, spp) = (outcome.film, outcome.stats.spp);
     let found = match Way::of(settings) {
         Way::Within => within(&film, 0.95),
-        _ => replicate(scene, camera, settings, &film, 0.95),
+        _ => replicate(scene, camera, settings, (&film, spp), 0.95),
     };
     let truth = compare(&film.mean(), exact, &Scale::default()).unwrap().overall.relative_rmse;
     (found.unwrap(), truth)

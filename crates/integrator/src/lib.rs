@@ -43,7 +43,9 @@ pub use effects::{Combine, Effect, Plans};
 pub use forecast::{Forecast, forecast};
 pub use ledger::Ledger;
 pub use plan::{RenderPlan, plan};
-pub use render::{BadSample, Checkpoint, Look, Outcome, Progress, Stats, render, render_watched};
+pub use render::{
+    BadSample, Checkpoint, Look, Outcome, Progress, Stats, render, render_pixels, render_watched,
+};
 pub use replay::{PathVertex, replay};
 pub use settings::{Method, Settings};
 pub use spread::{PILOT, Spread};

@@ -13,6 +13,7 @@ use dapple_camera::{Camera, Film};
 use dapple_imaging::Layers;
 use dapple_scene::Scene;
 use pilot::Pilot;
+use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -21,8 +22,10 @@ use std::time::{Duration, Instant};
 mod checkpoint;
 mod layers;
 mod pilot;
+mod pixels;
 
 pub use checkpoint::{Checkpoint, Look};
+pub use pixels::render_pixels;
 
 /// How far a render is; told a few times a second.
 #[derive(Clone, Copy, Debug)]
@@ -100,8 +103,8 @@ pub fn render(
 }
 
 /// As [`render`], and shows the picture at growing sample counts: at n, n/2, n/4, … of the n samples asked for (rounded
-/// down), or at 1, 2, 4, … where only time limits the render; of the distribution tracer whole pixels alone. Looking
-/// changes no bit of the picture, and its time is not counted as rendering. `look` may say that it is enough; such a
+/// down), or at 1, 2, 4, … where only time limits the render, and where [`Checkpoint::also_at`] asked for it; of the
+/// distribution tracer whole pixels alone. Looking changes no bit of the picture, and its time is not counted as rendering. `look` may say that it is enough; such a
 /// render counts as finished, not as stopped.
 pub fn render_watched(
     scene: &Scene,
@@ -127,9 +130,10 @@ fn run(
     let watch = Watch::new(settings, progress);
     let mut pilot = Pilot::new(settings, &mut tiles);
     let mut spp = 0;
-    let mut looking = Duration::ZERO;
+    let (mut looking, mut asked) = (Duration::ZERO, None);
     while let Some(mut end) = watch.next_pass(spp) {
-        let stop_at = checkpoint::next(settings, spp);
+        let regular = checkpoint::next(settings, spp);
+        let stop_at = asked.filter(|n| *n > spp && *n < regular).unwrap_or(regular);
         if look.is_some() {
             end = end.min(stop_at);
         }
@@ -145,14 +149,17 @@ fn run(
         if let Some(look) = look.as_mut().filter(|_| spp == stop_at) {
             let now = Instant::now();
             let seconds = (now - watch.start - looking).as_secs_f64();
-            let enough = look(&Checkpoint {
+            let at = Checkpoint {
                 spp,
                 seconds,
                 rect: settings.rect(),
                 tiles: &tiles,
                 spread: pilot.spread.as_ref(),
-            })
-            .is_break();
+                between: spp != regular,
+                asked: Cell::new(asked),
+            };
+            let enough = look(&at).is_break();
+            asked = at.asked.get().map(|n| n.next_multiple_of(settings.round()));
             looking += now.elapsed();
             if enough {
                 break;

@@ -1,7 +1,7 @@
 //! Looking at a render while it runs changes nothing of it.
 
 use dapple_integrator::sampling::Pattern;
-use dapple_integrator::{Settings, render, render_watched, scene};
+use dapple_integrator::{Method, Settings, render, render_pixels, render_watched, scene};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
@@ -45,6 +45,59 @@ fn sequences_can_be_looked_at() {
         let alone = render(&scene, camera, &settings(pattern, 16), &|_| ControlFlow::Continue(()));
         assert_eq!(at_16, Some(alone.film));
     }
+}
+
+/// Single pixels are those of the picture, whatever the points.
+#[test]
+fn pixels_alone() {
+    let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
+    let camera = &scene.cameras[0].camera;
+    let tree = Settings { method: Method::Distribution, ..settings(Pattern::Sobol, 1) };
+    let paths = [Pattern::Sobol, Pattern::Stratified, Pattern::Random].map(|p| settings(p, 24));
+    let adaptive = Settings { adaptive: true, ..settings(Pattern::Sobol, 24) };
+    for settings in paths.into_iter().chain([tree, adaptive]) {
+        let whole = render(&scene, camera, &settings, &|_| ControlFlow::Continue(()));
+        let pixels = [(3, 2), (19, 11), (3, 2), (0, 7)];
+        let spread = whole.spread.clone();
+        let found = render_pixels(&scene, camera, &Settings { spread, ..settings }, whole.stats.spp, &pixels);
+        assert_eq!(found, pixels.map(|(x, y)| whole.film.mean_at(x, y)));
+        assert!(render_pixels(&scene, camera, &Settings::default(), 1, &[]).is_empty());
+    }
+}
+
+/// Who asks for it sees the picture between two doublings.
+#[test]
+fn asked_looks() {
+    let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
+    let camera = &scene.cameras[0].camera;
+    let seen = |settings: &Settings, ask: &[(u32, u32)]| {
+        let mut seen = Vec::new();
+        render_watched(&scene, camera, settings, &|_| ControlFlow::Continue(()), &mut |at| {
+            assert_eq!(at.film().count(3, 3), u64::from(at.spp));
+            seen.push((at.spp, at.between));
+            ask.iter().filter(|(n, _)| *n == at.spp).for_each(|(_, more)| at.also_at(*more));
+            ControlFlow::Continue(())
+        });
+        seen
+    };
+    let found = seen(&settings(Pattern::Sobol, 32), &[(4, 21), (16, 20), (20, 5), (21, 27)]);
+    let regular = |n: u32| (n, false);
+    // At 16 another count was asked for in place of 21, at 20 one that was past.
+    assert_eq!(
+        found,
+        [1, 2, 4, 8, 16].map(regular).into_iter().chain([(20, true), (32, false)]).collect::<Vec<_>>()
+    );
+    let time_limit = Some(Duration::from_secs(1000));
+    let tree = Settings { method: Method::Distribution, time_limit, ..settings(Pattern::Sobol, 1) };
+    let mut counts = Vec::new();
+    render_watched(&scene, camera, &tree, &|_| ControlFlow::Continue(()), &mut |at| {
+        counts.push(at.spp);
+        if at.spp == 32 {
+            at.also_at(40);
+        }
+        if at.spp >= 48 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert_eq!(counts, [16, 32, 48]);
 }
 
 /// Enough is no interruption, and looking takes no render time.

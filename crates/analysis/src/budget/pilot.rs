@@ -9,8 +9,9 @@ use std::ops::ControlFlow;
 /// Samples of every pixel, by the path tracer.
 const FIRST: u32 = 8;
 
-/// Blocks that stand for the picture.
+/// Blocks that stand for the picture, and their side in pixels.
 const BLOCKS: usize = 96;
+const SIDE: u32 = 8;
 
 /// Pairs of samples per pixel of a block for the split by effect.
 const PAIRS: u32 = 4;
@@ -38,7 +39,7 @@ impl<'a> Pilot<'a> {
             scene,
             camera,
             settings,
-            blocks: blocks::chosen(settings.rect(), &within, settings.seed, BLOCKS),
+            blocks: blocks::chosen(settings.rect(), SIDE, &within, settings.seed, BLOCKS),
             mean: f64::from(mean.x + mean.y + mean.z) / 3.0,
             path_cost: cost(&outcome, FIRST),
         }

@@ -69,22 +69,36 @@ impl Doublings {
         Estimate::new(mse, high, spread, level, confidence)
     }
 
-    /// The sum of all changes to come. Over two doublings, if there are three: Sobol points gain unevenly, more at
-    /// every other power of two.
+    /// The exponent by which the squared error falls with the samples, as far as it is known: 1 for independent ones.
+    pub fn rate(&self) -> f64 {
+        let left = left(&self.whole_changes()).filter(|_| self.sobol);
+        left.map_or(1.0, |left| -libm::log2(left))
+    }
+
+    fn whole_changes(&self) -> Vec<f64> {
+        self.changes.iter().filter(|c| c.from >= self.whole).map(|c| c.square).collect()
+    }
+
+    /// The sum of all changes to come, of which each two together are so much of the two before. Over two doublings, if
+    /// there are three.
     fn sobol_mse(&self) -> Option<f64> {
-        let whole: Vec<f64> =
-            self.changes.iter().filter(|c| c.from >= self.whole).map(|c| c.square).collect();
-        match whole[..] {
-            [.., a, b, c] => {
-                let ratio = clamped(c / a, 2);
-                Some((b + c) * ratio / (1.0 - ratio))
-            }
-            [a, b] => {
-                let ratio = clamped(b / a, 1);
-                Some(b * ratio / (1.0 - ratio))
-            }
-            _ => None,
+        let changes = self.whole_changes();
+        let left = left(&changes)?;
+        match changes[..] {
+            [.., _, b, c] => Some((b + c) * left * left / (1.0 - left * left)),
+            [.., b] => Some(b * left / (1.0 - left)),
+            [] => None,
         }
+    }
+}
+
+/// What is left of a squared change at the next doubling; over two doublings, if there are three: Sobol points gain
+/// unevenly, more at every other power of two.
+fn left(changes: &[f64]) -> Option<f64> {
+    match changes {
+        [.., a, _, c] => Some(clamped(c / a, 2).sqrt()),
+        [a, b] => Some(clamped(b / a, 1)),
+        _ => None,
     }
 }
 
@@ -154,6 +168,7 @@ mod tests {
                 last: Some((2 * counts[counts.len() - 1], Picture::filled(1, 1, Vec3::ONE))),
                 changes: counts.iter().map(|n| change(*n)).collect(),
             };
+            assert!((doublings(&[16, 32, 64]).rate() - p).abs() < 1e-12);
             let found = doublings(&[8, 16, 32]).estimate(0.5).unwrap();
             assert!((found.error - v(64).sqrt()).abs() < 1e-12, "{p}: {}", found.error);
             assert!(found.bound >= found.error * (1.0 - 1e-12));

@@ -1,106 +1,79 @@
-//! The error from blocks of the picture that are rendered again with other seeds.
+//! The error from some pixels of the picture that are rendered again with other seeds.
 //!
-//! A block that is drawn k times is rendered k times. Of the picture I and the mean Ī of the k others, k/(k+1)·(I − Ī)²
-//! has the expectation of the squared error, and for large k it is the error that this picture has: where few blocks
-//! make up most of the error, it is known well.
+//! A pixel that is drawn k times is rendered k times (up to [`MOST`]). Of its value I in the picture and the mean Ī of the
+//! k others, k/(k+1)·(I − Ī)² has the expectation of the squared error, and for large k it is the error that this picture
+//! has: where few pixels make up most of the error, it is known well.
 
 use super::blocks::{self, Block};
 use super::{Estimate, level, sum_and_spread};
 use dapple_integrator::camera::{Camera, Film, PixelRect};
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Checkpoint, Settings, render, render_watched};
+use dapple_integrator::{Settings, render_pixels};
 use glam::DVec3;
-use std::ops::ControlFlow;
-use std::time::Duration;
 
-/// One block of so many is rendered again.
-const ONE_IN: usize = 32;
-/// But at least so many.
-const LEAST: usize = 64;
+/// Least draws: the squared error of 256 pixels is known to about an eighth where they are alike.
+const LEAST: usize = 256;
 
-/// The error of `film`, a finished render of `settings`. Renders some blocks again: at most a thirty-second of the
-/// picture, or 64 blocks of 8×8 pixels.
+/// No pixel is rendered more often.
+const MOST: u32 = 16;
+
+/// How many pixels are drawn: four rows of a square picture. What so many know of the error does not depend on how
+/// many they were drawn from; the more there are, the likelier is it that few are worse than all others.
+fn draws(rect: PixelRect) -> usize {
+    (4 * rect.area().isqrt()).max(LEAST)
+}
+
+/// The error of `film`, a finished render of `spp` samples by `settings`. Renders some pixels again: a sixteenth of a
+/// picture of 64×64 pixels, less of a larger one.
 pub fn replicate(
     scene: &Scene,
     camera: &Camera,
     settings: &Settings,
-    film: &Film,
+    (film, spp): (&Film, u32),
     confidence: f64,
 ) -> Option<Estimate> {
     let within: Vec<f64> = film.variance().pixels.iter().map(|v| v.as_dvec3().element_sum()).collect();
     let rect = settings.rect();
-    let draws = (blocks::count(rect) / ONE_IN).max(LEAST);
-    let chosen = blocks::chosen(rect, &within, settings.seed, draws);
-    let spp = film.count(rect.x0, rect.y0);
-    let errors = |block: &Block| {
-        let mut sum = vec![DVec3::ZERO; block.rect.area()];
-        for k in 0..block.times {
-            let film = again(scene, camera, &other(settings, block, k), spp);
-            sum.iter_mut().zip(pixels(block.rect)).for_each(|(s, (x, y))| *s += film.mean_at(x, y));
-        }
-        squares(film, &sum, block)
-    };
-    let errors = blocks::each(&chosen, settings.threads, errors);
-    judged(&chosen, &errors, &within, level(film.mean().mean()), confidence)
+    let drawn = blocks::drawn(rect, 1, &within, settings.seed, draws(rect));
+    let mut sums = vec![DVec3::ZERO; drawn.len()];
+    for k in 0..MOST {
+        let again: Vec<usize> = (0..drawn.len()).filter(|i| drawn[*i].times > k).collect();
+        let pixels: Vec<(u32, u32)> = again.iter().map(|i| pixel(&drawn[*i])).collect();
+        let means = render_pixels(scene, camera, &other(settings, k), spp, &pixels);
+        again.iter().zip(means).for_each(|(i, mean)| sums[*i] += mean);
+    }
+    let errors: Vec<f64> = drawn.iter().zip(&sums).map(|(b, sum)| square(film, b, *sum)).collect();
+    judged(&drawn, &errors, &within, level(film.mean().mean()), confidence)
 }
 
-/// From the squared errors of the `chosen` blocks' pixels, weighted, and the variances `within` all pixels, both summed
-/// over channels.
-fn judged(
-    chosen: &[Block],
-    errors: &[Vec<f64>],
-    within: &[f64],
-    level: f64,
-    confidence: f64,
-) -> Option<Estimate> {
-    let (sum, noise) = sum_and_spread(errors.iter().flatten().copied());
-    let mse = sum / (3 * within.len()) as f64;
-    let whole = chosen.iter().map(|b| b.rect.area()).sum::<usize>() == within.len();
-    let blocks: Vec<f64> = errors.iter().map(|e| e.iter().sum()).collect();
-    // Differences between blocks have the noise of their pixels in them.
-    let spread = if whole { noise } else { noise.max(blocks::spread(chosen, &blocks)) };
+fn pixel(block: &Block) -> (u32, u32) {
+    (block.rect.x0, block.rect.y0)
+}
+
+/// The same by other numbers, for each k others.
+fn other(settings: &Settings, k: u32) -> Settings {
+    let seed = settings.seed ^ 0x5eed_5eed_5eed_5eed ^ (u64::from(k) << 32);
+    Settings { seed, aovs: Vec::new(), ..settings.clone() }
+}
+
+/// The squared error of a pixel, summed over channels and weighted; `sum` is of its other renders.
+fn square(film: &Film, block: &Block, sum: DVec3) -> f64 {
+    let (k, (x, y)) = (f64::from(block.times.min(MOST)), pixel(block));
+    block.weight * k / (k + 1.0) * (film.mean_at(x, y) - sum / k).length_squared()
+}
+
+/// From the squared errors of the `drawn` pixels, weighted, and the variances `within` all pixels, both summed over
+/// channels.
+fn judged(drawn: &[Block], errors: &[f64], within: &[f64], level: f64, confidence: f64) -> Option<Estimate> {
+    let sum: f64 = errors.iter().sum();
+    // Each draw is a number of its own.
+    let squares: f64 = drawn.iter().zip(errors).map(|(b, e)| e * e / f64::from(b.times)).sum();
+    let spread = if sum > 0.0 { squares / (sum * sum) } else { 0.0 };
     // The true error varies too, as far as few pixels make it up.
     let (known, within_spread) = sum_and_spread(within.iter().copied());
     let own = if known.is_finite() { within_spread } else { spread };
+    let mse = sum / (3 * within.len()) as f64;
     Estimate::new(mse, mse, (spread + own).sqrt(), level, confidence)
-}
-
-/// The same for one block, by other numbers, each time others.
-fn other(settings: &Settings, block: &Block, k: u32) -> Settings {
-    Settings {
-        crop: Some(block.rect),
-        seed: settings.seed ^ 0x5eed_5eed_5eed_5eed ^ (u64::from(k) << 32),
-        threads: Some(1),
-        aovs: Vec::new(),
-        adaptive: false,
-        // Sets that are repeated while there is time are stopped when they are as many.
-        time_limit: settings.time_limit.map(|_| Duration::MAX),
-        ..settings.clone()
-    }
-}
-
-/// As many samples as the film has, `spp`, where the settings do not say how many.
-fn again(scene: &Scene, camera: &Camera, settings: &Settings, spp: u64) -> Film {
-    let go_on = &|_| ControlFlow::Continue(());
-    if settings.samples().is_some() {
-        return render(scene, camera, settings, go_on).film;
-    }
-    let mut look = |at: &Checkpoint<'_>| match u64::from(at.spp) >= spp {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
-    };
-    render_watched(scene, camera, settings, go_on, &mut look).film
-}
-
-/// Squared errors of the block's pixels, summed over channels and weighted; `sum` is of its other renders.
-fn squares(film: &Film, sum: &[DVec3], block: &Block) -> Vec<f64> {
-    let k = f64::from(block.times);
-    let square = |((x, y), sum): ((u32, u32), &DVec3)| (film.mean_at(x, y) - *sum / k).length_squared();
-    pixels(block.rect).zip(sum).map(|p| block.weight * k / (k + 1.0) * square(p)).collect()
-}
-
-fn pixels(r: PixelRect) -> impl Iterator<Item = (u32, u32)> {
-    (r.y0..r.y1).flat_map(move |y| (r.x0..r.x1).map(move |x| (x, y)))
 }
 
 #[cfg(test)]
@@ -108,6 +81,19 @@ mod tests {
     use super::*;
     use dapple_integrator::sampling::Key;
     use dapple_testkit::Rng;
+
+    fn pixels(r: PixelRect) -> impl Iterator<Item = (u32, u32)> {
+        (r.y0..r.y1).flat_map(move |y| (r.x0..r.x1).map(move |x| (x, y)))
+    }
+
+    #[test]
+    fn the_larger_the_picture_the_smaller_the_part() {
+        let share = |side: u32| {
+            let rect = PixelRect { x0: 0, y0: 0, x1: side, y1: side };
+            draws(rect) as f64 / rect.area() as f64
+        };
+        assert_eq!((share(32), share(64), share(128), share(512)), (0.25, 0.0625, 0.03125, 0.0078125));
+    }
 
     /// A picture of independent pixel errors, whose deviations follow `deviation` and are known by their variances within
     /// pixels but for a factor that varies by block, is judged 500 times: how often is its true error within the bound?
@@ -120,16 +106,15 @@ mod tests {
             let mut normal = || rng.normal();
             let errors: Vec<f64> = pixels(rect).map(|p| variance(p).sqrt() * normal()).collect();
             let truth = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
-            let chosen = blocks::chosen(rect, &within, *seed, LEAST);
-            let mut square = |b: &Block, p: (u32, u32)| {
-                let k = f64::from(b.times);
-                let other = variance(p).sqrt() * normal() / k.sqrt();
-                let mine = errors[(p.1 * rect.width() + p.0) as usize];
+            let drawn = blocks::drawn(rect, 1, &within, *seed, draws(rect));
+            let mut square = |b: &Block| {
+                let (k, (x, y)) = (f64::from(b.times.min(MOST)), pixel(b));
+                let other = variance((x, y)).sqrt() * normal() / k.sqrt();
+                let mine = errors[(y * rect.width() + x) as usize];
                 b.weight * 3.0 * k / (k + 1.0) * (mine - other).powi(2)
             };
-            let mut of = |b: &Block| pixels(b.rect).map(|p| square(b, p)).collect();
-            let all: Vec<Vec<f64>> = chosen.iter().map(&mut of).collect();
-            judged(&chosen, &all, &within, 1.0, 0.95).unwrap().bound >= truth.sqrt()
+            let all: Vec<f64> = drawn.iter().map(&mut square).collect();
+            judged(&drawn, &all, &within, 1.0, 0.95).unwrap().bound >= truth.sqrt()
         });
         held.count() as f64 / 500.0
     }

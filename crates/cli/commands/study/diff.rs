@@ -5,7 +5,7 @@ use crate::error::Failure;
 use crate::report;
 use crate::values::Threshold;
 use dapple_analysis::metrics::{self, Comparison, Measures, Scale, SizeMismatch};
-use dapple_analysis::{flip, heat};
+use dapple_analysis::{flip, heat, ssim};
 use dapple_integrator::imaging::sheet::Frame;
 use dapple_integrator::imaging::{Layers, Picture, color, read, write};
 use serde_json::{Map, Value, json};
@@ -91,6 +91,8 @@ struct Seen {
     ldr: flip::Map,
     /// Not for pictures made for a display.
     hdr: Option<flip::Map>,
+    /// Not for pictures smaller than its window.
+    ssim: Option<f64>,
 }
 
 impl Seen {
@@ -101,7 +103,7 @@ impl Seen {
             true => None,
             false => Some(flip::hdr(image, reference, flip::PIXELS_PER_DEGREE)?),
         };
-        Ok(Self { ldr, hdr })
+        Ok(Self { ldr, hdr, ssim: ssim::ssim(image, reference)? })
     }
 
     /// The one that suits the pictures.
@@ -123,7 +125,7 @@ fn facts(arguments: &DiffArgs, pair: &Pair, found: &Comparison, seen: &Seen) -> 
     let [r, g, b] = found.channels.each_ref().map(measures);
     let more = json!({
         "flip": seen.map().mean(), "flip_ldr": seen.ldr.mean(),
-        "flip_hdr": seen.hdr.as_ref().map(flip::Map::mean),
+        "flip_hdr": seen.hdr.as_ref().map(flip::Map::mean), "ssim": seen.ssim,
         "nan_pixels": found.nan_pixels, "nan_pixel": found.nan_pixel, "pixels": found.pixels,
         "width": pair.image.width, "height": pair.image.height,
         "epsilon": arguments.epsilon, "trim": Scale::default().trim, "psnr_peak": arguments.peak,
@@ -157,7 +159,8 @@ fn text(facts: &Map<String, Value>) -> Vec<String> {
         let [r, g, b] = ["r", "g", "b"].map(|c| channel(c, key));
         format!("{key:<16}{:>13}{r:>13}{g:>13}{b:>13}", number(&facts[*key]))
     }));
-    lines.push(format!("{:<16}{:>13}", "flip", number(&facts["flip"])));
+    let seen = ["flip", "ssim"].map(|key| format!("{key:<16}{:>13}", number(&facts[key])));
+    lines.extend(seen);
     if let Value::Array(at) = &facts["max_error_pixel"] {
         lines.push(format!("largest error at pixel {},{}", at[0], at[1]));
     }

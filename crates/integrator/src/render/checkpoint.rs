@@ -4,6 +4,7 @@ use crate::settings::Settings;
 use crate::spread::Spread;
 use crate::tile::Tile;
 use dapple_camera::{Film, PixelRect};
+use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -17,6 +18,9 @@ pub struct Checkpoint<'a> {
     pub(super) tiles: &'a [Tile],
     /// Which pixels got how many samples, where not all got the same.
     pub spread: Option<&'a Arc<Spread>>,
+    /// Asked for, between two that come by themselves.
+    pub between: bool,
+    pub(super) asked: Cell<Option<u32>>,
 }
 
 /// Called at every checkpoint; may stop the render.
@@ -30,13 +34,18 @@ impl Checkpoint<'_> {
         film
     }
 
+    /// Asks for a look at `spp` samples too, or as many more as make every pixel whole; who asks again asks for that alone.
+    pub fn also_at(&self, spp: u32) {
+        self.asked.set(Some(spp));
+    }
+
     /// Rays traced so far.
     pub fn rays(&self) -> u64 {
         self.tiles.iter().map(|tile| tile.rays).sum()
     }
 }
 
-/// The first count after `spp` at which to look.
+/// The first count after `spp` at which to look without being asked.
 pub(super) fn next(settings: &Settings, spp: u32) -> u32 {
     let round = settings.round();
     match settings.samples() {

@@ -1,0 +1,100 @@
+//! Structural similarity in closed form, and against scikit-image 0.26 from PyPI, run once on pictures that are made here
+//! again, number by number (`structural_similarity` with `gaussian_weights`, deviation 1.5, population covariance).
+
+use dapple_analysis::ssim::ssim;
+use dapple_imaging::{Picture, color};
+use glam::Vec3;
+
+const W: usize = 48;
+const H: usize = 32;
+
+fn hash(i: usize) -> u32 {
+    let i = (i as u32).wrapping_mul(2_654_435_761).wrapping_add(12_345);
+    let i = (i ^ i >> 15).wrapping_mul(2_246_822_519);
+    let i = (i ^ i >> 13).wrapping_mul(3_266_489_917);
+    i ^ i >> 16
+}
+
+/// Code value of a channel: ramps and plain fields in a chequer, with noise of kind `k` (none for 0).
+fn code(x: usize, y: usize, c: usize, k: usize) -> u8 {
+    let ramps = (x / 12 + y / 8).is_multiple_of(2);
+    let base = if ramps { (x * 5 * (c + 1) + y * 3) % 256 } else { 128 + 40 * c };
+    let noise = if k > 0 { (hash(((y * W + x) * 3 + c) * 4 + k) >> 24) as i64 % 64 - 32 } else { 0 };
+    (base as i64 + noise).clamp(0, 255) as u8
+}
+
+fn display(k: usize) -> Picture {
+    let pixel = |(x, y)| Vec3::from([0, 1, 2].map(|c| color::srgb_table()[code(x, y, c, k) as usize]));
+    let pixels = (0..H).flat_map(|y| (0..W).map(move |x| (x, y))).map(pixel).collect();
+    Picture { width: W, height: H, pixels }
+}
+
+fn found(image: &Picture, reference: &Picture) -> f64 {
+    ssim(image, reference).unwrap().unwrap()
+}
+
+#[test]
+fn an_independent_implementation() {
+    for (k, published) in [(1, 0.686_089_691_5), (2, 0.683_451_979_1)] {
+        let found = found(&display(k), &display(0));
+        // Curves in f32 there and here.
+        assert!((found - published).abs() < 2e-6, "{k}: {found}");
+    }
+}
+
+#[test]
+fn equal_pictures_are_1() {
+    for picture in
+        [display(0), display(1), Picture::filled(W, H, Vec3::ZERO), Picture::filled(11, 11, Vec3::X)]
+    {
+        assert_eq!(found(&picture, &picture), 1.0);
+    }
+    // What a display cannot show makes no difference.
+    assert_eq!(found(&Picture::filled(W, H, Vec3::ONE), &Picture::filled(W, H, Vec3::splat(9.0))), 1.0);
+}
+
+/// Without any structure only the means are left: (2ab + C₁)/(a² + b² + C₁) of the code values.
+#[test]
+fn plain_pictures() {
+    for (a, b) in [(0.5, 0.25), (0.0, 1.0), (0.9, 0.8)] {
+        let plain = |code: f32| Picture::filled(W, H, Vec3::splat(color::srgb_to_linear(code)));
+        let (a64, b64) = (f64::from(a), f64::from(b));
+        let expected = (2.0 * a64 * b64 + 1e-4) / (a64 * a64 + b64 * b64 + 1e-4);
+        let found = found(&plain(a), &plain(b));
+        assert!((found - expected).abs() < 1e-6, "{found} for {expected}");
+    }
+}
+
+/// Stripes against stripes of the other sign: all variances are equal, the covariance is their negative, and so are the
+/// means about the middle, which hardly move in a window as wide as this.
+#[test]
+fn a_negative_is_below_zero() {
+    let stripes = |phase: usize| {
+        let code = |i: usize| if (i + phase).is_multiple_of(2) { 0.7f32 } else { 0.3 };
+        let pixels = (0..W * H).map(|i| Vec3::splat(color::srgb_to_linear(code(i)))).collect();
+        Picture { width: W, height: H, pixels }
+    };
+    let variance = 0.2f64 * 0.2;
+    let expected = (9e-4 - 2.0 * variance) / (9e-4 + 2.0 * variance);
+    let found = found(&stripes(0), &stripes(1));
+    assert!((found - expected).abs() < 1e-3, "{found} for {expected}");
+}
+
+#[test]
+fn windows_that_cannot_be_compared() {
+    let small = Picture::filled(10, 40, Vec3::ONE);
+    assert_eq!(ssim(&small, &small).unwrap(), None);
+    let low = Picture::filled(40, 10, Vec3::ONE);
+    assert_eq!(ssim(&low, &low).unwrap(), None);
+    assert!(ssim(&small, &low).is_err());
+    // A pixel that is not finite is left out with all windows around it.
+    let (mut spoiled, plain) = (display(1), display(0));
+    spoiled.pixels.iter_mut().enumerate().filter(|(i, _)| i % W < 20).for_each(|(_, p)| p.y = f32::NAN);
+    let cut = |p: &Picture| {
+        let kept = |(i, p): (usize, &Vec3)| (i % W >= 20).then_some(*p);
+        Picture { width: W - 20, height: H, pixels: p.pixels.iter().enumerate().filter_map(kept).collect() }
+    };
+    assert!((found(&spoiled, &plain) - found(&cut(&display(1)), &cut(&plain))).abs() < 1e-12);
+    spoiled.pixels.fill(Vec3::NAN);
+    assert_eq!(ssim(&spoiled, &plain).unwrap(), None);
+}

@@ -1,0 +1,28 @@
+//! Single pixels of a picture.
+
+use super::{each_tile, thread_count};
+use crate::kernel::{self, Job};
+use crate::settings::Settings;
+use crate::tile::Tile;
+use dapple_camera::{Camera, PixelRect};
+use dapple_scene::Scene;
+use glam::DVec3;
+
+/// What `pixels` are after `spp` samples each, or their share of them, in a render by `settings`, whose limits do not
+/// count here.
+pub fn render_pixels(
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+    spp: u32,
+    pixels: &[(u32, u32)],
+) -> Vec<DVec3> {
+    let job = Job::new(scene, camera, settings);
+    let (kernel, _) = kernel::choose(&job);
+    let tile = |&(x, y): &(u32, u32)| Tile::cut(PixelRect { x0: x, y0: y, x1: x + 1, y1: y + 1 }, settings);
+    let mut tiles: Vec<Tile> = pixels.iter().flat_map(tile).collect();
+    each_tile(thread_count(settings), &mut tiles, |tile| {
+        tile.render(&job, kernel, (0, spp), settings.spread.as_deref());
+    });
+    tiles.iter().map(|tile| tile.film.mean_at(tile.rect.x0, tile.rect.y0)).collect()
+}
