@@ -22,7 +22,7 @@ fn main() {
             let ray = Ray::new(Vec3::new(0.0, 1.6, 4.0), d);
             let Some(hit) = world.closest(&ray, 0.0, &Opaque) else { return ' ' };
             let surface = world.surface(&ray, 0.0, &hit);
-            let o = dapple_geometry::offset::offset_origin(surface.p, surface.p_error, surface.ng, light);
+            let o = surface.origin_towards(light);
             let lit = if world.blocked(&Ray::new(o, light), 0.0, &Opaque) {
                 0.0
             } else {

@@ -11,6 +11,8 @@ use glam::{DVec3, Vec3};
 pub struct Surface {
     /// Position, render space.
     pub p: Vec3,
+    /// Where rays start: the position, but clear of the edges of its triangle.
+    pub start: Vec3,
     /// Bound of |computed − exact| per axis.
     pub p_error: Vec3,
     /// Unit geometric normal of the front side (counter-clockwise winding; sphere: outward; disk: its normal).
@@ -22,7 +24,7 @@ pub struct Surface {
 impl Surface {
     /// Where a ray towards `d` may start from here: see [`offset_origin`].
     pub fn origin_towards(&self, d: Vec3) -> Vec3 {
-        offset_origin(self.p, self.p_error, self.ng, d)
+        offset_origin(self.start, self.p_error, self.ng, d)
     }
 
     /// Whether shading and geometric normal differ by more than normals in f32, interpolated, are rounded by.
@@ -39,8 +41,14 @@ impl Surface {
         let ng = unit_or(winding, DVec3::Z);
         let ns = normals.map_or(ng, |n| facing(unit_or(weighted(n, u, v).0, ng), ng));
         let error = test_error(size, 7);
-        let p = p + clear_of_edges(corners.map(|c| c.as_dvec3()), winding, u, v, error);
-        Self { p: p.as_vec3(), p_error: round_up(error), ng: ng.as_vec3(), ns: ns.as_vec3() }
+        let start = p + clear_of_edges(corners.map(|c| c.as_dvec3()), winding, u, v, error);
+        Self {
+            p: p.as_vec3(),
+            start: start.as_vec3(),
+            p_error: round_up(error),
+            ng: ng.as_vec3(),
+            ns: ns.as_vec3(),
+        }
     }
 
     /// As [`Surface::on_triangle`], of a triangle in object space. A ray is brought there and rounded, so the bound
@@ -63,15 +71,15 @@ impl Surface {
         // That of the placed mesh, were it flattened.
         let p = pose.to_world.transform_point3(local);
         let error = pose.error(test_error(size, 7)).max(p.abs() * f64::from(gamma(7)));
-        let p = p + clear_of_edges(placed, cross(placed), u, v, error);
-        surface.p = p.as_vec3();
+        surface.start = (p + clear_of_edges(placed, cross(placed), u, v, error)).as_vec3();
         surface
     }
 
     /// A point of an exact shape; `local` is known to f64, so what is left is rounding to f32: γ₂|p|.
     pub(crate) fn on_shape(p: DVec3, n: DVec3) -> Self {
         let ng = n.as_vec3();
-        Self { p: p.as_vec3(), p_error: round_up(p.abs() * f64::from(gamma(2))), ng, ns: ng }
+        let p_error = round_up(p.abs() * f64::from(gamma(2)));
+        Self { p: p.as_vec3(), start: p.as_vec3(), p_error, ng, ns: ng }
     }
 
     /// As [`Surface::on_shape`], in object space.
@@ -86,7 +94,8 @@ impl Surface {
         // On all axes alike: what flattens or mixes the axes leaves none of them exact.
         let reach = pose.error(DVec3::splat(local.abs().max_element())) + pose.to_world.translation.abs();
         let error = error + DVec3::splat(reach.max_element() * MIXED);
-        Self { p: p.as_vec3(), p_error: round_up(error), ng: ng.as_vec3(), ns: ns.as_vec3() }
+        let at = p.as_vec3();
+        Self { p: at, start: at, p_error: round_up(error), ng: ng.as_vec3(), ns: ns.as_vec3() }
     }
 }
 
@@ -146,8 +155,8 @@ const LEAST_CLEAR: f64 = 0.5;
 /// the offset along one normal does not leave the other wall, and the next ray would start outside the room. Between two
 /// edges both ways are added, which leaves the share 1 − cos of their angle of the clearance. An offset of one error bound
 /// then stays before any neighbour at more than 20° (a wider angle where only less clearance is left); nearer to a sharper
-/// concave edge, a ray can still be let out. *Approximation*: positions that near to an edge move by up to eight error
-/// bounds, in their plane. A triangle too thin for it keeps its points.
+/// concave edge, a ray can still be let out. *Approximation*: rays from that near to an edge start up to eight error bounds
+/// beside their position, in its plane; the position itself stays. On a triangle too thin for it, so do they.
 #[inline(always)]
 fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DVec3) -> DVec3 {
     let [a, b, c] = corners;
@@ -240,25 +249,26 @@ mod tests {
         let (u, v) = (0.4, 0.0);
         let s = Surface::on_triangle(t, None, u, v);
         let bound = s.p_error.as_dvec3().length();
-        let moved = s.p.as_dvec3() - weighted(t, u, v).0;
+        let moved = s.start.as_dvec3() - weighted(t, u, v).0;
         // Rounded to f32 on the way, by up to 1/14 of the bound.
         assert!(moved.y > 3.9 * bound && moved.length() < 4.15 * bound, "{moved:?} {bound}");
         // At a right angle and at an acute one.
         for (u, v, least) in [(0.0, 0.0, 3.9), (1.0, 0.0, 4.0 * (1.0 - 0.6) - 0.1)] {
             let s = Surface::on_triangle(t, None, u, v);
-            let (p, bound) = (s.p.as_dvec3(), s.p_error.as_dvec3().length());
+            let (p, bound) = (s.start.as_dvec3(), s.p_error.as_dvec3().length());
             let from = (p.y - 1.0).min(p.x - 5.0).min((35.0 - 4.0 * p.x - 3.0 * p.y) / 5.0);
             assert!(from > least * bound, "{u} {from} {bound}");
         }
-        assert_eq!(Surface::on_triangle(t, None, 0.3, 0.3).p, weighted(t, 0.3, 0.3).0.as_vec3());
+        assert_eq!(Surface::on_triangle(t, None, 0.3, 0.3).start, weighted(t, 0.3, 0.3).0.as_vec3());
+        assert_eq!(Surface::on_triangle(t, None, 0.0, 0.0).p, t[0]);
         // Thin: a quarter of its height.
         let thin = [t[0], t[1], Vec3::new(5.0, 1.0 + 2e-5, 2.0)];
         let height = f64::from(thin[2].y - 1.0);
-        let moved = Surface::on_triangle(thin, None, 0.4, 0.0).p.as_dvec3().y - 1.0;
+        let moved = Surface::on_triangle(thin, None, 0.4, 0.0).start.as_dvec3().y - 1.0;
         assert!((moved / height - 0.25).abs() < 0.02, "{moved} {height}");
         // Too thin to move in.
         let thin = [t[0], t[1], Vec3::new(5.0, 1.0 + 1e-6, 2.0)];
-        assert_eq!(Surface::on_triangle(thin, None, 0.4, 0.0).p.y, 1.0);
+        assert_eq!(Surface::on_triangle(thin, None, 0.4, 0.0).start.y, 1.0);
     }
 
     #[test]

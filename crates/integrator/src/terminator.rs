@@ -11,7 +11,7 @@
 
 use crate::vertex::{Around, Vertex};
 use crate::visibility::Visibility;
-use dapple_geometry::{Ray, offset::offset_origin};
+use dapple_geometry::Ray;
 use glam::Vec3;
 
 /// Where a ray starts that leaves a vertex below the horizon of its facet and above that of its smooth surface; None if
@@ -25,7 +25,7 @@ pub(crate) fn over_the_facet<V: Visibility>(vertex: &Vertex, around: &Around<'_,
     if !is_above {
         return None;
     }
-    let o = offset_origin(surface.p, surface.p_error, surface.ng, up);
+    let o = surface.origin_towards(up);
     let way = Ray { o, d: 2.0 * lift, t_max: 1.0 };
     (!around.blocked(&way)).then(|| o + lift)
 }

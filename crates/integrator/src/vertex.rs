@@ -3,7 +3,7 @@
 use crate::kernel::Job;
 use crate::terminator::over_the_facet;
 use crate::visibility::Visibility;
-use dapple_geometry::{Frame, Hit, Ray, Surface, offset::offset_origin};
+use dapple_geometry::{Frame, Hit, Ray, Surface};
 use dapple_materials::{Bsdf, BsdfSample, Lobes};
 use dapple_sampling::Key;
 use dapple_scene::{Scene, Shading};
@@ -97,7 +97,7 @@ impl Vertex {
     fn start<V: Visibility>(&self, wi: Vec3, exit: Exit, around: &Around<'_, V>) -> Option<Vec3> {
         match exit {
             Exit::No => None,
-            Exit::Straight => Some(offset_origin(self.surface.p, self.surface.p_error, self.surface.ng, wi)),
+            Exit::Straight => Some(self.surface.origin_towards(wi)),
             Exit::OverTheFacet => over_the_facet(self, around),
         }
     }

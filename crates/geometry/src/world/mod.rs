@@ -103,7 +103,7 @@ impl World {
     pub fn surface(&self, ray: &Ray, time: f32, hit: &Hit) -> Surface {
         match self.objects.get(hit.object as usize) {
             Some(object) => object.surface(ray, self.held(time), hit),
-            None => Surface { p: ray.o, p_error: Vec3::ZERO, ng: Vec3::Z, ns: Vec3::Z },
+            None => Surface { p: ray.o, start: ray.o, p_error: Vec3::ZERO, ng: Vec3::Z, ns: Vec3::Z },
         }
     }
 
