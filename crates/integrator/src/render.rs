@@ -104,8 +104,8 @@ pub fn render(
 
 /// As [`render`], and shows the picture at growing sample counts: at n, n/2, n/4, … of the n samples asked for (rounded
 /// down), or at 1, 2, 4, … where only time limits the render, and where [`Checkpoint::also_at`] asked for it; of the
-/// distribution tracer whole pixels alone. Looking changes no bit of the picture, and its time is not counted as rendering. `look` may say that it is enough; such a
-/// render counts as finished, not as stopped.
+/// distribution tracer whole pixels alone. Looking changes no bit of the picture, and its time is not counted as
+/// rendering. `look` may say that it is enough; such a render counts as finished, not as stopped.
 pub fn render_watched(
     scene: &Scene,
     camera: &Camera,
@@ -159,7 +159,7 @@ fn run(
                 asked: Cell::new(asked),
             };
             let enough = look(&at).is_break();
-            asked = at.asked.get().map(|n| n.next_multiple_of(settings.round()));
+            asked = at.asked.get().and_then(|n| n.checked_next_multiple_of(settings.round()));
             looking += now.elapsed();
             if enough {
                 break;
