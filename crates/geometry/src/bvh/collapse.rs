@@ -153,6 +153,9 @@ fn emit(flat: &[Flat], plans: &[Plan], ids: &[u32], triangles: &[[Vec3; 3]]) -> 
         wide.depth = wide.depth.max(level);
         children.clear();
         gather(flat, plans, node, &mut children);
+        // Where order is open, small boxes first: shadow rays end sooner in what is near them than in what is large. Boxes
+        // of like size stay as they are, which is as they lie in space.
+        children.sort_by_key(|&child| flat[child].hull.half_area().to_bits() >> 23);
         let mut made = Node::NONE;
         for (i, &child) in children.iter().enumerate() {
             let mut reference = wide.lines.len() as u32;

@@ -41,8 +41,9 @@ pub(super) trait Lanes: Copy {
     /// lowest three bits. `ahead` hears of the one that comes next.
     fn nearest(self, far: Self, child: &[u32; 8], stack: &mut Stack, ahead: impl Fn(u32)) -> Option<u32>;
     /// One of the children entered, self ≤ `far`; the others that are entered go on the stack, without distances.
+    /// `ahead` hears of the one that comes next.
     #[inline(always)]
-    fn any(self, far: Self, child: &[u32; 8], stack: &mut Stack) -> Option<u32> {
+    fn any(self, far: Self, child: &[u32; 8], stack: &mut Stack, _: impl Fn(u32)) -> Option<u32> {
         let mut mask = self.le(far);
         if mask == 0 {
             return None;

@@ -9,6 +9,7 @@
 mod build;
 mod collapse;
 mod lanes;
+mod memory;
 mod node;
 mod simd;
 mod sweep;
@@ -17,7 +18,7 @@ mod triangle;
 
 use crate::Ray;
 use glam::Vec3;
-use node::Line;
+use memory::Lines;
 
 /// Which instructions traversal uses. All give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +108,7 @@ impl Quality {
 /// A tree over triangles.
 #[derive(Debug)]
 pub struct Tree {
-    lines: Vec<Line>,
+    lines: Lines,
     /// Reference of the root: a node, a block, or nothing.
     root: Option<u32>,
     /// Entries the traversal stack can need.
@@ -162,6 +163,6 @@ impl Tree {
 
     /// Bytes of nodes and leaf blocks.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.lines)
+        size_of_val(self.lines.get())
     }
 }

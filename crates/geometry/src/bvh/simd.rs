@@ -356,7 +356,7 @@ mod x86 {
             }
         }
         #[inline(always)]
-        fn any(self, far: Self, child: &[u32; 8], stack: &mut Stack) -> Option<u32> {
+        fn any(self, far: Self, child: &[u32; 8], stack: &mut Stack, ahead: impl Fn(u32)) -> Option<u32> {
             let (_, mask) = self.entered(far);
             if mask & mask.wrapping_sub(1) == 0 {
                 return (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7]);
@@ -370,6 +370,7 @@ mod x86 {
                 _mm256_storeu_si256(child_top.cast(), _mm256_permutevar8x32_epi32(children, order));
             }
             stack.len += mask.count_ones() as usize - 1;
+            ahead(stack.last());
             Some(child[mask.trailing_zeros() as usize & 7])
         }
     }
