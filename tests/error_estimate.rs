@@ -330,10 +330,11 @@ fn stated_errors_are_true_on_every_scene() {
             middle(all.iter().map(|x| x[1] / x[0]).collect()),
         );
         println!("{row}");
-        // Where the error itself varies by more than a factor of two, a handful of events make it up, which no picture
-        // knows of that has not seen them.
+        // Where the error itself varies by more than a factor of two, a handful of events make it up: a picture that has
+        // not seen any of them (once in six, where 1.7 are expected) does not know of them.
         let knowable = all.iter().all(|x| (0.5..2.0).contains(&(x[0] / rms(0))));
-        if held < 12 || (knowable && (inside < 15 || !(0.8..=1.25).contains(&(rms(1) / rms(0))))) {
+        let least = if knowable { 15 } else { 11 };
+        if held < 12 || inside < least || !(0.8..=1.25).contains(&(rms(1) / rms(0))) {
             outside.push(row);
         }
     }

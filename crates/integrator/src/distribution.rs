@@ -106,7 +106,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         let absorbed = medium.map_or(Vec3::ONE, |medium| medium.transmittance(distance));
         let beta = beta * absorbed;
         let le = emission::surface(scene, &hit, &surface, wo, distance, arrival, settings.strategy);
-        let vertex = Vertex::new(self.job, &hit, &surface, wo, self.time);
+        let vertex = Vertex::new(self.job, (ray, wo), &hit, &surface, self.time);
         self.follow.vertex(place.depth, &vertex, beta, le);
         if vertex.shading.unlit || place.depth >= self.job.bounces {
             cut_short(&vertex, beta, self.follow);

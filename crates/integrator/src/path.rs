@@ -70,7 +70,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         }
         let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
         radiance += state.beta * le;
-        let vertex = Vertex::new(job, &hit, &surface, wo, sample.time);
+        let vertex = Vertex::new(job, (&ray, wo), &hit, &surface, sample.time);
         follow.vertex(depth, &vertex, state.beta, le);
         if vertex.shading.unlit || depth >= job.bounces {
             cut_short(&vertex, state.beta, follow);

@@ -18,14 +18,16 @@ pub(crate) struct Vertex {
     pub frame: Frame,
     /// Unit, towards where the path came from.
     pub wo: Vec3,
+    /// Direction of the ray that came, of its length.
+    along: Vec3,
     pub bsdf: Bsdf,
     /// The facet stands for a curved surface, whose horizon counts for reflected light.
     is_smooth: bool,
 }
 
 impl Vertex {
-    /// At a hit seen from `wo`, without the blur of the lobes that are switched off.
-    pub fn new(job: &Job<'_>, hit: &Hit, surface: &Surface, wo: Vec3, time: f32) -> Self {
+    /// At a hit of `ray`, seen from `wo`, without the blur of the lobes that are switched off.
+    pub fn new(job: &Job<'_>, (ray, wo): (&Ray, Vec3), hit: &Hit, surface: &Surface, time: f32) -> Self {
         let shading = job.scene.shading(hit, surface, time);
         let frame = facing_frame(&shading.frame, surface.ng, wo);
         let mut bsdf = Bsdf::new(&shading.material, frame.to_local(wo));
@@ -33,7 +35,7 @@ impl Vertex {
             bsdf = bsdf.sharp(job.sharp);
         }
         let is_smooth = job.settings.soft_terminator && surface.is_smooth();
-        Self { hit: *hit, surface: *surface, shading, frame, wo, bsdf, is_smooth }
+        Self { hit: *hit, surface: *surface, shading, frame, wo, along: ray.d, bsdf, is_smooth }
     }
 
     /// A ray on by one of `lobes`, unless it carries nothing or shading and geometric side disagree.
@@ -45,7 +47,8 @@ impl Vertex {
         around: &Around<'_, V>,
     ) -> Option<Scattered> {
         let sample = self.bsdf.sample_f(uc, u, lobes)?;
-        let wi = self.frame.to_world(sample.wi).normalize();
+        let passes = self.bsdf.passes(sample.wi);
+        let wi = if passes { self.along } else { self.frame.to_world(sample.wi).normalize() };
         if sample.weight == Vec3::ZERO {
             return None;
         }

@@ -120,6 +120,11 @@ impl Bsdf {
         Some(sample)
     }
 
+    /// Whether light that leaves towards `wi` goes on as it came, to the last bit.
+    pub fn passes(&self, wi: Vec3) -> bool {
+        self.turn(wi) == -self.wo
+    }
+
     /// Lobes that carry weight.
     pub fn lobes(&self) -> Lobes {
         self.live

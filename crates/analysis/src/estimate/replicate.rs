@@ -14,8 +14,9 @@ use glam::DVec3;
 /// Least draws: the squared error of 256 pixels is known to about an eighth where they are alike.
 const LEAST: usize = 256;
 
-/// No pixel is rendered more often.
-const MOST: u32 = 16;
+/// No pixel is rendered more often. It is worth rendering a pixel often that makes up most of the error: of a hundred renders
+/// the error of this picture is known to a tenth, of sixteen hardly to a quarter.
+const MOST: u32 = 256;
 
 /// How many pixels are drawn: four rows of a square picture. What so many know of the error does not depend on how
 /// many they were drawn from; the more there are, the likelier is it that few are worse than all others.

@@ -120,7 +120,7 @@ fn unbiased(effort: Effort) -> Outcome {
             roulette,
             max_bounces: 400,
             pattern: Pattern::Random,
-            ..square(side, effort.of(16, 256, 4096))
+            ..square(side, effort.of(16, 256, 1024))
         };
         let outcome = run(scene, &Settings { seed: u64::from(roulette), ..settings });
         (outcome.film.mean(), outcome.film.variance())

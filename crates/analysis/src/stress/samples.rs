@@ -158,9 +158,15 @@ fn dimensions(effort: Effort) -> Outcome {
             before = Some(now);
         }
     }
-    // Correlations times √N of independent pads: mean 0, variance 1.
-    tally.within("mean of the scaled correlations", sums / pairs, 0.0, 4.0 / f64::sqrt(pairs));
-    tally.within("their mean square", squares / pairs, 1.0, 4.0 * f64::sqrt(2.0 / pairs) + 0.02);
+    // Correlations times √N of independent pads: mean 0. Pads pair the points of blocks of 16 at random, without replacement,
+    // and k values with the mean of their block, paired so, have k/(k − 1) times the variance of independent ones.
+    tally.within("mean of the scaled correlations", sums / pairs, 0.0, 4.0 * f64::sqrt(1.07 / pairs));
+    tally.within(
+        "their mean square",
+        squares / pairs,
+        16.0 / 15.0,
+        4.0 * 1.07 * f64::sqrt(2.0 / pairs) + 0.005,
+    );
     tally.finish()
 }
 
