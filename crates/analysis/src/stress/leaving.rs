@@ -147,6 +147,10 @@ pub(super) fn in_sharp_edges(tally: &mut Tally, points: u32) {
                 let hit = Hit { t: 1.0, u, v, primitive, object: 0 };
                 let surface = world.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
                 let d = noise.direction();
+                // A direction within the wall, as f32 has it, leads neither in nor out.
+                if d.dot(surface.ng) == 0.0 {
+                    continue;
+                }
                 let d = if d.dot(surface.ng) > 0.0 { -d } else { d };
                 let inward = Ray::new(surface.origin_towards(d), d);
                 leaks += u64::from(world.closest(&inward, 0.0, &Opaque).is_none());
