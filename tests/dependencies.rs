@@ -6,7 +6,7 @@ use std::process::Command;
 /// Crate, its dependencies without default features, and what the default features add.
 const PINNED: [(&str, &[&str], &[&str]); 10] = [
     ("dapple-sampling", &["glam", "libm", "rand_pcg"], &[]),
-    ("dapple-geometry", &["bytemuck", "glam", "libm", "obvhs"], &["memmap2", "rayon"]),
+    ("dapple-geometry", &["bytemuck", "glam", "libm", "obvhs"], &["libc", "rayon"]),
     ("dapple-imaging", &["glam", "libm", "tempfile", "thiserror"], &["exr", "half", "image", "rayon"]),
     ("dapple-materials", &["dapple-sampling", "glam", "libm"], &[]),
     ("dapple-lights", &["dapple-geometry", "dapple-imaging", "dapple-sampling", "glam", "libm"], &[]),
@@ -72,12 +72,11 @@ const PINNED: [(&str, &[&str], &[&str]); 10] = [
 const TARGET: &str = "x86_64-unknown-linux-gnu";
 
 /// What a feature of the program brings, and is not there without it.
-const FEATURES: [(&str, &[&str]); 6] = [
+const FEATURES: [(&str, &[&str]); 5] = [
     ("gltf", &["gltf", "gltf-json", "percent-encoding"]),
     ("exr", &["exr"]),
     ("png", &["image", "png", "zune-jpeg", "image-webp"]),
     ("parallel", &["rayon", "rayon-core"]),
-    ("huge-pages", &["memmap2"]),
     ("report", &["base64", "dapple-analysis"]),
 ];
 

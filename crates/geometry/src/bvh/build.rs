@@ -1,7 +1,7 @@
 //! From triangles to the binary tree: which triangles count, their boxes, and how much is spent on the tree.
 
 use super::collapse::collapse;
-use super::memory::Lines;
+use super::memory::settled;
 use super::node::{Block, LEAF};
 use super::sweep::sweep;
 use super::{Kernel, Quality, Tree};
@@ -23,7 +23,7 @@ pub(super) fn build(triangles: &[[Vec3; 3]], quality: Quality, kernel: Kernel) -
     let scale = bounds.map_or(1.0, |(low, high)| unit_scale(low.abs().max(high.abs()).max_element()));
     let scaled: Vec<[Vec3; 3]> = ids.iter().map(|&id| triangles[id as usize].map(|p| p * scale)).collect();
     let mut tree = Tree {
-        lines: Lines::new(Vec::new()),
+        lines: Vec::new(),
         root: None,
         stack: 8,
         scale,
@@ -36,13 +36,13 @@ pub(super) fn build(triangles: &[[Vec3; 3]], quality: Quality, kernel: Kernel) -
         1..=8 => {
             let mut block = Block::NONE;
             (0..).zip(&ids).zip(&scaled).for_each(|((lane, &id), t)| block.set(lane, id, t));
-            tree.lines = Lines::new(block.lines().to_vec());
+            tree.lines = block.lines().to_vec();
             tree.root = Some(LEAF);
         }
         _ => {
             let boxes: Vec<Aabb> = scaled.iter().map(padded_box).collect();
             let wide = collapse(&binary_tree(&boxes, quality), &ids, &scaled);
-            (tree.lines, tree.root, tree.stack) = (Lines::new(wide.lines), Some(0), 7 * wide.depth + 8);
+            (tree.lines, tree.root, tree.stack) = (settled(wide.lines), Some(0), 7 * wide.depth + 8);
         }
     }
     tree

@@ -148,16 +148,13 @@ fn solve(flat: &[Flat], plans: &mut [Plan], levels: u32) {
 fn emit(flat: &[Flat], plans: &[Plan], ids: &[u32], triangles: &[[Vec3; 3]]) -> Wide {
     let mut wide = Wide { lines: Node::NONE.lines().to_vec(), depth: 1 };
     let mut work = vec![(0usize, 0usize, 1usize)];
-    let mut children = Vec::with_capacity(8);
+    let (mut children, mut placed) = (Vec::with_capacity(8), Vec::with_capacity(8));
     while let Some((at, node, level)) = work.pop() {
         wide.depth = wide.depth.max(level);
         children.clear();
         gather(flat, plans, node, &mut children);
-        // Where order is open, small boxes first: shadow rays end sooner in what is near them than in what is large. Boxes
-        // of like size stay as they are, which is as they lie in space.
-        children.sort_by_key(|&child| flat[child].hull.half_area().to_bits() >> 23);
-        let mut made = Node::NONE;
-        for (i, &child) in children.iter().enumerate() {
+        placed.clear();
+        for &child in &children {
             let mut reference = wide.lines.len() as u32;
             if plans[child].block {
                 reference |= LEAF;
@@ -166,8 +163,14 @@ fn emit(flat: &[Flat], plans: &[Plan], ids: &[u32], triangles: &[[Vec3; 3]]) -> 
                 work.push((wide.lines.len(), child, level + 1));
                 wide.lines.extend(Node::NONE.lines());
             }
-            let hull = &flat[child].hull;
-            made.set(i, Vec3::from(hull.min), Vec3::from(hull.max), reference);
+            placed.push((&flat[child].hull, reference));
+        }
+        // Where order is open, small boxes first: shadow rays end sooner in what is near them than in what is large. Boxes
+        // of like size stay as they lie in space.
+        placed.sort_by_key(|(hull, _)| hull.half_area().to_bits() >> 23);
+        let mut made = Node::NONE;
+        for (i, (hull, reference)) in placed.iter().enumerate() {
+            made.set(i, Vec3::from(hull.min), Vec3::from(hull.max), *reference);
         }
         wide.lines[at..at + Node::LINES].copy_from_slice(made.lines());
     }

@@ -3,69 +3,33 @@
 
 use super::node::Line;
 
-/// Lines that no longer change.
-#[derive(Debug)]
-pub(super) enum Lines {
-    Small(Vec<Line>),
+/// The lines in memory of just their size, in pages of 2 MiB if there is at least one and the system has them.
+pub(super) fn settled(lines: Vec<Line>) -> Vec<Line> {
+    let mut settled = Vec::with_capacity(lines.len());
     #[cfg(all(feature = "huge-pages", target_os = "linux"))]
-    Large(huge::Pages),
-}
-
-impl Lines {
-    /// Moves them to where they stay.
-    pub fn new(mut lines: Vec<Line>) -> Self {
-        #[cfg(all(feature = "huge-pages", target_os = "linux"))]
-        if let Some(pages) = huge::Pages::new(&lines) {
-            return Self::Large(pages);
-        }
-        lines.shrink_to_fit();
-        Self::Small(lines)
-    }
-
-    #[inline(always)]
-    pub fn get(&self) -> &[Line] {
-        match self {
-            Self::Small(lines) => lines,
-            #[cfg(all(feature = "huge-pages", target_os = "linux"))]
-            Self::Large(pages) => pages.lines(),
-        }
-    }
+    huge::ask(settled.spare_capacity_mut());
+    settled.extend_from_slice(&lines);
+    settled
 }
 
 #[cfg(all(feature = "huge-pages", target_os = "linux"))]
+#[allow(unsafe_code)]
 mod huge {
     use super::Line;
-    use memmap2::{Advice, MmapMut};
+    use std::mem::MaybeUninit;
 
-    const PAGE: usize = 2 << 20;
+    const HUGE: usize = 2 << 20;
+    /// No smaller than any page in use, so that a multiple of it begins a page.
+    const PAGE: usize = 1 << 16;
 
-    /// Memory in which the lines begin at a page's begin.
-    #[derive(Debug)]
-    pub struct Pages {
-        map: MmapMut,
-        begin: usize,
-        bytes: usize,
-    }
-
-    impl Pages {
-        /// None for less than a page, or where the system has no such memory.
-        pub fn new(lines: &[Line]) -> Option<Self> {
-            let bytes = size_of_val(lines);
-            if bytes < PAGE {
-                return None;
-            }
-            let map = MmapMut::map_anon(bytes + PAGE).ok()?;
-            // Before the memory is first written to.
-            map.advise(Advice::HugePage).ok()?;
-            let begin = map.as_ptr().align_offset(PAGE);
-            let mut pages = Self { map, begin, bytes };
-            pages.map.get_mut(begin..begin + bytes)?.copy_from_slice(bytemuck::cast_slice(lines));
-            Some(pages)
-        }
-
-        #[inline(always)]
-        pub fn lines(&self) -> &[Line] {
-            bytemuck::cast_slice(&self.map[self.begin..self.begin + self.bytes])
+    /// Asks for large pages for memory that nothing was written to yet.
+    pub fn ask(memory: &mut [MaybeUninit<Line>]) {
+        let range = memory.as_mut_ptr_range();
+        let (begin, end) = (range.start.addr().next_multiple_of(PAGE), range.end.addr() / PAGE * PAGE);
+        if begin + HUGE <= end {
+            let begin = range.start.with_addr(begin);
+            // SAFETY: whole pages of memory that is ours alone; the request changes no content. Refused, nothing is lost.
+            unsafe { libc::madvise(begin.cast(), end - begin.addr(), libc::MADV_HUGEPAGE) };
         }
     }
 }
@@ -85,8 +49,8 @@ mod tests {
                 node.set(0, Vec3::ZERO, Vec3::splat(i as f32), i);
                 lines.extend(node.lines());
             }
-            let kept = Lines::new(lines.clone());
-            assert_eq!(bytemuck::cast_slice::<_, u32>(kept.get()), bytemuck::cast_slice::<_, u32>(&lines));
+            let kept = settled(lines.clone());
+            assert_eq!(bytemuck::cast_slice::<_, u32>(&kept), bytemuck::cast_slice::<_, u32>(&lines));
         }
     }
 }

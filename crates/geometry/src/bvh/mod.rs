@@ -18,7 +18,7 @@ mod triangle;
 
 use crate::Ray;
 use glam::Vec3;
-use memory::Lines;
+use node::Line;
 
 /// Which instructions traversal uses. All give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,7 +108,7 @@ impl Quality {
 /// A tree over triangles.
 #[derive(Debug)]
 pub struct Tree {
-    lines: Lines,
+    lines: Vec<Line>,
     /// Reference of the root: a node, a block, or nothing.
     root: Option<u32>,
     /// Entries the traversal stack can need.
@@ -163,6 +163,6 @@ impl Tree {
 
     /// Bytes of nodes and leaf blocks.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(self.lines.get())
+        size_of_val(&*self.lines)
     }
 }

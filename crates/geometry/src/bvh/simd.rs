@@ -1,4 +1,4 @@
-//! The x86-64 kernels and the traversal stack: the only module of the workspace with `unsafe` code.
+//! The x86-64 kernels and the traversal stack. Only here and in `memory` has the workspace `unsafe` code.
 //!
 //! `Avx2` values exist only inside [`avx2`], which is entered only where the machine was found to have AVX2.
 #![allow(unsafe_code)]

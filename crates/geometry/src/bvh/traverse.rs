@@ -126,19 +126,18 @@ fn walk_with<L: Lanes, C: Candidate, const ANY: bool>(
     let mut found = false;
     let mut limit = L::splat(t_max * WIDEN);
     let mut at = tree.root?;
-    let lines = tree.lines.get();
     loop {
         let mut next = None;
         if at & LEAF == 0 {
-            let node = Node::read(lines, at);
+            let node = Node::read(&tree.lines, at);
             let (near, far) = slabs.meet(node, limit);
             next = if ANY {
-                near.any(far, &node.child, stack, |child| prefetch(lines, child))
+                near.any(far, &node.child, stack, |child| prefetch(&tree.lines, child))
             } else {
-                near.nearest(far, &node.child, stack, |child| prefetch(lines, child))
+                near.nearest(far, &node.child, stack, |child| prefetch(&tree.lines, child))
             };
         } else {
-            let block = Block::read(lines, at & !LEAF);
+            let block = Block::read(&tree.lines, at & !LEAF);
             if let Some(hits) = intersect::<L>(&sheared, block, best.t) {
                 let mut mask = hits.mask;
                 while mask != 0 {
