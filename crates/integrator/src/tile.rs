@@ -57,30 +57,57 @@ impl Follow for FirstHit {
     }
 }
 
-/// Sums of first hits over the samples of a pixel.
-#[derive(Clone, Copy, Default)]
+/// Sums of first hits over the samples of each pixel: those that the layers asked for are made of, the others empty.
+#[derive(Default)]
 pub(crate) struct FirstHits {
     /// Samples that hit something, in shares of a sample.
-    pub hits: f64,
-    pub albedo: DVec3,
-    pub normal: DVec3,
-    pub p: DVec3,
+    pub hits: Vec<f64>,
+    pub albedo: Vec<DVec3>,
+    pub normal: Vec<DVec3>,
+    pub p: Vec<DVec3>,
     /// Object + 1 at the first sample; 0 = nothing.
-    pub object: u32,
+    pub object: Vec<u32>,
+    is_asked: bool,
 }
 
 impl FirstHits {
-    fn add(&mut self, first: &FirstHit, index: u32) {
+    fn new(pixels: usize, aovs: &[Aov]) -> Self {
+        let asked = |by: &[Aov]| if aovs.iter().any(|aov| by.contains(aov)) { pixels } else { 0 };
+        let place = asked(&[Aov::Position, Aov::Depth]);
+        Self {
+            hits: vec![0.0; place],
+            albedo: vec![DVec3::ZERO; asked(&[Aov::Albedo])],
+            normal: vec![DVec3::ZERO; asked(&[Aov::Normal])],
+            p: vec![DVec3::ZERO; place],
+            object: vec![0; asked(&[Aov::ObjectId, Aov::MaterialId])],
+            is_asked: aovs.iter().any(|aov| aov.needs_first_hit()),
+        }
+    }
+
+    /// What these layers take in a tile.
+    pub fn bytes_per_pixel(aovs: &[Aov]) -> usize {
+        let one = Self::new(1, aovs);
+        let vectors = [&one.albedo, &one.normal, &one.p].map(|v| size_of_val(&**v));
+        size_of_val(&*one.hits) + vectors.iter().sum::<usize>() + size_of_val(&*one.object)
+    }
+
+    fn add(&mut self, pixel: usize, first: &FirstHit, index: u32) {
         if first.hits == 0 {
             return;
         }
         let share = 1.0 / f64::from(first.rays);
-        self.hits += f64::from(first.hits) * share;
-        self.albedo += first.albedo.as_dvec3() * share;
-        self.normal += first.normal.as_dvec3() * share;
-        self.p += first.p.as_dvec3() * share;
-        if index == 0 {
-            self.object = first.object;
+        if let Some(hits) = self.hits.get_mut(pixel) {
+            *hits += f64::from(first.hits) * share;
+        }
+        let sums =
+            [(&mut self.albedo, first.albedo), (&mut self.normal, first.normal), (&mut self.p, first.p)];
+        for (sum, seen) in sums {
+            if let Some(sum) = sum.get_mut(pixel) {
+                *sum += seen.as_dvec3() * share;
+            }
+        }
+        if let Some(object) = self.object.get_mut(pixel).filter(|_| index == 0) {
+            *object = first.object;
         }
     }
 }
@@ -89,7 +116,7 @@ impl FirstHits {
 pub(crate) struct Tile {
     pub rect: PixelRect,
     pub film: Film,
-    pub first_hits: Vec<FirstHits>,
+    pub first_hits: FirstHits,
     /// Of each pixel: what the ledger's entries removed, and samples that were not finite; empty unless asked for.
     pub removed: Vec<[f64; 4]>,
     pub rays: u64,
@@ -115,13 +142,12 @@ impl Tile {
 
     fn new(rect: PixelRect, settings: &Settings) -> Self {
         let pixels = ((rect.x1 - rect.x0) * (rect.y1 - rect.y0)) as usize;
-        let asked =
-            |shown: fn(Aov) -> bool| if settings.aovs.iter().any(|&aov| shown(aov)) { pixels } else { 0 };
+        let removed = if settings.aovs.contains(&Aov::Removed) { pixels } else { 0 };
         Self {
             rect,
             film: Film::new(rect),
-            first_hits: vec![FirstHits::default(); asked(Aov::needs_first_hit)],
-            removed: vec![[0.0; 4]; asked(|aov| aov == Aov::Removed)],
+            first_hits: FirstHits::new(pixels, &settings.aovs),
+            removed: vec![[0.0; 4]; removed],
             rays: 0,
             pixel_rays: Vec::new(),
             bad: Vec::new(),
@@ -186,8 +212,8 @@ impl Tile {
             let here = [clamped, depth, faint, f64::from(!finite)];
             *removed = std::array::from_fn(|k| removed[k] + here[k]);
         }
-        if let Some(hits) = self.first_hits.get_mut(pixel) {
-            hits.add(&first, index);
+        if self.first_hits.is_asked {
+            self.first_hits.add(pixel, &first, index);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::aov::Aov;
 use crate::kernel::Job;
-use crate::tile::{FirstHits, Tile};
+use crate::tile::Tile;
 use dapple_camera::{Film, PixelRect};
 use dapple_imaging::{Layer, Layers, Picture};
 use glam::DVec3;
@@ -12,9 +12,8 @@ pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile]) -> Layers {
     let rect = job.settings.rect();
     let beauty = job.settings.picture.then(|| rgb("", &film.mean()));
     let mut layers: Vec<Layer> = beauty.into_iter().collect();
-    let first_hits = gather(rect, tiles, |tile| &tile.first_hits);
     for &aov in job.settings.aovs.iter().filter(|aov| **aov != Aov::Beauty) {
-        layers.push(layer(job, aov, rect, (film, tiles), &first_hits));
+        layers.push(layer(job, aov, rect, film, tiles));
     }
     Layers {
         width: (rect.x1 - rect.x0) as usize,
@@ -26,13 +25,7 @@ pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile]) -> Layers {
     }
 }
 
-fn layer(
-    job: &Job<'_>,
-    aov: Aov,
-    rect: PixelRect,
-    (film, tiles): (&Film, &[Tile]),
-    first: &[FirstHits],
-) -> Layer {
+fn layer(job: &Job<'_>, aov: Aov, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
     let name = aov.to_string();
     match aov {
         Aov::Beauty => rgb(&name, &film.mean()),
@@ -43,21 +36,25 @@ fn layer(
         }
         Aov::Albedo => {
             let n = pixels(rect).map(|(x, y)| film.count(x, y).max(1) as f64);
-            let mean: Vec<DVec3> = first.iter().zip(n).map(|(f, n)| f.albedo / n).collect();
+            let sums = gather(rect, tiles, |tile| &tile.first_hits.albedo);
+            let mean: Vec<DVec3> = sums.iter().zip(n).map(|(sum, n)| sum / n).collect();
             vector(name, ["R", "G", "B"], &mean)
         }
         Aov::Normal => {
-            let mean: Vec<DVec3> = first.iter().map(|f| f.normal.normalize_or_zero()).collect();
+            let sums = gather(rect, tiles, |tile| &tile.first_hits.normal);
+            let mean: Vec<DVec3> = sums.iter().map(|sum| sum.normalize_or_zero()).collect();
             vector(name, ["X", "Y", "Z"], &mean)
         }
         Aov::Position => {
-            vector(name, ["X", "Y", "Z"], &first.iter().map(|f| position(job, f)).collect::<Vec<_>>())
+            let all: Vec<DVec3> = places(rect, tiles).map(|at| position(job, at)).collect();
+            vector(name, ["X", "Y", "Z"], &all)
         }
         Aov::Depth => {
-            Layer { name, channels: vec![("Z".into(), first.iter().map(|f| depth(job, f)).collect())] }
+            let all = places(rect, tiles).map(|at| depth(job, at)).collect();
+            Layer { name, channels: vec![("Z".into(), all)] }
         }
-        Aov::ObjectId => ids(name, first, |object| object),
-        Aov::MaterialId => ids(name, first, |object| {
+        Aov::ObjectId => ids(name, rect, tiles, |object| object),
+        Aov::MaterialId => ids(name, rect, tiles, |object| {
             if object == 0 { 0 } else { job.scene.objects[object as usize - 1].material + 1 }
         }),
         Aov::Removed => removed(rect, film, tiles),
@@ -76,21 +73,27 @@ fn removed(rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
     Layer { name: Aov::Removed.to_string(), channels: names.into_iter().enumerate().map(channel).collect() }
 }
 
-fn ids(name: String, first: &[FirstHits], id: impl Fn(u32) -> u32) -> Layer {
-    Layer { name, channels: vec![("Y".into(), first.iter().map(|f| id(f.object) as f32).collect())] }
+fn ids(name: String, rect: PixelRect, tiles: &[Tile], id: impl Fn(u32) -> u32) -> Layer {
+    let objects = gather(rect, tiles, |tile| &tile.first_hits.object);
+    Layer { name, channels: vec![("Y".into(), objects.iter().map(|&object| id(object) as f32).collect())] }
 }
 
-/// Mean world position of the samples that hit; zero where none did.
-fn position(job: &Job<'_>, f: &FirstHits) -> DVec3 {
-    if f.hits == 0.0 { DVec3::ZERO } else { f.p / f.hits / job.scene.space.scale + job.scene.space.centre }
+/// Mean position of the samples of each pixel that hit, in render space; none where none did.
+fn places(rect: PixelRect, tiles: &[Tile]) -> impl Iterator<Item = Option<DVec3>> {
+    let hits = gather(rect, tiles, |tile| &tile.first_hits.hits);
+    let sums = gather(rect, tiles, |tile| &tile.first_hits.p);
+    hits.into_iter().zip(sums).map(|(hits, sum)| (hits != 0.0).then(|| sum / hits))
 }
 
-/// Mean distance along the view axis, scene units; infinite where nothing was hit.
-fn depth(job: &Job<'_>, f: &FirstHits) -> f32 {
-    if f.hits == 0.0 {
-        return f32::INFINITY;
-    }
-    let from_camera = f.p / f.hits - job.camera.origin.as_dvec3();
+/// In the world; zero where nothing was hit.
+fn position(job: &Job<'_>, at: Option<DVec3>) -> DVec3 {
+    at.map_or(DVec3::ZERO, |at| at / job.scene.space.scale + job.scene.space.centre)
+}
+
+/// Distance along the view axis, scene units; infinite where nothing was hit.
+fn depth(job: &Job<'_>, at: Option<DVec3>) -> f32 {
+    let Some(at) = at else { return f32::INFINITY };
+    let from_camera = at - job.camera.origin.as_dvec3();
     (-from_camera.dot(job.camera.backward.as_dvec3()) / job.scene.space.scale) as f32
 }
 
