@@ -37,7 +37,8 @@ pub fn replicate(
     let rect = settings.rect();
     let drawn = blocks::drawn(rect, 1, &within, settings.seed, draws(rect));
     let mut sums = vec![DVec3::ZERO; drawn.len()];
-    for k in 0..MOST {
+    let most = drawn.iter().map(|block| block.times).max().unwrap_or(0).min(MOST);
+    for k in 0..most {
         let again: Vec<usize> = (0..drawn.len()).filter(|i| drawn[*i].times > k).collect();
         let pixels: Vec<(u32, u32)> = again.iter().map(|i| pixel(&drawn[*i])).collect();
         let means = render_pixels(scene, camera, &other(settings, k), spp, &pixels);
