@@ -2,7 +2,7 @@
 //! kernels agree bit for bit.
 
 use dapple_geometry::Ray;
-use dapple_geometry::bvh::{Any, Kernel, Tree};
+use dapple_geometry::bvh::{Any, Kernel, Tree, TriangleHit};
 use glam::Vec3;
 
 /// SplitMix64 as numbers in [−1, 1).
@@ -148,6 +148,29 @@ fn scaled_directions_hit_the_same() {
             let hit = tree.closest(&Ray::new(o, d * factor), &Any).unwrap();
             let t = f64::from(hit.t) * f64::from(factor);
             assert!((t / f64::from(expected.t) - 1.0).abs() < 1e-5, "1e{k}: {t} {}", expected.t);
+        }
+    }
+}
+
+#[test]
+fn directions_of_twice_the_length_hit_with_the_same_bits() {
+    let tree = Tree::build(&icosphere(3, 1.0, Vec3::ZERO));
+    let mut noise = Noise(4);
+    for _ in 0..500 {
+        let (o, d) = (noise.vec() * 0.4, noise.vec().normalize());
+        let expected = tree.closest(&Ray::new(o, d), &Any).unwrap();
+        for k in -100..=120 {
+            let factor = 2f32.powi(k);
+            let hit = tree.closest(&Ray::new(o, d * factor), &Any).unwrap();
+            assert_eq!(TriangleHit { t: hit.t * factor, ..hit }, expected, "2^{k}");
+            for t_max in [expected.t.next_down(), expected.t, expected.t.next_up()] {
+                let blocked = tree.blocked(&Ray::new(o, d).until(t_max), &Any);
+                assert_eq!(
+                    tree.blocked(&Ray::new(o, d * factor).until(t_max / factor), &Any),
+                    blocked,
+                    "2^{k}"
+                );
+            }
         }
     }
 }

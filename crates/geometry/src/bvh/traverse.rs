@@ -13,48 +13,71 @@ use super::simd::{SMALL_STACK, Stack, prefetch};
 use super::triangle::{Sheared, intersect};
 use super::{Candidate, Tree, TriangleHit};
 use crate::Ray;
+use glam::Vec3A;
 use std::mem::MaybeUninit;
 
 /// 1 + 16 ulp.
 const WIDEN: f32 = 1.0 + 16.0 * f32::EPSILON;
 
-/// Stands for 1/0. The padding alone takes a ray longer to cross than anything is away, unless that is 1e31 times
+/// Stands for 1/0. The padding alone takes a ray longer to cross than anything is away, unless that is 1e27 times
 /// further than the triangle is large.
 const STEEPEST: f32 = f32::MAX / 2.0;
 
-/// A ray in the tree's units with a direction near unit length, both by powers of two.
-struct Normalised {
-    o: [f32; 3],
-    d: [f32; 3],
-    /// 1/d, finite.
-    r: [f32; 3],
+/// The largest coordinate of directions that are taken as they are lies between this and its inverse.
+const LONG: f32 = (1u32 << 16) as f32;
+
+/// A ray in the tree's units.
+#[derive(Clone, Copy)]
+struct Query {
+    o: Vec3A,
+    d: Vec3A,
+    /// Largest coordinate of d.
+    largest: f32,
     t_max: f32,
     /// Factor from its t to the caller's.
     to_caller: f64,
 }
 
-/// None where nothing can be hit.
-#[inline(always)]
-fn normalised(ray: &Ray, scale: f32, unscale: f64) -> Option<Normalised> {
-    let (o, d) = (ray.o.to_array(), ray.d.to_array());
-    let larger = |a: f32, b: f32| if a > b { a } else { b };
-    let largest = larger(larger(d[0].abs(), d[1].abs()), d[2].abs());
-    let exponent = (largest.to_bits() >> 23).clamp(1, 253);
-    let (length, shrink) = (f32::from_bits(exponent << 23), f32::from_bits((254 - exponent) << 23));
-    let o = [o[0] * scale, o[1] * scale, o[2] * scale];
-    let d = [d[0] * shrink, d[1] * shrink, d[2] * shrink];
-    // NaN unless all are finite.
-    let zero = (o[0] + o[1] + o[2] + (d[0] + d[1] + d[2])) * 0.0;
-    if !(largest > zero && ray.t_max > zero) {
-        return None;
+impl Query {
+    /// None where nothing can be hit. All stays in registers: a ray that misses everything spends its time here.
+    #[inline(always)]
+    fn new(tree: &Tree, ray: &Ray) -> Option<Self> {
+        let (o, d) = (Vec3A::from(ray.o) * tree.scale, Vec3A::from(ray.d));
+        let largest = d.abs().max_element();
+        // NaN unless all are finite.
+        let zero = o.dot(Vec3A::ZERO) + d.dot(Vec3A::ZERO);
+        (largest > zero && ray.t_max > zero).then_some(Self {
+            o,
+            d,
+            largest,
+            t_max: ray.t_max * tree.scale,
+            to_caller: tree.unscale,
+        })
     }
-    Some(Normalised {
-        o,
-        d,
-        r: d.map(|x| (1.0 / x).clamp(-STEEPEST, STEEPEST)),
-        t_max: (f64::from(ray.t_max) * (f64::from(scale) * f64::from(length))) as f32,
-        to_caller: f64::from(shrink) * unscale,
-    })
+
+    /// Whether no product of the traversal leaves the range of f32.
+    #[inline(always)]
+    fn in_range(&self) -> bool {
+        self.largest < LONG && self.largest > 1.0 / LONG
+    }
+
+    /// `ray` with a direction near unit length. It differs by a power of two, which changes no bit of a hit.
+    fn shortened(self, tree: &Tree, ray: &Ray) -> Self {
+        let exponent = (self.largest.to_bits() >> 23).clamp(1, 253);
+        let (length, shrink) = (f32::from_bits(exponent << 23), f32::from_bits((254 - exponent) << 23));
+        Self {
+            d: self.d * shrink,
+            t_max: (f64::from(ray.t_max) * (f64::from(tree.scale) * f64::from(length))) as f32,
+            to_caller: f64::from(shrink) * tree.unscale,
+            ..self
+        }
+    }
+
+    /// 1/d, finite.
+    #[inline(always)]
+    fn inverse(&self) -> Vec3A {
+        (Vec3A::ONE / self.d).clamp(Vec3A::splat(-STEEPEST), Vec3A::splat(STEEPEST))
+    }
 }
 
 /// What the slab test needs of a ray.
@@ -62,18 +85,20 @@ struct Slabs<L> {
     o: [L; 3],
     near: [L; 3],
     far: [L; 3],
-    /// 1 if the upper plane of the axis is met first.
+    /// Lowest bit set if the upper plane of the axis is met first.
     upper: [usize; 3],
 }
 
 impl<L: Lanes> Slabs<L> {
     #[inline(always)]
-    fn new(o: [f32; 3], r: [f32; 3]) -> Self {
+    fn new(query: &Query, r: Vec3A) -> Self {
+        let splat = |v: Vec3A| [L::splat(v.x), L::splat(v.y), L::splat(v.z)];
+        let signs = query.d.is_negative_bitmask() as usize;
         Self {
-            o: [L::splat(o[0]), L::splat(o[1]), L::splat(o[2])],
-            near: [L::splat(r[0]), L::splat(r[1]), L::splat(r[2])],
-            far: [L::splat(r[0] * WIDEN), L::splat(r[1] * WIDEN), L::splat(r[2] * WIDEN)],
-            upper: r.map(|x| (x.to_bits() >> 31) as usize),
+            o: splat(query.o),
+            near: splat(r),
+            far: splat(r * WIDEN),
+            upper: [signs, signs >> 1, signs >> 2],
         }
     }
 
@@ -102,25 +127,33 @@ pub(super) fn walk<L: Lanes, C: Candidate, const ANY: bool>(
     ray: &Ray,
     candidate: &C,
 ) -> Option<TriangleHit> {
-    if tree.stack <= SMALL_STACK {
+    let query = Query::new(tree, ray)?;
+    if query.in_range() && tree.stack <= SMALL_STACK {
         let mut memory = [MaybeUninit::uninit(); 2 * SMALL_STACK];
-        walk_with::<L, C, ANY>(tree, ray, candidate, &mut Stack::new(&mut memory))
-    } else {
-        let mut memory = vec![MaybeUninit::uninit(); 2 * tree.stack];
-        walk_with::<L, C, ANY>(tree, ray, candidate, &mut Stack::new(&mut memory))
+        return walk_with::<L, C, ANY>(tree, query, candidate, &mut Stack::new(&mut memory));
     }
+    let mut small = [MaybeUninit::uninit(); 2 * SMALL_STACK];
+    let mut large = Vec::new();
+    let memory = if tree.stack <= SMALL_STACK {
+        &mut small[..]
+    } else {
+        large.resize(2 * tree.stack, MaybeUninit::uninit());
+        &mut large[..]
+    };
+    walk_with::<L, C, ANY>(tree, query.shortened(tree, ray), candidate, &mut Stack::new(memory))
 }
 
 #[inline(always)]
 fn walk_with<L: Lanes, C: Candidate, const ANY: bool>(
     tree: &Tree,
-    ray: &Ray,
+    query: Query,
     candidate: &C,
     stack: &mut Stack,
 ) -> Option<TriangleHit> {
-    let Normalised { o, d, r, t_max, to_caller } = normalised(ray, tree.scale, tree.unscale)?;
+    let Query { o, d, t_max, to_caller, .. } = query;
+    let r = query.inverse();
+    let slabs = Slabs::<L>::new(&query, r);
     let sheared = Sheared::new(o, d, r);
-    let slabs = Slabs::<L>::new(o, r);
     // No id is lower than 0: at t_max itself there is no hit.
     let mut best = TriangleHit { t: t_max, u: 0.0, v: 0.0, triangle: 0 };
     let mut found = false;

@@ -13,7 +13,7 @@
 use super::TriangleHit;
 use super::lanes::Lanes;
 use super::node::Block;
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 
 /// A ray and the shear that makes it run along axis `k[2]`.
 #[derive(Clone, Copy)]
@@ -28,9 +28,8 @@ pub(super) struct Sheared {
 
 impl Sheared {
     #[inline(always)]
-    pub fn new(o: [f32; 3], d: [f32; 3], r: [f32; 3]) -> Self {
-        let larger = |a: f32, b: f32| if a > b { a } else { b };
-        let [x, y, z] = d.map(f32::abs);
+    pub fn new(o: Vec3A, d: Vec3A, r: Vec3A) -> Self {
+        let [x, y, z] = d.abs().to_array();
         let k = if x >= y && x >= z {
             [1, 2, 0]
         } else if y >= z {
@@ -38,9 +37,10 @@ impl Sheared {
         } else {
             [0, 1, 2]
         };
-        let s = r[k[2]];
         // The coordinates of a tree are below 2.
-        let reach = larger(larger(o[0].abs(), o[1].abs()), o[2].abs()) + 2.0;
+        let reach = o.abs().max_element() + 2.0;
+        let (o, d, r) = (o.to_array(), d.to_array(), r.to_array());
+        let s = r[k[2]];
         Self { o, d, k, s: [d[k[0]] / d[k[2]], d[k[1]] / d[k[2]], s], doubt: reach * s.abs() * DOUBT }
     }
 }
