@@ -135,17 +135,22 @@ fn ten_million_rays_and_none_escapes() {
     check(4, 10_000_000, &[(1.0, 0.0)]);
 }
 
+/// Rays from inside of a sphere of triangles, in directions of unit length, and what they hit.
+fn from_inside(rays: usize) -> (Tree, Vec<(Ray, TriangleHit)>) {
+    let tree = Tree::build(&icosphere(3, 1.0, Vec3::ZERO));
+    let mut noise = Noise(3);
+    let mut ray = || Ray::new(noise.vec() * 0.4, noise.vec().normalize());
+    let hits = (0..rays).map(|_| ray()).map(|ray| (ray, tree.closest(&ray, &Any).unwrap())).collect();
+    (tree, hits)
+}
+
 #[test]
 fn scaled_directions_hit_the_same() {
-    let triangles = icosphere(3, 1.0, Vec3::ZERO);
-    let tree = Tree::build(&triangles);
-    let mut noise = Noise(3);
-    for _ in 0..2000 {
-        let (o, d) = (noise.vec() * 0.4, noise.vec().normalize());
-        let expected = tree.closest(&Ray::new(o, d), &Any).unwrap();
+    let (tree, hits) = from_inside(2000);
+    for (ray, expected) in hits {
         for k in -30..=30 {
             let factor = 10f32.powi(k);
-            let hit = tree.closest(&Ray::new(o, d * factor), &Any).unwrap();
+            let hit = tree.closest(&Ray::new(ray.o, ray.d * factor), &Any).unwrap();
             let t = f64::from(hit.t) * f64::from(factor);
             assert!((t / f64::from(expected.t) - 1.0).abs() < 1e-5, "1e{k}: {t} {}", expected.t);
         }
@@ -154,22 +159,17 @@ fn scaled_directions_hit_the_same() {
 
 #[test]
 fn directions_of_twice_the_length_hit_with_the_same_bits() {
-    let tree = Tree::build(&icosphere(3, 1.0, Vec3::ZERO));
-    let mut noise = Noise(4);
-    for _ in 0..500 {
-        let (o, d) = (noise.vec() * 0.4, noise.vec().normalize());
-        let expected = tree.closest(&Ray::new(o, d), &Any).unwrap();
+    let (tree, hits) = from_inside(500);
+    for (ray, expected) in hits {
+        let ends = [expected.t.next_down(), expected.t, expected.t.next_up()]
+            .map(|t_max| (t_max, tree.blocked(&ray.until(t_max), &Any)));
         for k in -100..=120 {
             let factor = 2f32.powi(k);
-            let hit = tree.closest(&Ray::new(o, d * factor), &Any).unwrap();
+            let longer = Ray::new(ray.o, ray.d * factor);
+            let hit = tree.closest(&longer, &Any).unwrap();
             assert_eq!(TriangleHit { t: hit.t * factor, ..hit }, expected, "2^{k}");
-            for t_max in [expected.t.next_down(), expected.t, expected.t.next_up()] {
-                let blocked = tree.blocked(&Ray::new(o, d).until(t_max), &Any);
-                assert_eq!(
-                    tree.blocked(&Ray::new(o, d * factor).until(t_max / factor), &Any),
-                    blocked,
-                    "2^{k}"
-                );
+            for (t_max, blocked) in ends {
+                assert_eq!(tree.blocked(&longer.until(t_max / factor), &Any), blocked, "2^{k}");
             }
         }
     }

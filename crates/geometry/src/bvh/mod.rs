@@ -11,6 +11,7 @@ mod collapse;
 mod lanes;
 mod memory;
 mod node;
+mod query;
 mod simd;
 mod sweep;
 mod traverse;
