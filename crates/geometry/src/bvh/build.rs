@@ -1,8 +1,8 @@
 //! From triangles to the binary tree: which triangles count, their boxes, and how much is spent on the tree.
 
 use super::collapse::collapse;
-use super::memory::settled;
-use super::node::{Block, LEAF};
+use super::memory::Memory;
+use super::node::{Block, Child};
 use super::sweep::sweep;
 use super::{Kernel, Quality, Tree};
 use glam::{DVec3, Vec3, Vec3A};
@@ -22,27 +22,19 @@ pub(super) fn build(triangles: &[[Vec3; 3]], quality: Quality, kernel: Kernel) -
     let bounds = bounds(&ids, triangles);
     let scale = bounds.map_or(1.0, |(low, high)| unit_scale(low.abs().max(high.abs()).max_element()));
     let scaled: Vec<[Vec3; 3]> = ids.iter().map(|&id| triangles[id as usize].map(|p| p * scale)).collect();
-    let mut tree = Tree {
-        lines: Vec::new(),
-        root: None,
-        stack: 8,
-        scale,
-        unscale: 1.0 / f64::from(scale),
-        bounds,
-        kernel,
-    };
+    let mut tree =
+        Tree { memory: Memory::EMPTY, stack: 8, scale, unscale: 1.0 / f64::from(scale), bounds, kernel };
     match ids.len() {
         0 => {}
         1..=8 => {
             let mut block = Block::NONE;
             (0..).zip(&ids).zip(&scaled).for_each(|((lane, &id), t)| block.set(lane, id, t));
-            tree.lines = block.lines().to_vec();
-            tree.root = Some(LEAF);
+            tree.memory = Memory::new(block.lines().to_vec(), Child::block(0));
         }
         _ => {
             let boxes: Vec<Aabb> = scaled.iter().map(padded_box).collect();
             let wide = collapse(&binary_tree(&boxes, quality), &ids, &scaled);
-            (tree.lines, tree.root, tree.stack) = (settled(wide.lines), Some(0), 7 * wide.depth + 8);
+            (tree.memory, tree.stack) = (Memory::new(wide.lines, Child::node(0)), 7 * wide.depth + 8);
         }
     }
     tree

@@ -3,7 +3,7 @@
 //! Which binary nodes become children of one wide node, and which subtrees become leaves, is the cheapest choice by
 //! surface area, found by the dynamic programme of [Ylitie, Karras, Laine 2017, §3].
 
-use super::node::{Block, LEAF, Line, Node};
+use super::node::{Block, Child, Line, Node};
 use glam::Vec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -155,14 +155,15 @@ fn emit(flat: &[Flat], plans: &[Plan], ids: &[u32], triangles: &[[Vec3; 3]]) -> 
         gather(flat, plans, node, &mut children);
         placed.clear();
         for &child in &children {
-            let mut reference = wide.lines.len() as u32;
-            if plans[child].block {
-                reference |= LEAF;
+            let line = wide.lines.len();
+            let reference = if plans[child].block {
                 wide.lines.extend(block(&flat[child..], ids, triangles).lines());
+                Child::block(line)
             } else {
-                work.push((wide.lines.len(), child, level + 1));
+                work.push((line, child, level + 1));
                 wide.lines.extend(Node::NONE.lines());
-            }
+                Child::node(line)
+            };
             placed.push((&flat[child].hull, reference));
         }
         // Where order is open, small boxes first: shadow rays end sooner in what is near them than in what is large. Boxes

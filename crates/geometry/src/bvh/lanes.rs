@@ -1,6 +1,7 @@
 //! Eight floats at a time. Every operation is one IEEE operation per lane in every implementation (no fused
 //! multiply-add), so all of them give the same bits.
 
+use super::node::Child;
 use super::simd::Stack;
 
 /// Eight lanes. `min` and `max` return the second operand when either is NaN; comparisons give one bit per lane and
@@ -36,15 +37,21 @@ pub(super) trait Lanes: Copy {
     }
     fn lt(self, o: Self) -> u32;
     fn le(self, o: Self) -> u32;
-    /// The nearest child entered, self ≤ `far`; the others that are entered go on the stack, the farthest first.
+    /// The nearest child entered, self < `far`; the others that are entered go on the stack, the farthest first.
     /// `self` are entry distances (≥ 0, never NaN); on the stack, and in the order, the lane stands in place of their
     /// lowest three bits. `ahead` hears of the one that comes next.
-    fn nearest(self, far: Self, child: &[u32; 8], stack: &mut Stack, ahead: impl Fn(u32)) -> Option<u32>;
-    /// One of the children entered, self ≤ `far`; the others that are entered go on the stack, without distances.
+    fn nearest(
+        self,
+        far: Self,
+        child: &[Child; 8],
+        stack: &mut Stack,
+        ahead: impl Fn(Child),
+    ) -> Option<Child>;
+    /// One of the children entered, self < `far`; the others that are entered go on the stack, without distances.
     /// `ahead` hears of the one that comes next.
     #[inline(always)]
-    fn any(self, far: Self, child: &[u32; 8], stack: &mut Stack, _: impl Fn(u32)) -> Option<u32> {
-        let mut mask = self.le(far);
+    fn any(self, far: Self, child: &[Child; 8], stack: &mut Stack, _: impl Fn(Child)) -> Option<Child> {
+        let mut mask = self.lt(far);
         if mask == 0 {
             return None;
         }
@@ -115,14 +122,19 @@ impl Lanes for Portable {
         Self(self.0.map(f32::abs))
     }
     #[inline(always)]
-    fn nearest(self, far: Self, child: &[u32; 8], stack: &mut Stack, _: impl Fn(u32)) -> Option<u32> {
-        nearest(&self.0, self.le(far), child, stack)
+    fn nearest(self, far: Self, child: &[Child; 8], stack: &mut Stack, _: impl Fn(Child)) -> Option<Child> {
+        nearest(&self.0, self.lt(far), child, stack)
     }
 }
 
 /// [`Lanes::nearest`] one lane after the other.
 #[inline(always)]
-pub(super) fn nearest(near: &[f32; 8], mut mask: u32, child: &[u32; 8], stack: &mut Stack) -> Option<u32> {
+pub(super) fn nearest(
+    near: &[f32; 8],
+    mut mask: u32,
+    child: &[Child; 8],
+    stack: &mut Stack,
+) -> Option<Child> {
     if mask & mask.wrapping_sub(1) == 0 {
         return (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7]);
     }

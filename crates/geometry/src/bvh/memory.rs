@@ -1,15 +1,129 @@
-//! Where the lines of a tree lie. Rays jump about in them, and the machine remembers the addresses of only so many pages:
-//! of 4 KiB, those of a few MB. Large trees ask for pages of 2 MiB, which the system gives if it has any.
+//! The memory of a tree, and how it is read. Rays jump about in it, and the machine remembers the addresses of only so many
+//! pages: of 4 KiB, those of a few MB. Large trees ask for pages of 2 MiB, which the system gives if it has any.
+//!
+//! References are checked once, when the tree is built, and then followed without a look: the address of the next node is
+//! what traversal waits for. A [`Child`] is used with the memory it was read from only.
 
-use super::node::Line;
+use super::node::{Block, Child, Line, Node};
+use std::mem::offset_of;
 
-/// The lines in memory of just their size, in pages of 2 MiB if there is at least one and the system has them.
-pub(super) fn settled(lines: Vec<Line>) -> Vec<Line> {
-    let mut settled = Vec::with_capacity(lines.len());
-    #[cfg(all(feature = "huge-pages", target_os = "linux"))]
-    huge::ask(settled.spare_capacity_mut());
-    settled.extend_from_slice(&lines);
-    settled
+/// Nodes and blocks, and where to begin.
+///
+/// Invariant: all references that can be reached from the root lead to nodes and blocks within the lines.
+#[derive(Debug)]
+pub(super) struct Memory {
+    lines: Vec<Line>,
+    root: Option<Child>,
+}
+
+impl Memory {
+    /// Nothing to be hit.
+    pub const EMPTY: Self = Self { lines: Vec::new(), root: None };
+
+    /// The lines in memory of just their size, in pages of 2 MiB if there is at least one and the system has them.
+    ///
+    /// # Panics
+    /// If a reference leads outside of the lines, or a node does not lie behind its parent.
+    pub fn new(lines: Vec<Line>, root: Child) -> Self {
+        check(&lines, root);
+        let mut settled = Vec::with_capacity(lines.len());
+        #[cfg(all(feature = "huge-pages", target_os = "linux"))]
+        huge::ask(settled.spare_capacity_mut());
+        settled.extend_from_slice(&lines);
+        Self { lines: settled, root: Some(root) }
+    }
+
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.lines)
+    }
+
+    #[inline(always)]
+    pub fn root(&self) -> Option<Child> {
+        self.root
+    }
+
+    /// Row `i` of the bounds of every node.
+    #[inline(always)]
+    pub fn row(&self, i: usize) -> Row<'_> {
+        Row { first: self.start().wrapping_add(offset_of!(Node, bounds) + i * ROW), memory: self }
+    }
+
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub fn children(&self, node: Child) -> &[Child; 8] {
+        self.debug_check(node.node_offset(), size_of::<Node>());
+        // SAFETY: the invariants: there is a node, and its children are at this place in it.
+        unsafe { &*self.start().add(node.node_offset() + offset_of!(Node, child)).cast() }
+    }
+
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub fn block(&self, block: Child) -> &Block {
+        self.debug_check(block.block_offset(), size_of::<Block>());
+        // SAFETY: the invariants: there is a block.
+        unsafe { &*self.start().add(block.block_offset()).cast() }
+    }
+
+    /// Where a child begins, for requests ahead only: of a block, not to the byte.
+    #[inline(always)]
+    #[cfg(target_arch = "x86_64")]
+    pub fn near(&self, child: Child) -> *const i8 {
+        self.start().wrapping_add(child.node_offset()).cast()
+    }
+
+    #[inline(always)]
+    fn start(&self) -> *const u8 {
+        self.lines.as_ptr().cast()
+    }
+
+    #[inline(always)]
+    fn debug_check(&self, offset: usize, bytes: usize) {
+        debug_assert!(offset + bytes <= self.bytes(), "a reference from another tree");
+    }
+}
+
+/// Bytes of a row of eight.
+const ROW: usize = size_of::<[f32; 8]>();
+
+/// One row of the bounds of every node.
+#[derive(Clone, Copy)]
+pub(super) struct Row<'a> {
+    /// That of a node at the start of the memory.
+    first: *const u8,
+    memory: &'a Memory,
+}
+
+impl<'a> Row<'a> {
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub fn of(self, node: Child) -> &'a [f32; 8] {
+        self.memory.debug_check(node.node_offset(), size_of::<Node>());
+        // SAFETY: the invariants: there is a node, and `first` is a place in a node's bounds away from the start.
+        unsafe { &*self.first.wrapping_add(node.node_offset()).cast() }
+    }
+}
+
+/// Panics if a reference leads outside of `lines`, or a node does not lie behind its parent.
+fn check(lines: &[Line], root: Child) {
+    let mut open = vec![root];
+    while let Some(child) = open.pop() {
+        if child.is_block() {
+            part::<{ Block::LINES }>(lines, child.block_offset());
+            continue;
+        }
+        let node: &Node = bytemuck::cast_ref(part::<{ Node::LINES }>(lines, child.node_offset()));
+        let used = node.child.iter().zip(&node.bounds[0]).filter(|(_, low)| low.is_finite());
+        open.extend(used.map(|(below, _)| {
+            assert!(below.block_offset() > child.node_offset(), "a child before its parent");
+            *below
+        }));
+    }
+}
+
+/// The `N` lines from byte `offset`.
+fn part<const N: usize>(lines: &[Line], offset: usize) -> &[Line; N] {
+    let at = offset / size_of::<Line>();
+    lines[at..at + N].first_chunk().unwrap_or_else(|| unreachable!())
 }
 
 #[cfg(all(feature = "huge-pages", target_os = "linux"))]
@@ -40,17 +154,46 @@ mod tests {
     use crate::bvh::node::Node;
     use glam::Vec3;
 
+    /// A chain of nodes, each with the number of the next.
+    fn chain(nodes: usize) -> Vec<Line> {
+        let mut lines = Vec::new();
+        for i in 0..nodes {
+            let mut node = Node::NONE;
+            if i + 1 < nodes {
+                node.set(0, Vec3::ZERO, Vec3::splat(i as f32), Child::node((i + 1) * Node::LINES));
+            }
+            lines.extend(node.lines());
+        }
+        lines
+    }
+
     #[test]
     fn nothing_is_lost() {
-        for nodes in [0, 1, 10_000, 30_000] {
-            let mut lines = Vec::new();
-            for i in 0..nodes {
-                let mut node = Node::NONE;
-                node.set(0, Vec3::ZERO, Vec3::splat(i as f32), i);
-                lines.extend(node.lines());
+        for nodes in [1, 10_000, 30_000] {
+            let memory = Memory::new(chain(nodes), Child::node(0));
+            let mut at = memory.root().unwrap();
+            for i in 0..nodes - 1 {
+                assert_eq!(memory.row(1).of(at)[0], i as f32);
+                at = memory.children(at)[0];
             }
-            let kept = settled(lines.clone());
-            assert_eq!(bytemuck::cast_slice::<_, u32>(&kept), bytemuck::cast_slice::<_, u32>(&lines));
+            assert_eq!(memory.row(0).of(at)[0], f32::INFINITY);
+            assert_eq!(memory.bytes(), nodes * size_of::<Node>());
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "range end index")]
+    fn no_reference_leads_outside() {
+        let mut node = Node::NONE;
+        node.set(3, Vec3::ZERO, Vec3::ONE, Child::block(4));
+        Memory::new(node.lines().to_vec(), Child::node(0));
+    }
+
+    #[test]
+    #[should_panic(expected = "a child before its parent")]
+    fn no_reference_leads_back() {
+        let mut node = Node::NONE;
+        node.set(3, Vec3::ZERO, Vec3::ONE, Child::node(0));
+        Memory::new(node.lines().to_vec(), Child::node(0));
     }
 }

@@ -19,7 +19,7 @@ mod triangle;
 
 use crate::Ray;
 use glam::Vec3;
-use node::Line;
+use memory::Memory;
 
 /// Which instructions traversal uses. All give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,9 +109,7 @@ impl Quality {
 /// A tree over triangles.
 #[derive(Debug)]
 pub struct Tree {
-    lines: Vec<Line>,
-    /// Reference of the root: a node, a block, or nothing.
-    root: Option<u32>,
+    memory: Memory,
     /// Entries the traversal stack can need.
     stack: usize,
     /// Tree units per unit of the caller, a power of two.
@@ -164,6 +162,6 @@ impl Tree {
 
     /// Bytes of nodes and leaf blocks.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.lines)
+        self.memory.bytes()
     }
 }

@@ -4,8 +4,54 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Child reference: set for a leaf block, clear for a node. The rest is the first of its lines.
-pub(super) const LEAF: u32 = 1 << 31;
+/// Where a child lies, a node or a block: its place in the memory of the tree in units of eight bytes, so that an address
+/// is one scaled sum. The lowest bit, which no place needs, marks blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub(super) struct Child(u32);
+
+impl Child {
+    const BLOCK: u32 = 1;
+    const UNIT: usize = 8;
+
+    /// The node that begins at line `line`.
+    pub fn node(line: usize) -> Self {
+        let units = line * (size_of::<Line>() / Self::UNIT);
+        Self(u32::try_from(units).expect("a tree has at most 32 GiB, some 400 million triangles"))
+    }
+
+    /// The block that begins at line `line`.
+    pub fn block(line: usize) -> Self {
+        Self(Self::node(line).0 | Self::BLOCK)
+    }
+
+    #[inline(always)]
+    pub fn is_block(self) -> bool {
+        self.0 & Self::BLOCK != 0
+    }
+
+    /// Bytes from the start of the tree's memory to a node.
+    #[inline(always)]
+    pub fn node_offset(self) -> usize {
+        self.0 as usize * Self::UNIT
+    }
+
+    /// Bytes from the start of the tree's memory to a block.
+    #[inline(always)]
+    pub fn block_offset(self) -> usize {
+        (self.0 & !Self::BLOCK) as usize * Self::UNIT
+    }
+
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    #[inline(always)]
+    pub fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+}
 
 /// What the memory of a tree is counted in: a cache line. Nodes and blocks lie side by side, near their parents.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -18,7 +64,7 @@ pub(super) struct Line([u32; 16]);
 pub(super) struct Node {
     /// `bounds[2·axis]` are minima, `bounds[2·axis + 1]` maxima.
     pub bounds: [[f32; 8]; 6],
-    pub child: [u32; 8],
+    pub child: [Child; 8],
     unused: [u32; 8],
 }
 
@@ -28,21 +74,15 @@ impl Node {
     /// No children: boxes that no ray enters.
     pub const NONE: Self = {
         let (low, high) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
-        Self { bounds: [low, high, low, high, low, high], child: [0; 8], unused: [0; 8] }
+        Self { bounds: [low, high, low, high, low, high], child: [Child(0); 8], unused: [0; 8] }
     };
-
-    /// The node in the lines from `at`.
-    #[inline(always)]
-    pub fn read(lines: &[Line], at: u32) -> &Self {
-        bytemuck::cast_ref(part::<{ Self::LINES }>(lines, at))
-    }
 
     /// As a piece of the tree's memory.
     pub fn lines(&self) -> &[Line; Self::LINES] {
         bytemuck::cast_ref(self)
     }
 
-    pub fn set(&mut self, slot: usize, min: Vec3, max: Vec3, child: u32) {
+    pub fn set(&mut self, slot: usize, min: Vec3, max: Vec3, child: Child) {
         for axis in 0..3 {
             self.bounds[2 * axis][slot] = min[axis];
             self.bounds[2 * axis + 1][slot] = max[axis];
@@ -65,12 +105,6 @@ impl Block {
 
     pub const NONE: Self = Self { corner: [[[f32::NAN; 8]; 3]; 3], id: [u32::MAX; 8] };
 
-    /// The block in the lines from `at`.
-    #[inline(always)]
-    pub fn read(lines: &[Line], at: u32) -> &Self {
-        bytemuck::cast_ref(part::<{ Self::LINES }>(lines, at))
-    }
-
     /// As a piece of the tree's memory.
     pub fn lines(&self) -> &[Line; Self::LINES] {
         bytemuck::cast_ref(self)
@@ -84,11 +118,4 @@ impl Block {
             }
         }
     }
-}
-
-/// The `N` lines from `at`.
-#[inline(always)]
-pub(super) fn part<const N: usize>(lines: &[Line], at: u32) -> &[Line; N] {
-    let at = at as usize;
-    lines[at..at + N].first_chunk().unwrap_or_else(|| unreachable!())
 }

@@ -8,54 +8,51 @@ use glam::Vec3A;
 /// further than the triangle is large.
 const STEEPEST: f32 = f32::MAX / 2.0;
 
-/// The largest coordinate of directions that are taken as they are lies between this and its inverse.
+/// Directions are taken as they are if their largest coordinate lies between this and its inverse.
 const LONG: f32 = (1u32 << 16) as f32;
 
-/// A ray in the tree's units.
+/// A ray in the tree's units, such that no product of the traversal leaves the range of f32.
 #[derive(Clone, Copy)]
 pub(super) struct Query {
     pub o: Vec3A,
     pub d: Vec3A,
-    /// Largest coordinate of d.
-    largest: f32,
     pub t_max: f32,
     /// Factor from its t to the caller's.
     pub to_caller: f64,
 }
 
 impl Query {
-    /// None where nothing can be hit. All stays in registers: a ray that misses everything spends its time here.
+    /// The ray with its direction as it is; None where nothing can be hit, or the direction is too long or too short.
     #[inline(always)]
     pub fn new(tree: &Tree, ray: &Ray) -> Option<Self> {
         let (o, d) = (Vec3A::from(ray.o) * tree.scale, Vec3A::from(ray.d));
-        let largest = d.abs().max_element();
-        // NaN unless all are finite.
-        let zero = o.dot(Vec3A::ZERO) + d.dot(Vec3A::ZERO);
-        (largest > zero && ray.t_max > zero).then_some(Self {
+        let (long, short) = (Vec3A::splat(LONG), Vec3A::splat(1.0 / LONG));
+        let in_range = d.abs().cmplt(long).all() & d.abs().cmpgt(short).any() & o.is_finite();
+        (in_range & (ray.t_max > 0.0)).then_some(Self {
             o,
             d,
-            largest,
             t_max: ray.t_max * tree.scale,
             to_caller: tree.unscale,
         })
     }
 
-    /// Whether no product of the traversal leaves the range of f32.
-    #[inline(always)]
-    pub fn in_range(&self) -> bool {
-        self.largest < LONG && self.largest > 1.0 / LONG
-    }
-
-    /// `ray` with a direction near unit length. It differs by a power of two, which changes no bit of a hit.
-    pub fn shortened(self, tree: &Tree, ray: &Ray) -> Self {
-        let exponent = (self.largest.to_bits() >> 23).clamp(1, 253);
+    /// The ray with a direction near unit length, which differs by a power of two: that changes no bit of a hit. None where
+    /// nothing can be hit.
+    #[cold]
+    pub fn shortened(tree: &Tree, ray: &Ray) -> Option<Self> {
+        let o = ray.o * tree.scale;
+        let largest = ray.d.abs().max_element();
+        if !(o.is_finite() && ray.d.is_finite() && largest > 0.0 && ray.t_max > 0.0) {
+            return None;
+        }
+        let exponent = (largest.to_bits() >> 23).clamp(1, 253);
         let (length, shrink) = (f32::from_bits(exponent << 23), f32::from_bits((254 - exponent) << 23));
-        Self {
-            d: self.d * shrink,
+        Some(Self {
+            o: o.into(),
+            d: (ray.d * shrink).into(),
             t_max: (f64::from(ray.t_max) * (f64::from(tree.scale) * f64::from(length))) as f32,
             to_caller: f64::from(shrink) * tree.unscale,
-            ..self
-        }
+        })
     }
 
     /// 1/d, finite.

@@ -4,7 +4,8 @@
 #![allow(unsafe_code)]
 
 use super::lanes::Portable;
-use super::node::Line;
+use super::memory::Memory;
+use super::node::Child;
 use super::traverse::walk;
 use super::{Candidate, Kernel, Tree, TriangleHit};
 use crate::Ray;
@@ -62,23 +63,21 @@ fn portable<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C
     walk::<Portable, C, ANY>(tree, ray, candidate)
 }
 
-/// Asks for the first four lines of what a child reference leads to.
+/// Asks for the first four lines of a child.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
-pub(super) fn prefetch(lines: &[Line], child: u32) {
-    use super::node::{LEAF, part};
-    for line in part::<4>(lines, child & !LEAF) {
+pub(super) fn prefetch(memory: &Memory, child: Child) {
+    use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+    for line in 0..4 {
         // SAFETY: SSE is part of every x86-64; a prefetch does not read.
-        unsafe {
-            std::arch::x86_64::_mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>((&raw const *line).cast())
-        };
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(memory.near(child).wrapping_add(64 * line)) };
     }
 }
 
 /// Elsewhere there is no such request in stable Rust.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline(always)]
-pub(super) fn prefetch(_: &[Line], _: u32) {}
+pub(super) fn prefetch(_: &Memory, _: Child) {}
 
 /// Entries of a stack that fits any tree of reasonable depth.
 pub(super) const SMALL_STACK: usize = 264;
@@ -109,7 +108,7 @@ impl<'a> Stack<'a> {
 
     /// The entry last pushed.
     #[inline(always)]
-    pub fn pop(&mut self) -> Option<(u32, u32)> {
+    pub fn pop(&mut self) -> Option<(u32, Child)> {
         if self.len == 0 {
             return None;
         }
@@ -118,7 +117,7 @@ impl<'a> Stack<'a> {
         Some(unsafe {
             (
                 self.near.get_unchecked(self.len).assume_init(),
-                self.child.get_unchecked(self.len).assume_init(),
+                Child::from_bits(self.child.get_unchecked(self.len).assume_init()),
             )
         })
     }
@@ -126,33 +125,33 @@ impl<'a> Stack<'a> {
     /// The child last pushed; there must be one.
     #[inline(always)]
     #[cfg(target_arch = "x86_64")]
-    fn last(&self) -> u32 {
+    fn last(&self) -> Child {
         debug_assert!(self.len > 0);
         // SAFETY: as `pop_child`.
-        unsafe { self.child[self.len - 1].assume_init() }
+        Child::from_bits(unsafe { self.child[self.len - 1].assume_init() })
     }
 
     /// Puts a child on top, without a distance.
     #[inline(always)]
-    pub fn push(&mut self, child: u32) {
-        self.child[self.len] = MaybeUninit::new(child);
+    pub fn push(&mut self, child: Child) {
+        self.child[self.len] = MaybeUninit::new(child.bits());
         self.len += 1;
     }
 
     /// The child last pushed.
     #[inline(always)]
-    pub fn pop_child(&mut self) -> Option<u32> {
+    pub fn pop_child(&mut self) -> Option<Child> {
         if self.len == 0 {
             return None;
         }
         self.len -= 1;
         // SAFETY: slots of children below the old length are initialised, and the slice is longer.
-        Some(unsafe { self.child.get_unchecked(self.len).assume_init() })
+        Some(Child::from_bits(unsafe { self.child.get_unchecked(self.len).assume_init() }))
     }
 
     /// Inserts an entry above `base`, below those with a smaller `near`.
     #[inline(always)]
-    pub fn insert(&mut self, base: usize, near: u32, child: u32) {
+    pub fn insert(&mut self, base: usize, near: u32, child: Child) {
         assert!(self.len < self.near.len() && self.len < self.child.len());
         let mut at = self.len;
         // SAFETY: slots below `len` are initialised.
@@ -162,7 +161,7 @@ impl<'a> Stack<'a> {
             at -= 1;
         }
         self.near[at] = MaybeUninit::new(near);
-        self.child[at] = MaybeUninit::new(child);
+        self.child[at] = MaybeUninit::new(child.bits());
         self.len += 1;
     }
 
@@ -178,6 +177,7 @@ impl<'a> Stack<'a> {
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::super::lanes::{Lanes, nearest};
+    use super::super::node::Child;
     use super::Stack;
     use std::arch::x86_64::*;
 
@@ -237,10 +237,14 @@ mod x86 {
             }
         }
         #[inline(always)]
-        fn nearest(self, far: Self, child: &[u32; 8], stack: &mut Stack, _: impl Fn(u32)) -> Option<u32> {
-            let mut near = [0.0; 8];
-            self.store(&mut near);
-            nearest(&near, self.le(far), child, stack)
+        fn nearest(
+            self,
+            far: Self,
+            child: &[Child; 8],
+            stack: &mut Stack,
+            _: impl Fn(Child),
+        ) -> Option<Child> {
+            nearest(&self.array(), self.lt(far), child, stack)
         }
     }
 
@@ -321,24 +325,33 @@ mod x86 {
         /// network over all eight keys, in which lanes not entered have key −1 and go last.
         ///
         /// Distances are compared as integers, which order floats that are not negative alike, and all others below.
-        /// An exit at −0 counts as before the entry: the ray starts on the box and leaves it, and what is in the box lies
-        /// within its padding.
         #[inline(always)]
-        fn nearest(self, far: Self, child: &[u32; 8], stack: &mut Stack, ahead: impl Fn(u32)) -> Option<u32> {
-            let (missed, mask) = self.entered(far);
-            if mask & mask.wrapping_sub(1) == 0 {
+        fn nearest(
+            self,
+            far: Self,
+            child: &[Child; 8],
+            stack: &mut Stack,
+            ahead: impl Fn(Child),
+        ) -> Option<Child> {
+            let (entered, mask) = self.entered(far);
+            if at_most_one(mask) {
                 return (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7]);
             }
-            let (near_top, child_top) = stack.top();
             // SAFETY: `Avx2` values exist only where there is AVX2; `top` has room for eight values at both places.
             unsafe {
                 let lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
                 let bits = _mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(self.0));
+                let missed = _mm256_xor_si256(entered, _mm256_set1_epi32(-1));
                 let v = _mm256_or_si256(_mm256_or_si256(bits, lane), missed);
                 let m = _mm256_min_epu32(v, _mm256_permute4x64_epi64::<0b01_00_11_10>(v));
                 let m = _mm256_min_epu32(m, _mm256_shuffle_epi32::<0b01_00_11_10>(m));
                 let m = _mm256_min_epu32(m, _mm256_shuffle_epi32::<0b10_11_00_01>(m));
-                let first = child[_mm256_cvtsi256_si32(m) as usize & 7];
+                let children = _mm256_loadu_si256(child.as_ptr().cast());
+                // A key's lowest three bits are its lane: all that the permutation looks at.
+                let mut first = _mm256_cvtsi256_si32(_mm256_permutevar8x32_epi32(children, m)) as u32;
+                // No instruction; but the network, for which nothing waits, stays behind it.
+                std::arch::asm!("/* {0:e} */", inout(reg) first, options(nomem, nostack, preserves_flags));
+                let (near_top, child_top) = stack.top();
                 layer!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b1010_1010);
                 layer!(v, _mm256_shuffle_epi32::<0b00_01_10_11>(v), 0b1100_1100);
                 layer!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b1010_1010);
@@ -346,19 +359,24 @@ mod x86 {
                 layer!(v, _mm256_permutevar8x32_epi32(v, reversed), 0b1111_0000);
                 layer!(v, _mm256_shuffle_epi32::<0b01_00_11_10>(v), 0b1100_1100);
                 layer!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b1010_1010);
-                let children = _mm256_loadu_si256(child.as_ptr().cast());
                 _mm256_storeu_si256(near_top.cast(), v);
                 _mm256_storeu_si256(child_top.cast(), _mm256_permutevar8x32_epi32(children, v));
                 // All of the eight written that were entered, but the nearest, are now part of the stack.
                 stack.len += mask.count_ones() as usize - 1;
                 ahead(stack.last());
-                Some(first)
+                Some(Child::from_bits(first))
             }
         }
         #[inline(always)]
-        fn any(self, far: Self, child: &[u32; 8], stack: &mut Stack, ahead: impl Fn(u32)) -> Option<u32> {
+        fn any(
+            self,
+            far: Self,
+            child: &[Child; 8],
+            stack: &mut Stack,
+            ahead: impl Fn(Child),
+        ) -> Option<Child> {
             let (_, mask) = self.entered(far);
-            if mask & mask.wrapping_sub(1) == 0 {
+            if at_most_one(mask) {
                 return (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7]);
             }
             let (_, child_top) = stack.top();
@@ -376,15 +394,22 @@ mod x86 {
     }
 
     impl Avx2 {
-        /// All bits set in the lanes where self > `far`, and the mask of the others.
+        /// All bits set in the lanes where self < `far`, and their mask.
         #[inline(always)]
         fn entered(self, far: Self) -> (__m256i, u32) {
             // SAFETY: `Avx2` values exist only where there is AVX2.
             unsafe {
-                let missed = _mm256_cmpgt_epi32(_mm256_castps_si256(self.0), _mm256_castps_si256(far.0));
-                (missed, !_mm256_movemask_ps(_mm256_castsi256_ps(missed)) as u32 & 255)
+                let entered = _mm256_cmpgt_epi32(_mm256_castps_si256(far.0), _mm256_castps_si256(self.0));
+                (entered, _mm256_movemask_ps(_mm256_castsi256_ps(entered)) as u32)
             }
         }
+    }
+
+    /// Whether a mask of eight bits has at most one. Less 1 is taken modulo 256, which gives the same: for less 1 the
+    /// compiler counts bits, and the branch is decided two cycles later.
+    #[inline(always)]
+    fn at_most_one(mask: u32) -> bool {
+        (mask + 255) & mask == 0
     }
 
     /// By mask: its lanes, the lowest last.

@@ -5,10 +5,16 @@
 //! boxes), so the exit is widened by more than their sum. A ray in the plane of a face gives 0·∞ = NaN there, which
 //! min and max would drop [Ize 2013]; with 1/0 held to a finite number it is 0, which shuts the ray out only where the
 //! plane bounds the far side of the box, and there is nothing on it but padding. Boxes entered at the best distance, or
-//! a little beyond, are visited still: a triangle of lower id at the same t may lie there.
+//! a little beyond, are visited still: a triangle of lower id at the same t may lie there. A box is met where its entry
+//! lies before its exit, not at it: as exits are widened, the two are equal only for a box whose end the ray starts on,
+//! which leaves it with nothing but padding before it, and for one further away than f32 reaches.
+//!
+//! The time is spent waiting: from a reference to the planes of its node, through the slab test to the mask of the boxes
+//! that are met, and from the mask to the next reference. Every cycle on that way counts, instructions beside it hardly do.
 
 use super::lanes::Lanes;
-use super::node::{Block, LEAF, Node};
+use super::memory::Row;
+use super::node::{Block, Child};
 use super::query::Query;
 use super::simd::{SMALL_STACK, Stack, prefetch};
 use super::triangle::{Sheared, intersect};
@@ -20,44 +26,48 @@ use std::mem::MaybeUninit;
 /// 1 + 16 ulp.
 const WIDEN: f32 = 1.0 + 16.0 * f32::EPSILON;
 
-/// What the slab test needs of a ray.
-struct Slabs<L> {
+/// What the slab test needs of a ray, and of the tree the planes that the ray meets first on each axis, and last.
+struct Slabs<'a, L> {
     o: [L; 3],
     near: [L; 3],
     far: [L; 3],
-    /// Lowest bit set if the upper plane of the axis is met first.
-    upper: [usize; 3],
+    first: [Row<'a>; 3],
+    last: [Row<'a>; 3],
 }
 
-impl<L: Lanes> Slabs<L> {
+impl<'a, L: Lanes> Slabs<'a, L> {
     #[inline(always)]
-    fn new(query: &Query, r: Vec3A) -> Self {
+    fn new(tree: &'a Tree, query: &Query, r: Vec3A) -> Self {
         let splat = |v: Vec3A| [L::splat(v.x), L::splat(v.y), L::splat(v.z)];
         let signs = query.d.is_negative_bitmask() as usize;
+        let upper = [signs & 1, signs >> 1 & 1, signs >> 2];
+        let row = |axis: usize, upper: usize| tree.memory.row(2 * axis + upper);
         Self {
             o: splat(query.o),
             near: splat(r),
             far: splat(r * WIDEN),
-            upper: [signs, signs >> 1, signs >> 2],
+            first: [row(0, upper[0]), row(1, upper[1]), row(2, upper[2])],
+            last: [row(0, 1 - upper[0]), row(1, 1 - upper[1]), row(2, 1 - upper[2])],
         }
     }
 
-    /// Entry and exit distances of the eight boxes; a box is met where entry ≤ exit.
+    /// Entry and exit distances of the eight boxes; a box is met where entry < exit.
     #[inline(always)]
-    fn meet(&self, node: &Node, limit: L) -> (L, L) {
-        let nx = plane(node, self.upper[0] & 1, self.o[0], self.near[0]);
-        let ny = plane(node, 2 + (self.upper[1] & 1), self.o[1], self.near[1]);
-        let nz = plane(node, 4 + (self.upper[2] & 1), self.o[2], self.near[2]);
-        let fx = plane(node, 1 - (self.upper[0] & 1), self.o[0], self.far[0]);
-        let fy = plane(node, 3 - (self.upper[1] & 1), self.o[1], self.far[1]);
-        let fz = plane(node, 5 - (self.upper[2] & 1), self.o[2], self.far[2]);
-        (nx.later(ny).later(nz.later(L::splat(0.0))), fx.earlier(fy).earlier(fz.earlier(limit)))
+    fn meet(&self, node: Child, limit: L) -> (L, L) {
+        let plane = |row: Row, o: L, inverse: L| L::load(row.of(node)).sub(o).mul(inverse);
+        let near = |axis: usize| plane(self.first[axis], self.o[axis], self.near[axis]);
+        let far = |axis: usize| plane(self.last[axis], self.o[axis], self.far[axis]);
+        let entry = near(0).later(near(1)).later(near(2).later(L::splat(0.0)));
+        (entry, far(0).earlier(far(1)).earlier(far(2).earlier(limit)))
     }
 }
 
-#[inline(always)]
-fn plane<L: Lanes>(node: &Node, row: usize, o: L, inverse: L) -> L {
-    L::load(&node.bounds[row]).sub(o).mul(inverse)
+/// What is known of the hit so far.
+struct Best<L> {
+    hit: TriangleHit,
+    found: bool,
+    /// Boxes entered from here on have nothing better.
+    limit: L,
 }
 
 /// The nearest hit that counts, or with `ANY` the first that is found.
@@ -67,20 +77,21 @@ pub(super) fn walk<L: Lanes, C: Candidate, const ANY: bool>(
     ray: &Ray,
     candidate: &C,
 ) -> Option<TriangleHit> {
-    let query = Query::new(tree, ray)?;
-    if query.in_range() && tree.stack <= SMALL_STACK {
+    if tree.stack <= SMALL_STACK
+        && let Some(query) = Query::new(tree, ray)
+    {
         let mut memory = [MaybeUninit::uninit(); 2 * SMALL_STACK];
         return walk_with::<L, C, ANY>(tree, query, candidate, &mut Stack::new(&mut memory));
     }
-    let mut small = [MaybeUninit::uninit(); 2 * SMALL_STACK];
-    let mut large = Vec::new();
+    let query = Query::shortened(tree, ray)?;
+    let (mut small, mut large) = ([MaybeUninit::uninit(); 2 * SMALL_STACK], Vec::new());
     let memory = if tree.stack <= SMALL_STACK {
         &mut small[..]
     } else {
         large.resize(2 * tree.stack, MaybeUninit::uninit());
         &mut large[..]
     };
-    walk_with::<L, C, ANY>(tree, query.shortened(tree, ray), candidate, &mut Stack::new(memory))
+    walk_with::<L, C, ANY>(tree, query, candidate, &mut Stack::new(memory))
 }
 
 #[inline(always)]
@@ -90,58 +101,82 @@ fn walk_with<L: Lanes, C: Candidate, const ANY: bool>(
     candidate: &C,
     stack: &mut Stack,
 ) -> Option<TriangleHit> {
-    let Query { o, d, t_max, to_caller, .. } = query;
     let r = query.inverse();
-    let slabs = Slabs::<L>::new(&query, r);
-    let sheared = Sheared::new(o, d, r);
+    let slabs = Slabs::<L>::new(tree, &query, r);
     // No id is lower than 0: at t_max itself there is no hit.
-    let mut best = TriangleHit { t: t_max, u: 0.0, v: 0.0, triangle: 0 };
-    let mut found = false;
-    let mut limit = L::splat(t_max * WIDEN);
-    let mut at = tree.root?;
+    let hit = TriangleHit { t: query.t_max, u: 0.0, v: 0.0, triangle: 0 };
+    let mut best = Best { hit, found: false, limit: L::splat(query.t_max * WIDEN) };
+    let mut at = tree.memory.root()?;
+    if !at.is_block() {
+        at = descend::<L, ANY>(tree, &slabs, at, best.limit, stack)?;
+    }
+    // What blocks need of the ray is worked out while the root is waited for.
+    let sheared = Sheared::new(query.o, query.d, r);
     loop {
         let mut next = None;
-        if at & LEAF == 0 {
-            let node = Node::read(&tree.lines, at);
-            let (near, far) = slabs.meet(node, limit);
-            next = if ANY {
-                near.any(far, &node.child, stack, |child| prefetch(&tree.lines, child))
-            } else {
-                near.nearest(far, &node.child, stack, |child| prefetch(&tree.lines, child))
-            };
-        } else {
-            let block = Block::read(&tree.lines, at & !LEAF);
-            if let Some(hits) = intersect::<L>(&sheared, block, best.t) {
-                let mut mask = hits.mask;
-                while mask != 0 {
-                    let lane = mask.trailing_zeros() as usize & 7;
-                    mask &= mask - 1;
-                    let Some(hit) = hits.hit(&sheared, block, lane, best.t, t_max) else { continue };
-                    let nearer = hit.t < best.t || (hit.t == best.t && hit.triangle < best.triangle);
-                    if nearer && (C::OPAQUE || candidate.accept(&in_callers_units(hit, to_caller))) {
-                        if ANY {
-                            return Some(hit);
-                        }
-                        best = hit;
-                        found = true;
-                        limit = L::splat(hit.t * WIDEN);
-                    }
-                }
+        if at.is_block() {
+            let block = tree.memory.block(at);
+            strike::<L, C, ANY>(block, &query, &sheared, candidate, &mut best);
+            if ANY && best.found {
+                return Some(best.hit);
             }
+        } else {
+            next = descend::<L, ANY>(tree, &slabs, at, best.limit, stack);
         }
         let next = match next {
             Some(child) => Some(child),
             None if ANY => stack.pop_child(),
-            None => pop_within(stack, best.t * WIDEN),
+            None => pop_within(stack, best.hit.t * WIDEN),
         };
-        let Some(child) = next else { return found.then(|| in_callers_units(best, to_caller)) };
+        let Some(child) = next else {
+            return best.found.then(|| in_callers_units(best.hit, query.to_caller));
+        };
         at = child;
+    }
+}
+
+/// The child of `node` to go on with; others that are entered before `limit` are on the stack.
+#[inline(always)]
+fn descend<L: Lanes, const ANY: bool>(
+    tree: &Tree,
+    slabs: &Slabs<L>,
+    node: Child,
+    limit: L,
+    stack: &mut Stack,
+) -> Option<Child> {
+    let (near, far) = slabs.meet(node, limit);
+    let (children, ahead) = (tree.memory.children(node), |child| prefetch(&tree.memory, child));
+    if ANY { near.any(far, children, stack, ahead) } else { near.nearest(far, children, stack, ahead) }
+}
+
+/// Looks for a better hit in a block; with `ANY` for any.
+#[inline(always)]
+fn strike<L: Lanes, C: Candidate, const ANY: bool>(
+    block: &Block,
+    query: &Query,
+    sheared: &Sheared,
+    candidate: &C,
+    best: &mut Best<L>,
+) {
+    let Some(hits) = intersect::<L>(sheared, block, best.hit.t) else { return };
+    let mut mask = hits.mask;
+    while mask != 0 {
+        let lane = mask.trailing_zeros() as usize & 7;
+        mask &= mask - 1;
+        let Some(hit) = hits.hit(sheared, block, lane, best.hit.t, query.t_max) else { continue };
+        let nearer = hit.t < best.hit.t || (hit.t == best.hit.t && hit.triangle < best.hit.triangle);
+        if nearer && (C::OPAQUE || candidate.accept(&in_callers_units(hit, query.to_caller))) {
+            *best = Best { hit, found: true, limit: L::splat(hit.t * WIDEN) };
+            if ANY {
+                return;
+            }
+        }
     }
 }
 
 /// The child last pushed whose box is entered at `limit` or before.
 #[inline(always)]
-fn pop_within(stack: &mut Stack, limit: f32) -> Option<u32> {
+fn pop_within(stack: &mut Stack, limit: f32) -> Option<Child> {
     loop {
         let (near, child) = stack.pop()?;
         if f32::from_bits(near) <= limit {
