@@ -3,7 +3,8 @@
 //!
 //! `cargo bench --bench traversal` prints a table with ratios between kernels; `-- --quick` is the smoke run of CI;
 //! `-- --dump DIR [FILE.glb …]` writes meshes and rays, those of glTF files too, and `-- --rays DIR` times the fastest kernel
-//! on them and prints one line of JSON: `tools/embree_compare.py` uses the two to put Embree beside it on the same rays.
+//! on them, one pass for every line `MESH KIND` that it reads: `tools/embree_compare.py` uses the two to put Embree beside
+//! it on the same rays, in turns.
 
 use dapple_geometry::bvh::{Any, Kernel, Tree};
 use dapple_geometry::offset::offset_origin;
@@ -12,6 +13,7 @@ use dapple_geometry::{Frame, Ray};
 use dapple_sampling::{Dimension, Key, Pattern, point_2d, warp};
 use dapple_scene::gltf;
 use glam::{Vec2, Vec3};
+use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -174,30 +176,36 @@ fn rays(setup: &Setup, tree: &Tree, side: u32) -> [Vec<Ray>; 3] {
     [primary, diffuse, shadow]
 }
 
-/// Nanoseconds this thread has run; wall time where the system does not tell.
-fn cpu_ns(start: std::time::Instant) -> u64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let first = text.and_then(|t| t.split_whitespace().next().and_then(|n| n.parse().ok()));
-    first.unwrap_or_else(|| start.elapsed().as_nanos() as u64)
+/// Nanoseconds this thread has run.
+#[cfg(unix)]
+fn cpu_ns() -> i64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    time.tv_sec as i64 * 1_000_000_000 + time.tv_nsec as i64
 }
 
-/// Millions of rays per second, median of three passes, and how many hit.
-fn time(tree: &Tree, rays: &[Ray], shadow: bool) -> (f64, u64) {
-    let start = std::time::Instant::now();
-    let mut hits = 0;
-    let mut passes: Vec<u64> = (0..3)
-        .map(|_| {
-            let before = cpu_ns(start);
-            hits = if shadow {
-                rays.iter().filter(|r| tree.blocked(r, &Any)).count()
-            } else {
-                rays.iter().filter(|r| tree.closest(r, &Any).is_some()).count()
-            };
-            cpu_ns(start) - before
-        })
-        .collect();
-    passes.sort_unstable();
-    (rays.len() as f64 * 1e3 / passes[1].max(1) as f64, hits as u64)
+/// Nanoseconds since the first call, where the time of threads is not told.
+#[cfg(not(unix))]
+fn cpu_ns() -> i64 {
+    static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+    START.get_or_init(std::time::Instant::now).elapsed().as_nanos() as i64
+}
+
+/// Millions of rays per second in one pass, and how many hit.
+fn pass(tree: &Tree, rays: &[Ray], shadow: bool) -> (f64, usize) {
+    let before = cpu_ns();
+    let hits = if shadow {
+        rays.iter().filter(|r| tree.blocked(r, &Any)).count()
+    } else {
+        rays.iter().filter(|r| tree.closest(r, &Any).is_some()).count()
+    };
+    (rays.len() as f64 * 1e3 / (cpu_ns() - before).max(1) as f64, hits)
+}
+
+/// Millions of rays per second, median of three passes.
+fn time(tree: &Tree, rays: &[Ray], shadow: bool) -> f64 {
+    let mut passes = [0; 3].map(|_| pass(tree, rays, shadow).0);
+    passes.sort_unstable_by(f64::total_cmp);
+    passes[1]
 }
 
 fn floats(path: &Path, values: impl Iterator<Item = f32>) -> std::io::Result<()> {
@@ -230,29 +238,35 @@ fn load(path: PathBuf) -> std::io::Result<Vec<f32>> {
     Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
 }
 
-fn time_dumped(dir: &Path) -> std::io::Result<()> {
-    let entries =
-        std::fs::read_dir(dir)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
-    let meshes = entries.iter().filter(|path| path.extension().is_some_and(|e| e == "tri"));
-    let mut names: Vec<_> = meshes.filter_map(|path| path.file_stem()?.to_str()).collect();
-    names.sort_unstable();
-    let mut cells = Vec::new();
-    for name in names {
-        let numbers = load(dir.join(format!("{name}.tri")))?;
-        let triangles: Vec<Triangle> = numbers
-            .chunks_exact(9)
-            .map(|c| [Vec3::from_slice(c), Vec3::from_slice(&c[3..]), Vec3::from_slice(&c[6..])])
-            .collect();
-        let tree = Tree::build(&triangles);
-        for kind in KINDS {
-            let numbers = load(dir.join(format!("{name}.{kind}")))?;
-            let ray = |c: &[f32]| Ray { o: Vec3::from_slice(c), d: Vec3::from_slice(&c[3..]), t_max: c[6] };
-            let rays: Vec<Ray> = numbers.chunks_exact(7).map(ray).collect();
-            let (mrays, hits) = time(&tree, &rays, kind == "shadow");
-            cells.push(format!("\"{name}.{kind}\": [{mrays:.4}, {hits}]"));
-        }
+/// A dumped mesh, and its rays by kind.
+fn dumped(dir: &Path, name: &str) -> std::io::Result<(Tree, [Vec<Ray>; 3])> {
+    let numbers = load(dir.join(format!("{name}.tri")))?;
+    let triangles: Vec<Triangle> = numbers
+        .chunks_exact(9)
+        .map(|c| [Vec3::from_slice(c), Vec3::from_slice(&c[3..]), Vec3::from_slice(&c[6..])])
+        .collect();
+    let ray = |c: &[f32]| Ray { o: Vec3::from_slice(c), d: Vec3::from_slice(&c[3..]), t_max: c[6] };
+    let mut rays = [const { Vec::new() }; 3];
+    for (rays, kind) in rays.iter_mut().zip(KINDS) {
+        *rays = load(dir.join(format!("{name}.{kind}")))?.chunks_exact(7).map(ray).collect();
     }
-    println!("{{{}}}", cells.join(", "));
+    Ok((Tree::build(&triangles), rays))
+}
+
+/// For every line `MESH KIND` one pass; answers with Mrays/s and the number of hits.
+fn time_dumped(dir: &Path) -> std::io::Result<()> {
+    let mut meshes = HashMap::new();
+    for line in std::io::stdin().lines() {
+        let line = line?;
+        let (name, kind) = line.rsplit_once(' ').unwrap_or((&line, KINDS[0]));
+        if !meshes.contains_key(name) {
+            meshes.insert(name.to_owned(), dumped(dir, name)?);
+        }
+        let (tree, rays) = &meshes[name];
+        let k = KINDS.iter().position(|k| *k == kind).unwrap_or_default();
+        let (mrays, hits) = pass(tree, &rays[k], kind == "shadow");
+        println!("{mrays} {hits}");
+    }
     Ok(())
 }
 
@@ -276,7 +290,7 @@ fn table(quick: bool) {
             tree = tree.with_kernel(kernel);
             let cells: Vec<String> = (0..3)
                 .map(|k| {
-                    let mrays = time(&tree, &rays[k], k == 2).0;
+                    let mrays = time(&tree, &rays[k], k == 2);
                     if i == 0 {
                         base[k] = mrays;
                     }
