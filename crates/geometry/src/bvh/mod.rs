@@ -121,13 +121,23 @@ pub struct Tree {
 }
 
 impl Tree {
+    /// So many triangles fit into any tree: references reach 32 GiB, and a triangle takes 321 bytes at most (eight blocks of
+    /// 320 for nine triangles, as eight or fewer share one where that is cheaper than a node, and a seventh of a node).
+    pub const MOST_TRIANGLES: usize = 100_000_000;
+
     /// Triangles by corner. Those with a corner that is not finite or beyond 2^96, or without area (cross product in
     /// f64), are never hit, and keep their ids.
+    ///
+    /// # Panics
+    /// If nodes and blocks take more than 32 GiB, which no [`Tree::MOST_TRIANGLES`] do.
     pub fn build(triangles: &[[Vec3; 3]]) -> Self {
         Self::build_with(triangles, Quality::for_count(triangles.len()))
     }
 
     /// As [`Tree::build`], with the effort chosen by the caller.
+    ///
+    /// # Panics
+    /// As [`Tree::build`].
     pub fn build_with(triangles: &[[Vec3; 3]], quality: Quality) -> Self {
         build::build(triangles, quality, Kernel::fastest())
     }

@@ -14,10 +14,10 @@ impl Child {
     const BLOCK: u32 = 1;
     const UNIT: usize = 8;
 
-    /// The node that begins at line `line`.
+    /// The node that begins at line `line`, in the first 32 GiB.
     pub fn node(line: usize) -> Self {
         let units = line * (size_of::<Line>() / Self::UNIT);
-        Self(u32::try_from(units).expect("a tree has at most 32 GiB, some 400 million triangles"))
+        Self(u32::try_from(units).expect("a tree takes at most 32 GiB"))
     }
 
     /// The block that begins at line `line`.

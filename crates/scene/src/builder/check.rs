@@ -1,10 +1,11 @@
 //! Is what was added fit to be a scene? What is wrong, how large it is, and what can be made simpler.
 use super::{Geometry, SceneBuilder};
 use crate::{AlphaMode, SceneError, Space, TexturedMaterial};
+use dapple_geometry::bvh::Tree;
 use glam::DVec3;
 
-/// Most triangles a scene may have once every instance is placed; what lies above would not fit into memory anyway.
-const MAX_TRIANGLES: usize = 1 << 27;
+/// Most triangles a scene may have once every instance is placed: all may end in one tree.
+const MAX_TRIANGLES: usize = Tree::MOST_TRIANGLES;
 /// World coordinates beyond this are taken for errors; f64 arithmetic on them stays finite.
 const FARTHEST: f64 = 1e300;
 
