@@ -2,7 +2,7 @@
 //! multiply-add), so all of them give the same bits.
 
 use super::node::Child;
-use super::simd::Stack;
+use super::stack::Stack;
 
 /// Eight lanes. `min` and `max` return the second operand when either is NaN; comparisons give one bit per lane and
 /// are false for NaN.

@@ -13,6 +13,7 @@ mod memory;
 mod node;
 mod query;
 mod simd;
+mod stack;
 mod sweep;
 mod traverse;
 mod triangle;

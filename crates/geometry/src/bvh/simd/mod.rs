@@ -1,9 +1,9 @@
-//! The kernels of each machine, and which of them runs. Only here and in `memory` has the workspace `unsafe` code.
+//! The kernels of each machine, and which of them runs. Only here, in `memory` and in `stack` has the workspace
+//! `unsafe` code.
 //!
 //! `Avx2` values exist only inside [`avx2`], which is entered only where the machine was found to have AVX2.
 #![allow(unsafe_code)]
 
-mod stack;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
@@ -13,7 +13,6 @@ use super::node::Child;
 use super::traverse::walk;
 use super::{Candidate, Kernel, Tree, TriangleHit};
 use crate::Ray;
-pub(super) use stack::{SMALL_STACK, Stack};
 
 /// Whether this machine can run a kernel.
 pub(super) fn runs(kernel: Kernel) -> bool {

@@ -1,8 +1,8 @@
 //! Eight lanes in the registers of x86-64.
 
-use super::Stack;
 use crate::bvh::lanes::{Lanes, nearest};
 use crate::bvh::node::Child;
+use crate::bvh::stack::Stack;
 use std::arch::x86_64::*;
 
 /// Two SSE registers.

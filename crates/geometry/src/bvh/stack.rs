@@ -1,16 +1,17 @@
 //! The traversal stack.
+#![allow(unsafe_code)]
 
-use crate::bvh::node::Child;
+use super::node::Child;
 use std::mem::MaybeUninit;
 
 /// Entries of a stack that fits any tree of reasonable depth.
-pub(in crate::bvh) const SMALL_STACK: usize = 264;
+pub(super) const SMALL_STACK: usize = 264;
 
 /// Nodes still to visit, each with the bits of its entry distance (none where order does not matter).
 ///
-/// Invariant: the first `len` slots are initialised; in a stack on which `push` or [`Lanes::any`] was used, only those of
+/// Invariant: the first `len` slots are initialised; in a stack on which `push` or [`Lanes::any`](super::lanes::Lanes::any) was used, only those of
 /// `child`, and `pop` and `insert` are not.
-pub(in crate::bvh) struct Stack<'a> {
+pub(super) struct Stack<'a> {
     near: &'a mut [MaybeUninit<u32>],
     child: &'a mut [MaybeUninit<u32>],
     len: usize,
@@ -49,7 +50,7 @@ impl<'a> Stack<'a> {
     /// The child last pushed; there must be one.
     #[inline(always)]
     #[cfg(target_arch = "x86_64")]
-    pub(super) fn last(&self) -> Child {
+    pub fn last(&self) -> Child {
         debug_assert!(self.len > 0);
         // SAFETY: as `pop_child`.
         Child::from_bits(unsafe { self.child[self.len - 1].assume_init() })
@@ -92,7 +93,7 @@ impl<'a> Stack<'a> {
     /// Where the next eight entries go. There must be room for them.
     #[inline(always)]
     #[cfg(target_arch = "x86_64")]
-    pub(super) fn top(&mut self) -> (*mut u32, *mut u32) {
+    pub fn top(&mut self) -> (*mut u32, *mut u32) {
         let end = self.len + 8;
         (self.near[self.len..end].as_mut_ptr().cast(), self.child[self.len..end].as_mut_ptr().cast())
     }
@@ -103,7 +104,7 @@ impl<'a> Stack<'a> {
     /// They were written, there or, where `pop` and `insert` are not used, the children alone.
     #[inline(always)]
     #[cfg(target_arch = "x86_64")]
-    pub(super) unsafe fn grow(&mut self, n: usize) {
+    pub unsafe fn grow(&mut self, n: usize) {
         self.len += n;
     }
 }
