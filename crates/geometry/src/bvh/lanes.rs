@@ -1,7 +1,7 @@
 //! Eight floats at a time. Every operation is one IEEE operation per lane in every implementation (no fused
 //! multiply-add), so all of them give the same bits.
 
-use super::node::Child;
+use super::node::{Child, Children};
 use super::stack::Stack;
 
 /// Eight lanes. `min` and `max` return the second operand when either is NaN; comparisons give one bit per lane and
@@ -40,22 +40,13 @@ pub(super) trait Lanes: Copy {
     /// The nearest child entered, self < `far`; the others that are entered go on the stack, the farthest first.
     /// `self` are entry distances (≥ 0, never NaN); on the stack, and in the order, the lane stands in place of their
     /// lowest three bits. `ahead` hears of the one that comes next.
-    fn nearest(
-        self,
-        far: Self,
-        child: &[Child; 8],
-        stack: &mut Stack,
-        ahead: impl Fn(Child),
-    ) -> Option<Child>;
+    fn nearest(self, far: Self, child: &Children, stack: &mut Stack, ahead: impl Fn(Child)) -> Option<Child>;
     /// One of the children entered, self < `far`; the others that are entered go on the stack, without distances.
     /// `ahead` hears of the one that comes next.
     #[inline(always)]
-    fn any(self, far: Self, child: &[Child; 8], stack: &mut Stack, _: impl Fn(Child)) -> Option<Child> {
+    fn any(self, far: Self, child: &Children, stack: &mut Stack, _: impl Fn(Child)) -> Option<Child> {
         let mut mask = self.lt(far);
-        if mask == 0 {
-            return None;
-        }
-        let first = child[mask.trailing_zeros() as usize & 7];
+        let first = lowest(mask, child)?;
         mask &= mask - 1;
         while mask != 0 {
             stack.push(child[mask.trailing_zeros() as usize & 7]);
@@ -122,21 +113,22 @@ impl Lanes for Portable {
         Self(self.0.map(f32::abs))
     }
     #[inline(always)]
-    fn nearest(self, far: Self, child: &[Child; 8], stack: &mut Stack, _: impl Fn(Child)) -> Option<Child> {
+    fn nearest(self, far: Self, child: &Children, stack: &mut Stack, _: impl Fn(Child)) -> Option<Child> {
         nearest(&self.0, self.lt(far), child, stack)
     }
 }
 
+/// The child in the lowest lane of `mask`.
+#[inline(always)]
+pub(super) fn lowest(mask: u32, child: &Children) -> Option<Child> {
+    (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7])
+}
+
 /// [`Lanes::nearest`] one lane after the other.
 #[inline(always)]
-pub(super) fn nearest(
-    near: &[f32; 8],
-    mut mask: u32,
-    child: &[Child; 8],
-    stack: &mut Stack,
-) -> Option<Child> {
+pub(super) fn nearest(near: &[f32; 8], mut mask: u32, child: &Children, stack: &mut Stack) -> Option<Child> {
     if mask & mask.wrapping_sub(1) == 0 {
-        return (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7]);
+        return lowest(mask, child);
     }
     let base = stack.len();
     while mask != 0 {

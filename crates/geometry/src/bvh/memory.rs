@@ -4,7 +4,7 @@
 //! References are checked once, when the tree is built, and then followed without a look: the address of the next node is
 //! what traversal waits for. A [`Child`] is used with the memory it was read from only.
 
-use super::node::{Block, Child, Line, Node};
+use super::node::{Block, Child, Children, Line, Node};
 use std::mem::offset_of;
 
 /// Nodes and blocks, and where to begin.
@@ -50,7 +50,7 @@ impl Memory {
 
     #[inline(always)]
     #[allow(unsafe_code)]
-    pub fn children(&self, node: Child) -> &[Child; 8] {
+    pub fn children(&self, node: Child) -> &Children {
         self.debug_check(node.node_offset(), size_of::<Node>());
         // SAFETY: the invariants: there is a node, and its children are at this place in it.
         unsafe { &*self.start().add(node.node_offset() + offset_of!(Node, child)).cast() }
@@ -181,19 +181,22 @@ mod tests {
         }
     }
 
+    /// A root whose one child is `child`.
+    fn root_of(child: Child) -> Memory {
+        let mut node = Node::NONE;
+        node.set(3, Vec3::ZERO, Vec3::ONE, child);
+        Memory::new(node.lines().to_vec(), Child::node(0))
+    }
+
     #[test]
     #[should_panic(expected = "a reference leads outside of the tree")]
     fn no_reference_leads_outside() {
-        let mut node = Node::NONE;
-        node.set(3, Vec3::ZERO, Vec3::ONE, Child::block(4));
-        Memory::new(node.lines().to_vec(), Child::node(0));
+        root_of(Child::block(4));
     }
 
     #[test]
     #[should_panic(expected = "a child before its parent")]
     fn no_reference_leads_back() {
-        let mut node = Node::NONE;
-        node.set(3, Vec3::ZERO, Vec3::ONE, Child::node(0));
-        Memory::new(node.lines().to_vec(), Child::node(0));
+        root_of(Child::node(0));
     }
 }

@@ -53,6 +53,9 @@ impl Child {
     }
 }
 
+/// Those of a node.
+pub(super) type Children = [Child; 8];
+
 /// What the memory of a tree is counted in: a cache line. Nodes and blocks lie side by side, near their parents.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
@@ -64,7 +67,7 @@ pub(super) struct Line([u32; 16]);
 pub(super) struct Node {
     /// `bounds[2·axis]` are minima, `bounds[2·axis + 1]` maxima.
     pub bounds: [[f32; 8]; 6],
-    pub child: [Child; 8],
+    pub child: Children,
     unused: [u32; 8],
 }
 

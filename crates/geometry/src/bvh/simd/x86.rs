@@ -1,7 +1,7 @@
 //! Eight lanes in the registers of x86-64.
 
-use crate::bvh::lanes::{Lanes, nearest};
-use crate::bvh::node::Child;
+use crate::bvh::lanes::{Lanes, lowest, nearest};
+use crate::bvh::node::{Child, Children};
 use crate::bvh::stack::Stack;
 use std::arch::x86_64::*;
 
@@ -61,7 +61,7 @@ impl Lanes for Sse2 {
         }
     }
     #[inline(always)]
-    fn nearest(self, far: Self, child: &[Child; 8], stack: &mut Stack, _: impl Fn(Child)) -> Option<Child> {
+    fn nearest(self, far: Self, child: &Children, stack: &mut Stack, _: impl Fn(Child)) -> Option<Child> {
         nearest(&self.array(), self.lt(far), child, stack)
     }
 }
@@ -143,16 +143,10 @@ impl Lanes for Avx2 {
     ///
     /// Distances are compared as integers, which order floats that are not negative alike, and all others below.
     #[inline(always)]
-    fn nearest(
-        self,
-        far: Self,
-        child: &[Child; 8],
-        stack: &mut Stack,
-        ahead: impl Fn(Child),
-    ) -> Option<Child> {
+    fn nearest(self, far: Self, child: &Children, stack: &mut Stack, ahead: impl Fn(Child)) -> Option<Child> {
         let (entered, mask) = self.entered(far);
         if at_most_one(mask) {
-            return (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7]);
+            return lowest(mask, child);
         }
         // SAFETY: `Avx2` values exist only where there is AVX2; `top` has room for eight values at both places.
         unsafe {
@@ -185,10 +179,10 @@ impl Lanes for Avx2 {
         }
     }
     #[inline(always)]
-    fn any(self, far: Self, child: &[Child; 8], stack: &mut Stack, ahead: impl Fn(Child)) -> Option<Child> {
+    fn any(self, far: Self, child: &Children, stack: &mut Stack, ahead: impl Fn(Child)) -> Option<Child> {
         let (_, mask) = self.entered(far);
         if at_most_one(mask) {
-            return (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7]);
+            return lowest(mask, child);
         }
         let (_, child_top) = stack.top();
         // SAFETY: `Avx2` values exist only where there is AVX2; `top` has room for eight values.
@@ -199,7 +193,7 @@ impl Lanes for Avx2 {
             stack.grow(mask.count_ones() as usize - 1);
         }
         ahead(stack.last());
-        Some(child[mask.trailing_zeros() as usize & 7])
+        lowest(mask, child)
     }
 }
 
