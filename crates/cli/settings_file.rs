@@ -1,31 +1,93 @@
 //! Settings in TOML: the sidecar `SCENE-STEM.toml` beside a scene, and `--settings FILE`.
 //!
 //! Keys are the options' long names, values what the option takes (a list stands for a comma-separated value).
-//! `env` is relative to the file's own folder, `output` to the current one. A sidecar comes with a scene that may
-//! come from anywhere, so it cannot do what the scene itself may not: it reads and writes no file outside the
-//! scene's folder and the current one, and cannot grant `allow-path`.
+//! `env` is relative to the file's own folder, `output` to the current one.
+//!
+//! A sidecar comes with a scene that may come from anywhere, so it can change how the scene looks and nothing else:
+//! the keys in [`SIDECAR_KEYS`] are read, all others are ignored with a warning. It writes no file, reads none outside
+//! the scene's folder (symbolic links are resolved first), and cannot give the user's consent (`yes`, `allow-path`).
 
 use crate::error::Failure;
 use crate::options::{self, RenderOptions};
+use crate::report;
 use clap::ArgMatches;
 use std::ffi::OsString;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-/// Who wrote the file.
+/// Who wrote the file, and so what it may set.
 #[derive(Clone, Copy, PartialEq)]
 enum Trust {
-    Scene,
+    /// Whoever made the scene; `anywhere` if the user lets the scene name files outside its folder.
+    Scene { anywhere: bool },
+    /// The user, who named the file.
     User,
 }
+
+/// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
+const SIDECAR_KEYS: [&str; 41] = [
+    "size",
+    "crop",
+    "camera",
+    "at",
+    "shutter",
+    "cull-backfaces",
+    "env",
+    "env-color",
+    "env-rotation",
+    "env-intensity",
+    "env-smooth",
+    "aperture-radius",
+    "focus-distance",
+    "aperture-shape",
+    "pixel",
+    "lens",
+    "time",
+    "light",
+    "glossy",
+    "refract",
+    "diffuse",
+    "combine",
+    "secondary",
+    "ambient",
+    "exposure",
+    "tone",
+    "method",
+    "spp",
+    "time-limit",
+    "error-limit",
+    "confidence",
+    "pattern",
+    "adaptive",
+    "seed",
+    "max-bounces",
+    "no-roulette",
+    "clamp",
+    "no-soft-terminator",
+    "filter",
+    "plan",
+    "aov",
+];
+
+/// Options that only the user can set: what is written, what is said, what the machine is used for, and consent.
+#[cfg(test)]
+const USER_KEYS: [&str; 10] =
+    ["output", "half", "log", "json", "quiet", "verbose", "threads", "settings", "allow-path", "yes"];
 
 /// All layers: the sidecar of `scene`, then `--settings`, then what was typed.
 pub fn layered(scene: Option<&Path>, typed: &ArgMatches) -> Result<RenderOptions, Failure> {
     let mut command_line = RenderOptions::default();
     command_line.lay_matches(typed)?;
     let mut options = RenderOptions::default();
-    if let Some(sidecar) = scene.map(|s| s.with_extension("toml")).filter(|p| p.is_file()) {
-        let trust = if RenderOptions::is(command_line.allow_path) { Trust::User } else { Trust::Scene };
-        lay_file(&mut options, &sidecar, trust)?;
+    if let Some(sidecar) = scene.and_then(sidecar) {
+        let anywhere = RenderOptions::is(command_line.allow_path);
+        let ignored = lay_file(&mut options, &sidecar, Trust::Scene { anywhere })?;
+        if !ignored.is_empty() {
+            let keys = ignored.join(", ");
+            report::say(&format!(
+                "warning: {}: ignored {keys}; a file beside the scene cannot set these (name it with --settings to use it as your own)",
+                sidecar.display()
+            ));
+        }
     }
     if let Some(path) = &command_line.settings {
         lay_file(&mut options, path, Trust::User)?;
@@ -34,19 +96,43 @@ pub fn layered(scene: Option<&Path>, typed: &ArgMatches) -> Result<RenderOptions
     Ok(options)
 }
 
-fn lay_file(options: &mut RenderOptions, path: &Path, trust: Trust) -> Result<(), Failure> {
+/// The settings file that comes with a scene, if there is one.
+pub fn sidecar(scene: &Path) -> Option<PathBuf> {
+    Some(scene.with_extension("toml")).filter(|path| path.is_file())
+}
+
+/// Applies the file; returns the keys that it had no right to set.
+fn lay_file(options: &mut RenderOptions, path: &Path, trust: Trust) -> Result<Vec<String>, Failure> {
     let broken = |reason: String| Failure::SettingsFile { path: path.into(), reason };
-    let text = std::fs::read_to_string(path).map_err(|e| broken(e.to_string()))?;
+    let text = read_text(path).map_err(|e| broken(e.to_string()))?;
     let table: toml::Table = text.parse().map_err(|e: toml::de::Error| broken(toml_line(&text, &e)))?;
-    let mut arguments = Vec::new();
+    let (mut arguments, mut ignored) = (Vec::new(), Vec::new());
     for (key, value) in &table {
+        if trust != Trust::User && !SIDECAR_KEYS.contains(&key.as_str()) {
+            ignored.push(format!("'{key}'"));
+            continue;
+        }
         let wrong = |reason: String| Failure::SettingsKey { path: path.into(), key: key.clone(), reason };
         let given = argument(key, value, path, trust).map_err(wrong)?;
         // Alone first, so that the complaint names this key.
         RenderOptions::default().lay(&given).map_err(|e| wrong(e.to_string()))?;
         arguments.extend(given);
     }
-    options.lay(&arguments).map_err(|e| broken(e.to_string()))
+    options.lay(&arguments).map_err(|e| broken(e.to_string()))?;
+    Ok(ignored)
+}
+
+/// Largest settings file that is read, in bytes.
+const MAX_FILE: u64 = 1 << 20;
+
+fn read_text(path: &Path) -> std::io::Result<String> {
+    use std::io::Read;
+    let mut text = String::new();
+    std::fs::File::open(path)?.take(MAX_FILE + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MAX_FILE {
+        return Err(std::io::Error::other("it is larger than 1 MiB, which no settings file is"));
+    }
+    Ok(text)
 }
 
 /// A key and its value as they would be typed.
@@ -54,7 +140,7 @@ fn argument(key: &str, value: &toml::Value, file: &Path, trust: Trust) -> Result
     if !options::names().iter().any(|name| name == key) {
         return Err("unknown; the keys are the options of dapple render, without the leading dashes".into());
     }
-    if key == "settings" || (key == "allow-path" && trust == Trust::Scene) {
+    if key == "settings" {
         return Err("only the command line can say this".into());
     }
     let mut values: Vec<String> = match value {
@@ -63,7 +149,6 @@ fn argument(key: &str, value: &toml::Value, file: &Path, trust: Trust) -> Result
     };
     match key {
         "env" => values = values.iter().map(|v| beside(file, v, trust)).collect::<Result<_, _>>()?,
-        "output" | "log" if trust == Trust::Scene => values.iter().try_for_each(|v| stays_below(v))?,
         "output" => {}
         _ => values = vec![values.join(",")],
     }
@@ -82,19 +167,15 @@ fn scalar(value: &toml::Value) -> Result<String, String> {
 
 /// A path as seen from the settings file.
 fn beside(file: &Path, value: &str, trust: Trust) -> Result<String, String> {
-    if trust == Trust::Scene {
-        stays_below(value)?;
-    }
+    let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let path: PathBuf = file.parent().unwrap_or(Path::new("")).join(value);
-    path.into_os_string().into_string().map_err(|_| "the folder's name is not Unicode".into())
-}
-
-fn stays_below(value: &str) -> Result<(), String> {
-    if Path::new(value).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
-        Ok(())
-    } else {
-        Err(format!("'{value}' lies outside the folder; allow it with --allow-path"))
+    if trust == (Trust::Scene { anywhere: false }) {
+        let real = |path: &Path| path.canonicalize().map_err(|e| format!("'{value}' cannot be read: {e}"));
+        if !real(&path)?.starts_with(real(folder)?) {
+            return Err(format!("'{value}' lies outside the scene's folder; allow it with --allow-path"));
+        }
     }
+    path.into_os_string().into_string().map_err(|_| "the folder's name is not Unicode".into())
 }
 
 /// What is wrong with the TOML, with its line.
@@ -111,12 +192,55 @@ mod tests {
     use super::*;
     use std::fs;
 
+    const SCENE: Trust = Trust::Scene { anywhere: false };
+
     fn lay(trust: Trust, text: &str) -> Result<RenderOptions, String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("s.toml");
         fs::write(&path, text).unwrap();
+        fs::write(folder.path().join("sky.hdr"), "").unwrap();
         let mut options = RenderOptions::default();
-        lay_file(&mut options, &path, trust).map(|()| options).map_err(|e| e.to_string())
+        lay_file(&mut options, &path, trust).map(|_| options).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn every_option_is_either_the_scenes_or_the_users_to_set() {
+        for name in options::names() {
+            let lists = [&SIDECAR_KEYS[..], &USER_KEYS[..]];
+            let count = lists.iter().filter(|list| list.contains(&name.as_str())).count();
+            assert_eq!(count, 1, "--{name} has to be on one of the two lists");
+        }
+        assert_eq!(SIDECAR_KEYS.len() + USER_KEYS.len(), options::names().len());
+    }
+
+    #[test]
+    fn a_sidecar_sets_nothing_that_is_the_users() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        let text =
+            "spp = 3\noutput = ['a.exr']\nlog = 'b'\nyes = true\nallow-path = true\nthreads = 0\nsppp = 1\n";
+        fs::write(&path, text).unwrap();
+        for anywhere in [false, true] {
+            let mut options = RenderOptions::default();
+            let ignored = lay_file(&mut options, &path, Trust::Scene { anywhere }).unwrap();
+            assert_eq!(ignored.join(" "), "'allow-path' 'log' 'output' 'sppp' 'threads' 'yes'");
+            assert!(options.output.is_none() && options.log.is_none() && options.allow_path.is_none());
+            assert!(options.effects.yes.is_none() && options.threads.is_none());
+            assert_eq!(options.spp, Some(3));
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_out_of_the_folder_are_seen_through() {
+        let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        fs::write(other.path().join("sky.hdr"), "").unwrap();
+        std::os::unix::fs::symlink(other.path().join("sky.hdr"), folder.path().join("in.hdr")).unwrap();
+        let path = folder.path().join("s.toml");
+        fs::write(&path, "env = 'in.hdr'").unwrap();
+        let lay = |trust| lay_file(&mut RenderOptions::default(), &path, trust);
+        assert!(lay(SCENE).is_err_and(|e| e.to_string().contains("--allow-path")));
+        assert!(lay(Trust::Scene { anywhere: true }).is_ok() && lay(Trust::User).is_ok());
     }
 
     #[test]
@@ -148,9 +272,9 @@ mod tests {
 
     #[test]
     fn a_sidecar_stays_in_its_folder() {
-        assert!(lay(Trust::Scene, "env = 'sky.hdr'").unwrap().env.unwrap().ends_with("sky.hdr"));
-        for text in ["env = '/sky.hdr'", "env = '../sky.hdr'", "output = '../a.exr'", "allow-path = true"] {
-            assert!(lay(Trust::Scene, text).is_err(), "{text}");
+        assert!(lay(SCENE, "env = 'sky.hdr'").unwrap().env.unwrap().ends_with("sky.hdr"));
+        for text in ["env = '/etc/hosts'", "env = '../sky.hdr'", "env = 'missing.hdr'"] {
+            assert!(lay(SCENE, text).is_err(), "{text}");
         }
         assert!(lay(Trust::User, "output = '../a.exr'\nallow-path = true").is_ok());
     }

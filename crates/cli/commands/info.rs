@@ -4,17 +4,19 @@ use crate::args::InfoArgs;
 use crate::error::Failure;
 use crate::load::Source;
 use crate::options::RenderOptions;
-use crate::report;
+use crate::{report, settings_file};
 use serde_json::{Value, json};
 use std::path::Path;
 
 /// Prints what is in the scene.
 pub fn run(arguments: &InfoArgs) -> Result<(), Failure> {
     let source = Source::new(Some(&arguments.scene));
-    let facts = match source.path() {
+    let mut facts = match source.path() {
         Some(path) => file(path, arguments.allow_path)?,
         None => builtin(&source)?,
     };
+    facts["settings_file"] =
+        source.path().and_then(settings_file::sidecar).map(|path| path.display().to_string()).into();
     if arguments.json {
         report::json(&facts);
     } else {
@@ -83,6 +85,9 @@ fn text(scene: &str, facts: &Value) -> Vec<String> {
     )];
     if let Some(generator) = facts["generator"].as_str() {
         lines.push(format!("generator: {generator}"));
+    }
+    if let Some(path) = facts["settings_file"].as_str() {
+        lines.push(format!("settings file: {path}"));
     }
     lines.push(list(facts, "materials", plain));
     if count("shapes") > 0 {
