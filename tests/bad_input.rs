@@ -325,3 +325,46 @@ fn a_file_beside_the_scene_writes_nothing() {
     let run = dapple::well(home.path(), &["info", "downloads/scene.gltf"]);
     assert!(run.out.contains("scene.toml"), "{}", run.out);
 }
+
+/// Names and URIs come from files: whatever they hold, the terminal gets plain text, and not much of it.
+#[test]
+fn names_do_not_act_on_the_terminal() {
+    let evil = format!("\u{1b}[2J\u{202e}\r\n\u{9b}{}", "x".repeat(100_000));
+    let named = |root: &mut serde_json::Value| {
+        for list in ["nodes", "meshes", "cameras", "materials"] {
+            for thing in root[list].as_array_mut().into_iter().flatten() {
+                thing["name"] = evil.as_str().into();
+            }
+        }
+    };
+    let spoiled = [
+        triangle(|root, _| named(root)),
+        triangle(|root, _| {
+            named(root);
+            root["meshes"][0]["primitives"][0]["indices"] = 99.into();
+        }),
+        triangle(|root, _| root["buffers"][0]["uri"] = evil.as_str().into()),
+        triangle(|root, _| root["extensionsUsed"] = serde_json::json!([evil])),
+        triangle(|root, _| {
+            root["extensionsUsed"] = serde_json::json!([evil]);
+            root["extensionsRequired"] = serde_json::json!([evil]);
+        }),
+    ];
+    for scene in spoiled {
+        let folder = folder_with(&scene);
+        for command in ["render", "info", "plan", "replay"] {
+            let more: &[&str] = match command {
+                "render" => &["--size", "4x4", "--spp", "1"],
+                "replay" => &["--pixel", "0,0", "--sample", "0"],
+                _ => &[],
+            };
+            let run = run(folder.path(), &[&[command, "scene.gltf"], more].concat());
+            assert!([0, 2].contains(&run.code), "{command}: {}", run.code);
+            for text in [&run.out, &run.err] {
+                let acts = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+                assert!(!text.contains(acts), "{command}: {:?}", text.chars().take(300).collect::<String>());
+            }
+            assert!(run.err.len() < 2000, "{command}: {} bytes", run.err.len());
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! `dapple info`: what is in a scene, as text or as one JSON object with the same facts.
 
 use crate::args::InfoArgs;
-use crate::error::Failure;
+use crate::error::{self, Failure};
 use crate::load::Source;
 use crate::options::RenderOptions;
 use crate::{report, settings_file};
@@ -116,7 +116,7 @@ fn list(facts: &Value, key: &str, item: fn(&Value) -> String) -> String {
 }
 
 fn plain(value: &Value) -> String {
-    value.as_str().unwrap_or_default().to_string()
+    error::one_line(value.as_str().unwrap_or_default())
 }
 
 fn texture(t: &Value) -> String {

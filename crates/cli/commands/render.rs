@@ -1,6 +1,6 @@
 //! `dapple render`: check everything, load, render, write, report — in this order.
 
-use crate::error::Failure;
+use crate::error::{self, Failure};
 use crate::error_watch::{ErrorWatch, Estimate};
 use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
@@ -104,7 +104,7 @@ fn check_adaptive(settings: &Settings) -> Result<(), Failure> {
 /// Says once what will look different from what the file says.
 pub fn warn(loaded: &Loaded) {
     for warning in &loaded.scene.warnings {
-        report::say(&format!("warning: {}", warning.0));
+        report::say(&format!("warning: {}", error::one_line(&warning.0)));
     }
 }
 

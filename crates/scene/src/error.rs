@@ -35,8 +35,9 @@ pub enum SceneError {
     },
     /// The file cannot be shown as meant without an extension that dapple does not have.
     #[error(
-        "{}: needs the glTF extension {extension}, which dapple does not support; export the scene without it",
-        file.display()
+        "{}: needs the glTF extension {}, which dapple does not support; export the scene without it",
+        file.display(),
+        quoted(extension)
     )]
     Extension {
         /// The scene's file.
@@ -45,7 +46,7 @@ pub enum SceneError {
         extension: String,
     },
     /// A reference that leaves the scene's folder.
-    #[error("{}: {place} refers to '{uri}': {what}", file.display())]
+    #[error("{}: {place} refers to '{}': {what}", file.display(), quoted(uri))]
     Path {
         /// The scene's file.
         file: PathBuf,
@@ -72,6 +73,17 @@ impl SceneError {
     }
 }
 
+/// A value of the file as messages quote it: its first 80 characters, without control characters.
+pub(crate) fn quoted(value: &str) -> String {
+    const MOST: usize = 80;
+    let mut shown: String = value.chars().filter(|c| !c.is_control()).take(MOST + 1).collect();
+    if let Some((end, _)) = shown.char_indices().nth(MOST) {
+        shown.truncate(end);
+        shown.push('…');
+    }
+    shown
+}
+
 /// Something that will look different from what the file says; rendering goes on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning(pub String);
@@ -79,5 +91,17 @@ pub struct Warning(pub String);
 impl std::fmt::Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn long_values_are_cut_between_characters() {
+        assert_eq!(quoted("a\u{1b}[2J b"), "a[2J b");
+        assert_eq!(quoted(&"ü".repeat(80)), "ü".repeat(80));
+        assert_eq!(quoted(&"ü".repeat(81)), format!("{}…", "ü".repeat(80)));
     }
 }

@@ -4,6 +4,7 @@ use crate::{
     NamedCamera, Object, Scene, SceneError, Space, Survey, TexturedMaterial, Warning, bake, channels,
     constants,
     emission::{AreaLights, Emitter, Form, Movement},
+    error::quoted,
     framing,
     moving::{self, OwnSpaces},
     punctual, scene, tangent,
@@ -139,7 +140,7 @@ impl SceneBuilder {
             std::mem::take(&mut self.placed).into_iter().enumerate()
         {
             let entered = entry.enter(self, geometry, material);
-            seen.push(entered.map_err(|what| self.invalid(format!("object {i} '{name}'"), what))?);
+            seen.push(entered.map_err(|what| self.invalid(format!("object {i} '{}'", quoted(&name)), what))?);
             let textured =
                 self.materials.get(material as usize).is_some_and(|m| m.textures().next().is_some());
             objects.push(Object { name, material, first_light: u32::MAX, textured });
@@ -166,7 +167,7 @@ impl SceneBuilder {
             }
             let camera = pose
                 .in_render_space(space)
-                .map_err(|what| self.invalid(format!("camera {i} '{name}'"), what))?;
+                .map_err(|what| self.invalid(format!("camera {i} '{}'", quoted(name)), what))?;
             Ok(NamedCamera { name: name.clone(), camera: Camera { motion, ..camera }, aspect: pose.aspect })
         };
         self.cameras.iter().enumerate().map(convert).collect()

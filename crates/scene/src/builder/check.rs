@@ -1,6 +1,6 @@
 //! Is what was added fit to be a scene? What is wrong, how large it is, and what can be made simpler.
 use super::{Geometry, SceneBuilder};
-use crate::{AlphaMode, SceneError, Space, TexturedMaterial};
+use crate::{AlphaMode, SceneError, Space, TexturedMaterial, error::quoted};
 use dapple_geometry::bvh::Tree;
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ impl SceneBuilder {
     /// The first thing that is wrong.
     pub(super) fn check(&self) -> Result<(), SceneError> {
         for (i, m) in self.materials.iter().enumerate() {
-            let place = || format!("material {i} '{}'", m.name);
+            let place = || format!("material {i} '{}'", quoted(&m.name));
             if let Some(factor) = m.bad_factor() {
                 return Err(self.invalid(place(), format!("{factor} must be finite and not negative")));
             }
@@ -25,7 +25,7 @@ impl SceneBuilder {
         for (i, placed) in self.placed.iter().enumerate() {
             let fault = placed.fault(self.materials.len());
             if let Some(what) = fault {
-                return Err(self.invalid(format!("object {i} '{}'", placed.name), what));
+                return Err(self.invalid(format!("object {i} '{}'", quoted(&placed.name)), what));
             }
             triangles += placed.form().primitives();
         }
@@ -44,7 +44,7 @@ impl SceneBuilder {
             let Some((min, max)) = placed.bounds(&self.exposure) else { continue };
             if !(min.min_element() >= -FARTHEST && max.max_element() <= FARTHEST) {
                 let what = "is placed beyond every number dapple can work with";
-                return Err(self.invalid(format!("object {i} '{}'", placed.name), what));
+                return Err(self.invalid(format!("object {i} '{}'", quoted(&placed.name)), what));
             }
             all = Some(all.map_or((min, max), |(a, b)| (a.min(min), b.max(max))));
         }

@@ -1,7 +1,7 @@
 //! A parsed file with checked access: every index and byte range is looked at before it is used, and every message
 //! names what it speaks of.
 use super::{Options, container::Content, source};
-use crate::{SceneError, Warning};
+use crate::{SceneError, Warning, error::quoted};
 use gltf::json::{self, Index};
 use serde_json::Value;
 use std::{
@@ -153,8 +153,7 @@ pub(super) fn range(bytes: &[u8], start: u64, length: u64) -> Option<&[u8]> {
 pub(super) fn label(kind: &str, index: usize, name: Option<&str>) -> String {
     match name {
         Some(name) if !name.is_empty() => {
-            let short: String = name.chars().filter(|c| !c.is_control()).take(80).collect();
-            format!("{kind} {index} '{short}'")
+            format!("{kind} {index} '{}'", quoted(name))
         }
         _ => format!("{kind} {index}"),
     }

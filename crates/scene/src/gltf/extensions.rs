@@ -1,5 +1,7 @@
 //! Which glTF extensions dapple honours, and what an unsupported optional one will change in the picture.
 
+use crate::error::quoted;
+
 /// Extensions a file may require.
 pub(super) const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
@@ -44,5 +46,5 @@ pub(super) fn is_supported(name: &str) -> bool {
 /// The warning for an optional extension that is not supported; None when the picture does not change.
 pub(super) fn left_out(name: &str) -> Option<String> {
     let effect = LEFT_OUT.iter().find(|(n, _)| *n == name).map_or("what it adds is left out", |(_, e)| e);
-    (!effect.is_empty()).then(|| format!("{name} is not supported: {effect}"))
+    (!effect.is_empty()).then(|| format!("{} is not supported: {effect}", quoted(name)))
 }

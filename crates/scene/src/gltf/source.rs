@@ -3,7 +3,7 @@
 //! A scene may read what lies in its own folder and below, nothing else: absolute paths, `..` that climbs out and
 //! symbolic links that point out are refused unless the user allows them. No more is read than the scene declares.
 use super::Options;
-use crate::SceneError;
+use crate::{SceneError, error::quoted};
 use base64::{
     Engine,
     alphabet::{STANDARD, URL_SAFE},
@@ -43,7 +43,8 @@ pub(super) fn bytes(
         what: what.to_owned(),
     };
     let path = relative(uri, options.allow_path).map_err(refused)?;
-    let io = |source| SceneError::Io { file: file.to_owned(), what: format!("{place} '{uri}'"), source };
+    let io =
+        |source| SceneError::Io { file: file.to_owned(), what: format!("{place} '{}'", quoted(uri)), source };
     let folder = match file.parent() {
         Some(p) if p != Path::new("") => p,
         _ => Path::new("."),
