@@ -57,6 +57,7 @@ const PINNED: [(&str, &[&str], &[&str]); 10] = [
             "dapple-integrator",
             "glam",
             "indicatif",
+            "same-file",
             "serde",
             "serde_json",
             "thiserror",

@@ -15,6 +15,7 @@ mod error_watch;
 #[cfg(not(feature = "report"))]
 #[path = "no_error_watch.rs"]
 mod error_watch;
+mod inputs;
 mod interrupt;
 mod ledger;
 mod load;

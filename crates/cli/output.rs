@@ -33,10 +33,6 @@ impl Outputs {
         let files = paths.into_iter().map(with_format).collect::<Result<Vec<_>, _>>()?;
         for (path, _) in &files {
             write::check(path)?;
-            if let Some(env) = options.env.as_deref().filter(|env| same_file(env, path)) {
-                let said = format!("{}: is the environment picture; it would be overwritten", env.display());
-                return Err(Failure::Arguments(said));
-            }
         }
         let depth = if RenderOptions::is(options.half) { Depth::Half } else { Depth::Float };
         let (tone, exposure) = (options.tone.unwrap_or_default(), options.exposure.unwrap_or(0.0));
@@ -71,12 +67,5 @@ fn with_format(path: PathBuf) -> Result<(PathBuf, Format), Failure> {
             "{}: the extension decides the format; use .exr, .png or .hdr",
             path.display()
         ))),
-    }
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::error::{self, Failure};
 use crate::error_watch::{ErrorWatch, Estimate};
+use crate::inputs::Inputs;
 use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::output::Outputs;
@@ -31,7 +32,12 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     let options = settings_file::layered(source.path(), typed)?;
     report::start(&options);
     let outputs = Outputs::plan(&options, &source.name())?;
+    let written = || outputs.paths().chain(options.log.as_deref());
+    let mut inputs = Inputs::of_render(&source, &options);
+    inputs.spare(written())?;
     let loaded = load::load(&source, &options)?;
+    inputs.add_scene_files(&loaded.scene.files);
+    inputs.spare(written())?;
     let view = &load::camera(&loaded.scene, &options)?;
     let settings = settings(&options, view)?;
     warn(&loaded);

@@ -18,6 +18,7 @@ use dapple_imaging::Texture;
 use dapple_lights::Environment;
 use glam::{DVec3, Vec3};
 use placed::Placed;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Collects the parts of a scene. Indices returned count from zero in the order of addition.
@@ -36,6 +37,7 @@ pub struct SceneBuilder {
     pub(crate) cameras: Vec<(String, CameraPose, Option<Vec<Node>>)>,
     pub(crate) exposure: Exposure,
     warnings: Vec<Warning>,
+    pub(crate) files: Vec<PathBuf>,
     unread: Unread,
     /// What the render looks at.
     reads: Reads,

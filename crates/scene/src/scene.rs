@@ -9,6 +9,7 @@ use dapple_imaging::Texture;
 use dapple_lights::{Light, LightChoice, LightPoint};
 use dapple_materials::Material;
 use glam::Vec3;
+use std::path::PathBuf;
 
 /// Names for reports and ids for AOVs; index = world object index.
 #[derive(Clone, Debug)]
@@ -66,6 +67,9 @@ pub struct Scene {
     pub survey: Survey,
     /// What will look different from what was asked for.
     pub warnings: Vec<Warning>,
+    /// The file that the scene was read from and the files that it names, looked at or not; empty for a scene built in
+    /// code.
+    pub files: Vec<PathBuf>,
     pub(crate) area: AreaLights,
 }
 

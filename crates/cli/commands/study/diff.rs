@@ -2,6 +2,7 @@
 
 use crate::args::study::{DiffArgs, ErrorMap};
 use crate::error::Failure;
+use crate::inputs::Inputs;
 use crate::report;
 use crate::values::Threshold;
 use dapple_analysis::metrics::{self, Comparison, Measures, Scale, SizeMismatch};
@@ -16,6 +17,7 @@ pub fn run(arguments: &DiffArgs) -> Result<(), Failure> {
     if let Some(path) = &arguments.output {
         write::check(path)?;
         check_format(path)?;
+        inputs(arguments).spare([path.as_path()])?;
     }
     arguments.fail_above.iter().try_for_each(known)?;
     let pair = Pair::read(arguments)?;
@@ -32,6 +34,16 @@ pub fn run(arguments: &DiffArgs) -> Result<(), Failure> {
         text(&facts).iter().for_each(|line| report::result(line));
     }
     held(arguments, &facts)
+}
+
+fn inputs(arguments: &DiffArgs) -> Inputs {
+    let mut inputs = Inputs::default();
+    inputs.add("the image", &arguments.image);
+    inputs.add("the reference", &arguments.reference);
+    if let Some(half) = &arguments.reference_half {
+        inputs.add("half of the reference", half);
+    }
+    inputs
 }
 
 /// What is compared.

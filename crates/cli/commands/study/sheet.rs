@@ -8,6 +8,7 @@
 use crate::args::study::SheetArgs;
 use crate::commands::render;
 use crate::error::Failure;
+use crate::inputs::Inputs;
 use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::progress::Bar;
@@ -37,8 +38,15 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let options = settings_file::layered(source.path(), typed)?;
     report::start(&options);
     let output = output(typed)?;
+    let mut inputs = Inputs::of_render(&source, &options);
+    if let Some(reference) = &arguments.reference {
+        inputs.add("the reference", reference);
+    }
+    inputs.spare([output.as_path()])?;
     let given = arguments.reference.as_deref().map(read::picture).transpose()?;
     let loaded = load::load(&source, &options)?;
+    inputs.add_scene_files(&loaded.scene.files);
+    inputs.spare([output.as_path()])?;
     let view = load::camera(&loaded.scene, &options)?;
     render::warn(&loaded);
     let asked = options.clone();

@@ -75,6 +75,7 @@ impl SceneBuilder {
             shutter: self.exposure.shutter,
             survey,
             warnings: self.warnings,
+            files: self.files,
             area,
         })
     }

@@ -115,6 +115,14 @@ impl<'o> Document<'o> {
         Ok(cell.get().map_or(&[], Vec::as_slice))
     }
 
+    /// The file itself and the files that its buffers and images name.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let buffers = self.root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
+        let images = self.root.images.iter().filter_map(|image| image.uri.as_deref());
+        let named = buffers.chain(images).filter_map(|uri| source::path(&self.file, uri));
+        std::iter::once(self.file.clone()).chain(named).collect()
+    }
+
     /// Takes `count` elements from the allowance for accessors without data.
     pub fn zeros(&self, count: u64, place: &str) -> Result<(), SceneError> {
         let left = self.zeros.get().checked_sub(count);

@@ -31,6 +31,7 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let moving = hierarchy.moving(at + shutter.open, at + shutter.close);
     let mut builder = SceneBuilder::from_file(&name(doc), &doc.file);
     builder.exposure(at, shutter);
+    builder.files = doc.files();
     let mut assembly =
         Assembly { doc, builder, materials: Materials::default(), meshes: vec![None; doc.root.meshes.len()] };
     for &index in &hierarchy.order {

@@ -64,6 +64,12 @@ pub(super) fn bytes(
     Ok(bytes)
 }
 
+/// Where the file that a URI names would be; None for data, and for what no path can be.
+pub(super) fn path(file: &Path, uri: &str) -> Option<PathBuf> {
+    let relative = relative(uri, true).ok().filter(|_| !uri.starts_with("data:"))?;
+    Some(file.parent().unwrap_or(Path::new("")).join(relative))
+}
+
 /// The path a URI names, percent-decoded, or why it must not be followed.
 fn relative(uri: &str, allow_path: bool) -> Result<PathBuf, &'static str> {
     let scheme = uri.split_once(':').map(|(scheme, _)| scheme);
