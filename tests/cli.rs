@@ -115,7 +115,7 @@ fn a_crop_has_the_full_pictures_pixels() {
 #[test]
 fn every_format_holds_the_same_picture() {
     let folder = tempfile::tempdir().unwrap();
-    let run = render(folder.path(), &["-o", "a.exr", "-o", "a.hdr", "-o", "a.png"]);
+    let run = render(folder.path(), &["-o", "a.exr", "-o", "a.hdr", "-o", "a.png", "--exposure", "0"]);
     assert_eq!(run.out, "a.exr\na.hdr\na.png\n");
     let read = |name: &str| read::picture(&folder.path().join(name)).unwrap();
     let exact = read("a.exr");
@@ -261,4 +261,23 @@ fn scenes_of_the_repository_render() {
         count += 1;
     }
     assert!(count >= 6);
+}
+
+/// A PNG without `--exposure` is metered on the whole frame: the line that says so repeats it, and crops, seeds and sample
+/// counts do not change it.
+#[test]
+fn exposure_is_metered_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let run = render(folder.path(), &["-o", "a.png", "-o", "a.exr", "--json"]);
+    let stops = run.json()["exposure"].as_f64().unwrap() as f32;
+    assert!(stops != 0.0 && run.err.contains(&format!("--exposure {stops} ")), "{}", run.err);
+    let run = render(folder.path(), &["-o", "b.png", "-o", "b.exr", "--exposure", &stops.to_string()]);
+    assert!(!run.err.contains("metered"));
+    assert!(bytes("a.png") == bytes("b.png") && bytes("a.exr") == bytes("b.exr"));
+    for more in [&["--crop", "3,2,5,4"][..], &["--seed", "9", "--pattern", "random", "--threads", "1"]] {
+        let json = render(folder.path(), &[&["-o", "c.png", "--json"], more].concat()).json();
+        assert_eq!(json["exposure"].as_f64().unwrap() as f32, stops, "{more:?}");
+    }
+    assert!(render(folder.path(), &["-o", "d.exr", "--json"]).json()["exposure"].is_null());
 }

@@ -22,6 +22,7 @@ mod load;
 mod machine;
 mod measure;
 mod metadata;
+mod metering;
 mod options;
 mod output;
 mod progress;

@@ -76,7 +76,7 @@ pub struct RenderOptions {
     /// EXR layers beside the picture, comma-separated: albedo, normal, depth, position, variance, samples, object, material, removed. Where these show first hits alone (all but variance, samples and removed), the picture is rendered only if `beauty` is named too, or a PNG or HDR shows it
     #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Output")]
     pub aov: Option<Vec<Aov>>,
-    /// Exposure of PNG output, in stops
+    /// Exposure of PNG output, in stops; 0 shows radiance 1 as white [default: metered on a small render of the whole frame, and said]
     #[arg(long, value_name = "EV", allow_hyphen_values = true, value_parser = values::finite, help_heading = "Output")]
     pub exposure: Option<f32>,
     /// Tone curve of PNG output: srgb, agx, aces or neutral [default: srgb]

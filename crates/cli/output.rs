@@ -21,7 +21,8 @@ pub struct Outputs {
     files: Vec<(PathBuf, Format)>,
     depth: Depth,
     tone: Tone,
-    exposure: f32,
+    /// Stops; None until it is metered.
+    exposure: Option<f32>,
 }
 
 impl Outputs {
@@ -35,7 +36,7 @@ impl Outputs {
             write::check(path)?;
         }
         let depth = if RenderOptions::is(options.half) { Depth::Half } else { Depth::Float };
-        let (tone, exposure) = (options.tone.unwrap_or_default(), options.exposure.unwrap_or(0.0));
+        let (tone, exposure) = (options.tone.unwrap_or_default(), options.exposure);
         Ok(Self { files, depth, tone, exposure })
     }
 
@@ -44,11 +45,25 @@ impl Outputs {
         for (path, format) in &self.files {
             match format {
                 Format::Exr => write::exr(path, &outcome.layers, self.depth)?,
-                Format::Png => write::png(path, picture, self.tone, self.exposure)?,
+                Format::Png => write::png(path, picture, self.tone, self.exposure.unwrap_or(0.0))?,
                 Format::Hdr => write::hdr(path, picture)?,
             }
         }
         Ok(())
+    }
+
+    /// Sets the exposure by `meter` if a picture needs one and none was given; returns what was metered.
+    pub fn expose(&mut self, meter: impl FnOnce() -> f32) -> Option<f32> {
+        let asks = self.exposure.is_none() && self.files.iter().any(|(_, format)| *format == Format::Png);
+        if asks {
+            self.exposure = Some(meter());
+        }
+        self.exposure.filter(|_| asks)
+    }
+
+    /// Exposure of the PNG pictures in stops, if there are any.
+    pub fn exposure(&self) -> Option<f32> {
+        self.exposure.filter(|_| self.files.iter().any(|(_, format)| *format == Format::Png))
     }
 
     /// Their paths.

@@ -74,6 +74,8 @@ pub struct Report {
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub plans: BTreeMap<String, String>,
     pub version: &'static str,
+    /// Of PNG pictures, in stops; null without any.
+    pub exposure: Option<f32>,
     pub outputs: Vec<String>,
     pub warnings: Vec<String>,
 }
@@ -118,6 +120,7 @@ impl Report {
             combine: (!is_path).then(|| settings.combine.to_string()),
             plans: plans.filter(|_| !is_path).collect(),
             version: env!("CARGO_PKG_VERSION"),
+            exposure: outputs.exposure(),
             outputs: outputs.paths().map(|p| p.display().to_string()).collect(),
             warnings: loaded.scene.warnings.iter().map(|w| w.0.clone()).collect(),
         }

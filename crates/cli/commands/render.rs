@@ -8,7 +8,7 @@ use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::progress::Bar;
 use crate::report::{self, Report};
-use crate::{effects, interrupt, machine, metadata, retrace, settings_file};
+use crate::{effects, interrupt, machine, metadata, metering, retrace, settings_file};
 use clap::ArgMatches;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
@@ -31,13 +31,12 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     let source = Source::new(scene);
     let options = settings_file::layered(source.path(), typed)?;
     report::start(&options);
-    let outputs = Outputs::plan(&options, &source.name())?;
-    let written = || outputs.paths().chain(options.log.as_deref());
+    let mut outputs = Outputs::plan(&options, &source.name())?;
     let mut inputs = Inputs::of_render(&source, &options);
-    inputs.spare(written())?;
+    inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
     let loaded = load::load(&source, &options)?;
     inputs.add_scene_files(&loaded.scene.files);
-    inputs.spare(written())?;
+    inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
     let view = &load::camera(&loaded.scene, &options)?;
     let settings = settings(&options, view)?;
     warn(&loaded);
@@ -45,6 +44,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
     say_no_picture(&options);
     interrupt::listen();
+    expose(&mut outputs, &loaded, view, &settings, &options);
     tracing::info!(?settings, "rendering");
     let (outcome, error) = draw(&loaded, view, &settings, &options)?;
     let outcome = finish(outcome, &options, &loaded, view, &settings);
@@ -111,6 +111,22 @@ fn check_adaptive(settings: &Settings) -> Result<(), Failure> {
 pub fn warn(loaded: &Loaded) {
     for warning in &loaded.scene.warnings {
         report::say(&format!("warning: {}", error::one_line(&warning.0)));
+    }
+}
+
+/// Meters the exposure of PNG pictures where none is given, and says it.
+fn expose(
+    outputs: &mut Outputs,
+    loaded: &Loaded,
+    view: &NamedCamera,
+    settings: &Settings,
+    options: &RenderOptions,
+) {
+    let metered = outputs.expose(|| metering::exposure(&loaded.scene, &view.camera, settings));
+    if let Some(stops) = metered.filter(|_| !RenderOptions::is(options.quiet)) {
+        report::say(&format!(
+            "exposure of the PNG metered: {stops:+.2} stops (--exposure {stops} repeats it)"
+        ));
     }
 }
 

@@ -7,6 +7,7 @@
 
 pub mod color;
 pub mod error;
+pub mod metering;
 pub mod picture;
 pub mod read;
 pub mod sheet;

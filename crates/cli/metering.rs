@@ -1,0 +1,76 @@
+//! The exposure of PNG pictures when none is given: metered on a small render of the whole frame.
+//!
+//! The render is always the same for a scene, a view and the settings that change the light: it depends on no crop, sample
+//! count, seed, sampling pattern or thread count, so that all parts of a picture and all frames of a study get one
+//! exposure.
+
+use crate::interrupt;
+use dapple_integrator::camera::Camera;
+use dapple_integrator::imaging::metering;
+use dapple_integrator::sampling::Pattern;
+use dapple_integrator::scene::Scene;
+use dapple_integrator::{Method, Settings, render};
+use std::ops::ControlFlow;
+
+/// The longer side of the metered picture, in pixels, and its samples per pixel.
+const SIDE: f64 = 64.0;
+const SAMPLES: u32 = 16;
+
+/// Exposure in stops for pictures of `camera` in `scene` with `settings`; 0 where all surfaces are unlit, whose colours are
+/// meant to be shown as they are.
+pub fn exposure(scene: &Scene, camera: &Camera, settings: &Settings) -> f32 {
+    if scene.objects.iter().all(|o| scene.materials[o.material as usize].unlit) {
+        return 0.0;
+    }
+    let progress = |_| if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let outcome = render(scene, camera, &small(settings), &progress);
+    metering::exposure(&outcome.film.mean())
+}
+
+/// The same light on fewer pixels, with samples that are always the same.
+fn small(settings: &Settings) -> Settings {
+    let (width, height) = (f64::from(settings.size.0), f64::from(settings.size.1));
+    let scale = SIDE / width.max(height);
+    let side = |length: f64| (length * scale).round().max(1.0) as u32;
+    Settings {
+        method: Method::Path,
+        size: (side(width), side(height)),
+        crop: None,
+        spp: Some(SAMPLES),
+        time_limit: None,
+        pattern: Pattern::Sobol,
+        seed: 0,
+        aovs: Vec::new(),
+        picture: true,
+        general: false,
+        adaptive: false,
+        spread: None,
+        ..settings.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dapple_integrator::scene::builtin;
+
+    #[test]
+    fn only_light_and_shape_change_the_exposure() {
+        let scene = builtin::builtin("cornell").unwrap().build().unwrap();
+        let camera = &scene.cameras[0].camera;
+        let meter = |settings: &Settings| exposure(&scene, camera, settings);
+        let plain = Settings { size: (96, 96), ..Settings::default() };
+        let at = meter(&plain);
+        assert!(at > 0.0 && at < 4.0, "{at}");
+        let crop = dapple_integrator::camera::PixelRect { x0: 0, y0: 0, x1: 3, y1: 2 };
+        for other in [
+            Settings { crop: Some(crop), ..plain.clone() },
+            Settings { spp: Some(1), seed: 7, pattern: Pattern::Random, ..plain.clone() },
+            Settings { threads: Some(1), method: Method::Distribution, ..plain.clone() },
+            Settings { size: (400, 400), ..plain.clone() },
+        ] {
+            assert_eq!(meter(&other), at);
+        }
+        assert_ne!(meter(&Settings { max_bounces: 0, ..plain }), at);
+    }
+}

@@ -1,0 +1,85 @@
+//! Which exposure shows a picture well?
+//!
+//! The rule is stated in [`exposure`]; it needs no scene, knows no camera, and gives the same value for the same picture on
+//! every machine.
+
+use crate::Picture;
+use crate::color::luminance;
+
+/// Share of the lit pixels that are at most as bright as the one that is brought to [`BRIGHT`].
+const PERCENTILE: f64 = 0.9;
+/// Linear value, 1 being the white of the display, that this pixel gets.
+const BRIGHT: f64 = 0.8;
+/// Linear value that the logarithmic mean of the lit pixels does not fall below.
+const MEAN: f64 = 0.1;
+/// Pixels darker than this part of the brightest one are not lit: they add to no mean.
+const LIT: f64 = 1e-6;
+/// Steps per stop: short numbers, so that the exposure can be said and repeated exactly.
+const STEPS: f64 = 100.0;
+
+/// Exposure in stops, a multiple of 0.01, that suits a linear picture: nine tenths of the lit pixels stay below 0.8 of the
+/// display's white, unless the logarithmic mean of the lit pixels would then be below 0.1, to which it is raised (a lamp
+/// that fills much of the picture does not turn the room dark). Lit pixels are those that have at least a millionth of
+/// the brightest finite luminance. 0 for a picture without light.
+///
+/// The logarithmic mean as a measure of a scene's key: [Reinhard 2002, eq. 1].
+pub fn exposure(picture: &Picture) -> f32 {
+    let luminances = picture.pixels.iter().map(|p| f64::from(luminance(*p)));
+    let mut lit: Vec<f64> = luminances.filter(|y| y.is_finite() && *y > 0.0).collect();
+    lit.sort_unstable_by(f64::total_cmp);
+    let Some(brightest) = lit.last().copied() else { return 0.0 };
+    lit.retain(|y| *y >= brightest * LIT);
+    let bright = lit[((lit.len() - 1) as f64 * PERCENTILE) as usize];
+    let mean = libm::exp(lit.iter().map(|y| libm::log(*y)).sum::<f64>() / lit.len() as f64);
+    let stops = libm::log2((BRIGHT / bright).max(MEAN / mean));
+    ((stops * STEPS).round() / STEPS) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn of(parts: &[(f32, usize)]) -> f32 {
+        let pixels: Vec<Vec3> =
+            parts.iter().flat_map(|(y, n)| std::iter::repeat_n(Vec3::splat(*y), *n)).collect();
+        exposure(&Picture { width: pixels.len(), height: 1, pixels })
+    }
+
+    #[test]
+    fn scale_is_undone() {
+        let parts = [(0.2, 50), (0.5, 40), (0.9, 10)];
+        let at = of(&parts);
+        // log₂(0.8/0.5)
+        assert!((at - 0.68).abs() < 0.006, "{at}");
+        for stops in [-20, -3, 5, 10] {
+            let scaled = parts.map(|(y, n)| (y * 2f32.powi(stops), n));
+            assert!((of(&scaled) - (at - stops as f32)).abs() < 0.011, "{stops}");
+        }
+    }
+
+    #[test]
+    fn black_pixels_and_single_fireflies_do_not_count() {
+        assert_eq!(of(&[(0.0, 10)]), 0.0);
+        assert_eq!(of(&[]), 0.0);
+        assert_eq!(of(&[(f32::NAN, 3), (f32::INFINITY, 3), (-1.0, 1)]), 0.0);
+        let plain = of(&[(0.8, 100)]);
+        assert_eq!(plain, 0.0);
+        assert_eq!(of(&[(0.8, 100), (0.0, 900)]), plain);
+        assert_eq!(of(&[(0.8, 100), (400.0, 1)]), plain);
+    }
+
+    /// A third of the picture is a lamp a thousand times as bright as the walls.
+    #[test]
+    fn a_large_lamp_leaves_the_room_visible() {
+        let at = of(&[(0.2, 200), (200.0, 100)]);
+        let mean = 0.2f64 * 1000f64.powf(1.0 / 3.0);
+        assert!((f64::from(at) - (0.1 / mean).log2()).abs() < 0.006, "{at}");
+    }
+
+    #[test]
+    fn the_value_is_a_short_decimal() {
+        let at = of(&[(0.37, 7), (0.11, 9)]);
+        assert_eq!(format!("{at:.2}").parse::<f32>().unwrap(), at);
+    }
+}
