@@ -281,3 +281,44 @@ fn exposure_is_metered_and_said() {
     }
     assert!(render(folder.path(), &["-o", "d.exr", "--json"]).json()["exposure"].is_null());
 }
+
+/// The default light: for a file without light and for one whose own light shows next to nothing; never for a lit scene,
+/// never against `--env none`.
+#[test]
+fn a_file_that_would_be_black_is_lit() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = ["--size", "24x16", "--spp", "4", "-o", "a.exr", "--aov", "beauty"];
+    let mean = |scene: &str, more: &[&str]| {
+        let run = well(folder.path(), &[&["render", scene], &size[..], more].concat());
+        let picture = read::picture(&folder.path().join("a.exr")).unwrap();
+        (picture.mean().y, run.err.contains("studio"))
+    };
+    // A second triangle behind the camera that glows: the first one faces away from it.
+    let glowing = |root: &mut serde_json::Value| {
+        root["materials"] = serde_json::json!([{}, { "emissiveFactor": [1, 1, 1] }]);
+        let mut lamp = root["meshes"][0].clone();
+        lamp["primitives"][0]["material"] = 1.into();
+        root["meshes"].as_array_mut().unwrap().push(lamp);
+        let lamp =
+            serde_json::json!({ "mesh": 1, "translation": [0.2, 0.3, 0.5], "scale": [0.02, 0.02, 0.02] });
+        root["nodes"].as_array_mut().unwrap().push(lamp);
+        root["scenes"][0]["nodes"] = serde_json::json!([0, 1, 2]);
+    };
+    let write = |name: &str, scene: String| fs::write(folder.path().join(name), scene).unwrap();
+    write("plain.gltf", triangle(|_, _| {}));
+    write("glowing.gltf", triangle(|root, _| glowing(root)));
+    for scene in ["plain.gltf", "glowing.gltf"] {
+        let (lit, said) = mean(scene, &[]);
+        assert!(lit > 0.1 && said, "{scene}: {lit}");
+        let (dark, said) = mean(scene, &["--env", "none"]);
+        assert!(dark < 0.01 && !said, "{scene}: {dark}");
+        let (given, said) = mean(scene, &["--env-color", "0,0,0"]);
+        assert!(given < 0.01 && !said, "{scene}: {given}");
+    }
+    for lit in ["builtin:cornell", "builtin:furnace"] {
+        assert!(!mean(lit, &[]).1, "{lit}");
+    }
+    // Where only the light of the render counts, the choice does not depend on how it is sampled.
+    let crop = ["--crop", "0,0,2,2", "--seed", "5", "--method", "distribution"];
+    assert!(mean("glowing.gltf", &crop).1);
+}

@@ -1,7 +1,7 @@
 //! No command overwrites what it reads: outputs are held against every input before work begins.
 
 use crate::error::Failure;
-use crate::load::Source;
+use crate::load::{self, Source};
 use crate::options::RenderOptions;
 use crate::settings_file;
 use same_file::Handle;
@@ -24,7 +24,8 @@ impl Inputs {
         if let Some(settings) = &options.settings {
             inputs.add("the settings file", settings);
         }
-        if let Some(environment) = &options.env {
+        if let Some(environment) = options.env.as_ref().filter(|env| env.as_os_str() != load::NO_ENVIRONMENT)
+        {
             inputs.add("the environment picture", environment);
         }
         inputs

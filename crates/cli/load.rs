@@ -1,5 +1,6 @@
 //! From what was typed to a checked scene: the file or built-in scene, its environment, the camera and the size.
 
+use crate::default_light;
 use crate::effects;
 use crate::error::Failure;
 use crate::machine;
@@ -8,7 +9,8 @@ use crate::values::Size;
 use dapple_integrator::camera::PixelRect;
 use dapple_integrator::imaging::read;
 use dapple_integrator::lights::Environment;
-use dapple_integrator::scene::{NamedCamera, Scene, SceneBuilder, builtin};
+use dapple_integrator::scene::studio::{self, STUDIO};
+use dapple_integrator::scene::{NamedCamera, Scene, SceneBuilder, Warning, builtin};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -103,14 +105,34 @@ pub struct Loaded {
 pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure> {
     let start = Instant::now();
     let mut builder = source.read(options)?;
-    if let Some(environment) = environment(options)? {
+    let environment = environment(options)?;
+    let own_light_alone = environment.is_none() && !has_no_environment(options);
+    if has_no_environment(options) {
+        builder.no_default_light();
+    }
+    if let Some(environment) = environment {
         builder.environment(environment);
     }
     let load_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let scene = builder.build()?;
+    let mut scene = builder.build()?;
+    if own_light_alone && options.reads().light && scene.environment.is_none() && !scene.lights.is_empty() {
+        let camera = camera(&scene, options)?;
+        if default_light::is_wanted(&scene, &camera.camera) {
+            scene.surround(studio::studio());
+            scene.warnings.push(Warning(format!("the scene's own light leaves it nearly black: {STUDIO}")));
+        }
+    }
     Ok(Loaded { scene, load_seconds, build_seconds: start.elapsed().as_secs_f64() })
 }
+
+/// `--env none`: nothing surrounds the scene, even if that leaves it dark.
+fn has_no_environment(options: &RenderOptions) -> bool {
+    options.env.as_deref() == Some(Path::new(NO_ENVIRONMENT))
+}
+
+/// What `--env` takes in place of a file.
+pub const NO_ENVIRONMENT: &str = "none";
 
 fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> {
     if !options.reads().light {
@@ -120,7 +142,7 @@ fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> 
     if let Some(color) = options.env_color {
         return Ok(Some(Environment::constant(color.0 * intensity)));
     }
-    let Some(path) = &options.env else { return Ok(None) };
+    let Some(path) = options.env.as_ref().filter(|_| !has_no_environment(options)) else { return Ok(None) };
     let picture = read::picture(path)?;
     let rotation = options.env_rotation.unwrap_or(0.0).to_radians();
     let smooth = RenderOptions::is(options.env_smooth);

@@ -8,6 +8,7 @@
 
 mod args;
 mod commands;
+mod default_light;
 mod effects;
 mod error;
 #[cfg(feature = "report")]

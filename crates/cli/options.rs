@@ -148,7 +148,7 @@ pub struct RenderOptions {
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "View")]
     pub cull_backfaces: Option<bool>,
 
-    /// Environment picture, latitude-longitude: .hdr or .exr
+    /// Environment picture, latitude-longitude: .hdr or .exr; none = nothing, not even the studio light that a scene without light of its own gets
     #[arg(long, value_name = "FILE", conflicts_with = "env_color", help_heading = "Environment")]
     pub env: Option<PathBuf>,
     /// Environment of one colour, linear radiance

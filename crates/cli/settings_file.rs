@@ -8,6 +8,7 @@
 //! the scene's folder (symbolic links are resolved first), and cannot give the user's consent (`yes`, `allow-path`).
 
 use crate::error::Failure;
+use crate::load;
 use crate::options::{self, RenderOptions};
 use crate::report;
 use clap::ArgMatches;
@@ -148,6 +149,7 @@ fn argument(key: &str, value: &toml::Value, file: &Path, trust: Trust) -> Result
         single => vec![scalar(single)?],
     };
     match key {
+        "env" if values == [load::NO_ENVIRONMENT] => {}
         "env" => values = values.iter().map(|v| beside(file, v, trust)).collect::<Result<_, _>>()?,
         "output" => {}
         _ => values = vec![values.join(",")],

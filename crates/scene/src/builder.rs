@@ -33,6 +33,8 @@ pub struct SceneBuilder {
     /// With the chain of nodes that moves it, if one does.
     pub(crate) punctual: Vec<(Punctual, Option<Vec<Node>>)>,
     environment: Option<Environment>,
+    /// The scene stays dark where nothing gives light.
+    no_default_light: bool,
     /// Likewise.
     pub(crate) cameras: Vec<(String, CameraPose, Option<Vec<Node>>)>,
     pub(crate) exposure: Exposure,
@@ -64,6 +66,11 @@ impl SceneBuilder {
     /// What the render looks at; the rest is not kept. Without a word: whatever light can do.
     pub fn reads(&mut self, reads: Reads) {
         self.reads = reads;
+    }
+
+    /// Adds no light of its own to a scene that has none.
+    pub fn no_default_light(&mut self) {
+        self.no_default_light = true;
     }
 
     /// Adds a texture; returns its index.

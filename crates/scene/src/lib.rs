@@ -20,6 +20,7 @@ mod punctual;
 pub mod reads;
 pub mod scene;
 pub mod space;
+pub mod studio;
 pub mod survey;
 mod tangent;
 pub use builder::{CameraPose, SceneBuilder};

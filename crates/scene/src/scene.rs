@@ -6,7 +6,7 @@ use crate::{
 use dapple_camera::{Camera, Shutter};
 use dapple_geometry::{Frame, Hit, Surface, World};
 use dapple_imaging::Texture;
-use dapple_lights::{Light, LightChoice, LightPoint};
+use dapple_lights::{Environment, Light, LightChoice, LightPoint};
 use dapple_materials::Material;
 use glam::Vec3;
 use std::path::PathBuf;
@@ -70,6 +70,8 @@ pub struct Scene {
     /// The file that the scene was read from and the files that it names, looked at or not; empty for a scene built in
     /// code.
     pub files: Vec<PathBuf>,
+    /// Half the diagonal of the box around everything, in render space.
+    pub(crate) radius: f32,
     pub(crate) area: AreaLights,
 }
 
@@ -87,6 +89,17 @@ pub struct Shading {
 }
 
 impl Scene {
+    /// Adds an environment to a scene without one; a scene that has one keeps it.
+    pub fn surround(&mut self, environment: Environment) {
+        if self.environment.is_some() {
+            return;
+        }
+        self.environment = Some(self.lights.len() as u32);
+        self.lights.push(Light::Environment(environment));
+        self.light_choice = LightChoice::new(&self.lights, self.radius);
+        self.survey.lights = self.lights.len();
+    }
+
     /// The material of an object.
     pub fn material(&self, object: u32) -> &TexturedMaterial {
         &self.materials[self.objects[object as usize].material as usize]

@@ -69,7 +69,7 @@ fn a_square() {
     }
     assert_eq!(scene.name, "test");
     assert_eq!(scene.cameras[0].name, "auto");
-    assert!(scene.warnings.iter().any(|w| w.0.contains("white environment")));
+    assert!(scene.warnings.iter().any(|w| w.0.contains("studio environment")));
     assert!(scene.environment.is_some());
 }
 
@@ -540,7 +540,7 @@ fn shapes_lights_and_cameras_arrive() {
     assert_eq!(spot.axis, Vec3::NEG_Z);
     assert_eq!(spot.intensity, Vec3::new(10.0, 5.0, 0.0) * s * s);
     assert!((spot.cos_outer - libm::cosf(0.5)).abs() < 1e-6);
-    assert!(!scene.warnings.iter().any(|w| w.0.contains("white environment")));
+    assert!(!scene.warnings.iter().any(|w| w.0.contains("studio environment")));
 }
 
 #[test]

@@ -210,7 +210,7 @@ fn black_texture_means_no_light() {
     let scene = scene_of(lamp, vec![texture(1, &[[0; 4]], Encoding::Srgb)], DAffine3::IDENTITY);
     assert!(matches!(scene.lights[..], [Light::Environment(_)]));
     assert_eq!(scene.light_of(&Hit { t: 1.0, u: 0.0, v: 0.0, primitive: 1, object: 0 }), None);
-    assert!(scene.warnings[0].0.contains("white environment"));
+    assert!(scene.warnings[0].0.contains("studio environment"));
 }
 
 #[test]

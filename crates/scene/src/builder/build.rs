@@ -7,7 +7,9 @@ use crate::{
     error::quoted,
     framing,
     moving::{self, OwnSpaces},
-    punctual, scene, tangent,
+    punctual, scene, studio,
+    studio::STUDIO,
+    tangent,
 };
 use dapple_camera::Camera;
 use dapple_geometry::{
@@ -22,7 +24,7 @@ use glam::{DAffine3, Vec3, Vec4};
 type Seen = (Form, Option<Movement>);
 
 impl SceneBuilder {
-    /// Checks everything and moves it to render space. Adds a framing camera when there is none, a white environment
+    /// Checks everything and moves it to render space. Adds a framing camera when there is none, a soft studio environment
     /// (with a warning) when nothing emits.
     ///
     /// # Errors
@@ -75,6 +77,7 @@ impl SceneBuilder {
             shutter: self.exposure.shutter,
             survey,
             warnings: self.warnings,
+            radius,
             files: self.files,
             area,
         })
@@ -117,10 +120,10 @@ impl SceneBuilder {
     fn surroundings(&mut self, objects: &[Object], lights: &[Light]) -> Option<Environment> {
         let unlit = |o: &Object| self.materials[o.material as usize].unlit;
         let shown = !objects.is_empty() && objects.iter().all(unlit);
-        if self.reads.light && self.environment.is_none() && lights.is_empty() && !shown {
-            let what = "nothing in the scene emits light: a white environment of radiance 1 surrounds it";
-            self.warn(Warning(what.into()));
-            return Some(Environment::constant(Vec3::ONE));
+        let lit = self.environment.is_some() || !lights.is_empty() || self.no_default_light;
+        if self.reads.light && !lit && !shown {
+            self.warn(Warning(format!("nothing in the scene emits light: {STUDIO}")));
+            return Some(studio::studio());
         }
         self.environment.take().filter(|e| !(e.is_constant() && e.mean() == Vec3::ZERO))
     }
