@@ -77,8 +77,8 @@ impl Source {
 fn read_file(path: &Path, options: &RenderOptions) -> Result<SceneBuilder, Failure> {
     use dapple_integrator::scene::gltf;
     let (at, shutter) = (options.at.unwrap_or(0.0), options.exposure());
-    let (allow_path, reads) = (RenderOptions::is(options.allow_path), options.reads());
-    Ok(gltf::read(path, &gltf::Options { at, shutter, allow_path, reads })?)
+    let (allow_path, strict) = (RenderOptions::is(options.allow_path), RenderOptions::is(options.strict));
+    Ok(gltf::read(path, &gltf::Options { at, shutter, allow_path, strict, reads: options.reads() })?)
 }
 
 #[cfg(not(feature = "gltf"))]

@@ -173,6 +173,9 @@ pub struct RenderOptions {
     /// Let the scene name files outside its own folder
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "General")]
     pub allow_path: Option<bool>,
+    /// Refuse a scene that names an image file which is not there, instead of leaving the texture out
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "General")]
+    pub strict: Option<bool>,
     /// Write seconds, samples, rays and error at each doubling of the samples, one JSON object per line
     #[arg(long, value_name = "FILE.jsonl", help_heading = "General")]
     pub log: Option<PathBuf>,

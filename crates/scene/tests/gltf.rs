@@ -13,6 +13,7 @@ const OPTIONS: gltf::Options = gltf::Options {
     at: 0.0,
     shutter: Shutter { open: 0.0, close: 0.0 },
     allow_path: false,
+    strict: false,
     reads: Reads::EVERYTHING,
 };
 
@@ -293,10 +294,12 @@ fn animation_at_a_time() {
 fn required_extensions_are_named() {
     let mut file = square();
     file.set("extensionsRequired", json!(["KHR_materials_ior", "VENDOR_magic"]));
+    file.json["nodes"][0]["extensions"] = json!({"VENDOR_magic": {}, "KHR_materials_ior": {}});
     let text = error(&file);
     assert!(text.contains("VENDOR_magic") && !text.contains("ior"), "{text}");
     file.set("extensionsRequired", json!([]));
     file.set("extensionsUsed", json!(["KHR_materials_clearcoat", "KHR_xmp_json_ld"]));
+    file.json["nodes"][0]["extensions"] = json!({"KHR_materials_clearcoat": {}, "KHR_xmp_json_ld": {}});
     let scene = load(&file);
     assert!(scene.warnings.iter().any(|w| w.0.contains("clear coats are left out")));
     assert!(!scene.warnings.iter().any(|w| w.0.contains("xmp")));
@@ -404,11 +407,17 @@ fn the_node_graph_is_a_forest() {
         file
     };
     let cycle = with_nodes(json!([{"children": [1]}, {"children": [0]}]), json!([0]));
-    assert!(error(&cycle).contains("node 0: is a root of the scene and a child of node 1"));
+    assert!(error(&cycle).contains("node 0: is in the scene twice"));
     let own = with_nodes(json!([{"children": [0]}]), json!([0]));
     assert!(error(&own).contains("node 0"));
     let parents = with_nodes(json!([{"children": [2]}, {"children": [2]}, {"mesh": 0}]), json!([0, 1]));
     assert!(error(&parents).contains("node 2: is a child of node 0 and of node 1"));
+    // Seen once each: below the parent where that is in the scene, else as the root it is said to be.
+    for (roots, said) in [(json!([0, 1]), "as the child"), (json!([0]), "as the root")] {
+        let scene = load(&with_nodes(json!([{"mesh": 0}, {"children": [0], "mesh": 0}]), roots));
+        assert_eq!(scene.survey.objects, if said == "as the child" { 2 } else { 1 });
+        assert!(scene.warnings.iter().any(|w| w.0.contains("node 0") && w.0.contains(said)), "{said}");
+    }
     let twice = with_nodes(json!([{"mesh": 0}]), json!([0, 0]));
     assert!(error(&twice).contains("node 0: is in the scene twice"));
     // Deep, but a chain: no recursion to overflow.
@@ -417,6 +426,80 @@ fn the_node_graph_is_a_forest() {
     nodes.push(json!({"mesh": 0}));
     assert_eq!(load(&with_nodes(json!(nodes), json!([0]))).survey.objects, 1);
 }
+
+#[test]
+fn a_scene_may_show_nothing() {
+    let mut file = square();
+    file.set("scenes", json!([{"name": "empty"}]));
+    assert_eq!(load(&file).survey.objects, 0);
+}
+
+#[test]
+fn a_required_extension_that_nothing_uses_is_no_hindrance() {
+    let mut file = square();
+    file.set("extensionsRequired", json!(["VENDOR_magic"]));
+    assert!(
+        load(&file)
+            .warnings
+            .iter()
+            .any(|w| w.0.contains("VENDOR_magic") && w.0.contains("nothing in the file"))
+    );
+    file.json["nodes"][0]["extensions"] = json!({"VENDOR_magic": {}});
+    assert!(error(&file).contains("VENDOR_magic"));
+}
+
+/// What a file uses is warned of, declared or not; what it only declares is not.
+#[test]
+fn extensions_are_known_by_their_use() {
+    let mut file = square();
+    file.set("extensionsUsed", json!(["KHR_materials_sheen"]));
+    file.set("materials", json!([{"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}}]));
+    file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let said = |word: &str| load(&file).warnings.iter().any(|w| w.0.contains(word));
+    assert!(said("KHR_materials_clearcoat") && !said("sheen"));
+}
+
+#[test]
+fn images_are_found_by_the_names_of_other_systems_or_left_out() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::create_dir(dir.path().join("textures")).unwrap();
+    std::fs::write(dir.path().join("textures/a b.png"), RED_PNG).unwrap();
+    let path = dir.path().join("scene.gltf");
+    let try_uri = |uri: &str, strict: bool| {
+        let mut file = square();
+        file.set("images", json!([{"uri": uri}]));
+        file.set("textures", json!([{"source": 0}]));
+        let texture = json!({"index": 0});
+        file.set("materials", json!([{
+            "pbrMetallicRoughness": {"baseColorTexture": texture, "baseColorFactor": [0.25, 0.5, 0.75, 1.0]},
+            "emissiveTexture": texture, "emissiveFactor": [1.0, 1.0, 1.0],
+        }]));
+        file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+        std::fs::write(&path, file.gltf()).unwrap();
+        gltf::read(&path, &gltf::Options { strict, ..OPTIONS }).and_then(|b| b.build())
+    };
+    let found = try_uri("textures/a b.png", true).unwrap();
+    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+    for uri in ["textures\\a b.png", "Textures/A%20b.PNG", "TEXTURES\\A b.png"] {
+        let other = try_uri(uri, true).unwrap_or_else(|e| panic!("{uri}: {e}"));
+        assert!(other.warnings.iter().any(|w| w.0.contains("was found as")), "{uri}");
+        assert_eq!(other.materials[0].base, found.materials[0].base);
+    }
+    // Not there: the factor remains, and nothing glows that a texture was to hold down.
+    let missing = try_uri("not_there.png", false).unwrap();
+    assert!(missing.warnings.iter().any(|w| w.0.contains("not_there.png")));
+    assert_eq!(missing.materials[0].base.base_color, Vec3::new(0.25, 0.5, 0.75));
+    assert_eq!((missing.materials[0].emission, missing.materials[0].base_color_texture), (Vec3::ZERO, None));
+    assert!(try_uri("not_there.png", true).unwrap_err().to_string().contains("not_there.png"));
+    assert!(try_uri("..\\secret.png", true).is_err());
+}
+
+/// One red pixel.
+const RED_PNG: &[u8] = &[
+    137, 80, 78, 71, 13, 10, 26, 10, 0, 0, 0, 13, 73, 72, 68, 82, 0, 0, 0, 1, 0, 0, 0, 1, 8, 2, 0, 0, 0, 144,
+    119, 83, 222, 0, 0, 0, 12, 73, 68, 65, 84, 120, 156, 99, 248, 207, 192, 0, 0, 3, 1, 1, 0, 201, 254, 146,
+    239, 0, 0, 0, 0, 73, 69, 78, 68, 174, 66, 96, 130,
+];
 
 #[test]
 fn hidden_nodes_hide_their_children() {
@@ -559,6 +642,7 @@ fn info_counts_without_reading_meshes() {
     assert!(serde_json::to_string(&info).unwrap().contains("\"triangles\":2"));
     let mut strange = file::showcase();
     strange.set("extensionsRequired", json!(["VENDOR_magic"]));
+    strange.json["extensions"] = json!({"VENDOR_magic": {}});
     std::fs::write(&path, strange.glb()).unwrap();
     let info = gltf::info(&path, &OPTIONS).unwrap();
     assert!(info.extensions.iter().any(|e| e.name == "VENDOR_magic" && e.required && !e.supported));

@@ -1,10 +1,10 @@
 //! From bytes to JSON: splits a .glb, checks version and required extensions, and makes the JSON fit the crate
 //! `gltf`.
-use super::extensions;
-use crate::{SceneError, Warning};
+use super::{extensions, mend};
+use crate::{SceneError, Warning, error::quoted};
 use gltf::json;
 use serde_json::Value;
-use std::{borrow::Cow, path::Path};
+use std::{borrow::Cow, collections::BTreeSet, path::Path};
 
 const MAGIC: &[u8; 4] = b"glTF";
 const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
@@ -40,9 +40,10 @@ pub(super) fn parse(
     let mut value: Value = serde_json::from_slice(text).map_err(|e| malformed(format!("its JSON: {e}")))?;
     version(&value).map_err(malformed)?;
     check_extensions(file, &value, required, warnings)?;
-    let patched = match strip_pointers(&mut value) {
-        0 => Cow::Borrowed(text),
-        _ => Cow::Owned(value.to_string().into_bytes()),
+    let pointers = strip_pointers(&mut value);
+    let patched = match mend::mend(&mut value, warnings) || pointers > 0 {
+        false => Cow::Borrowed(text),
+        true => Cow::Owned(value.to_string().into_bytes()),
     };
     let root = gltf::Gltf::from_slice_without_validation(&patched).map_err(|e| match e {
         gltf::Error::Deserialize(e) => malformed(format!("its JSON: {e}")),
@@ -101,10 +102,12 @@ fn check_extensions(
     required: Required,
     warnings: &mut Vec<Warning>,
 ) -> Result<(), SceneError> {
-    let mut missing = names(value, "extensionsRequired");
-    missing.retain(|n| !extensions::is_supported(n));
-    let mut optional = names(value, "extensionsUsed");
-    optional.retain(|n| !extensions::is_supported(n) && !missing.contains(n));
+    let used = extensions::used(value);
+    let unsupported = |name: &&str| !extensions::is_supported(name);
+    let required_names: BTreeSet<&str> =
+        names(value, "extensionsRequired").into_iter().filter(unsupported).collect();
+    let (missing, idle): (Vec<&str>, Vec<&str>) =
+        required_names.iter().partition(|name| used.contains(*name));
     let extension = missing.join(" and ");
     match required {
         _ if missing.is_empty() => {}
@@ -115,7 +118,12 @@ fn check_extensions(
             )));
         }
     }
-    warnings.extend(optional.into_iter().filter_map(extensions::left_out).map(Warning));
+    for name in idle {
+        let name = quoted(name);
+        warnings.push(Warning(format!("{name} is said to be required, but nothing in the file uses it")));
+    }
+    let optional = used.iter().filter(|name| unsupported(name) && !required_names.contains(*name));
+    warnings.extend(optional.filter_map(|name| extensions::left_out(name, value)).map(Warning));
     Ok(())
 }
 

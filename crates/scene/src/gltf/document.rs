@@ -100,7 +100,13 @@ impl<'o> Document<'o> {
             let place = label("buffer", index.value(), buffer.name.as_deref());
             let length = buffer.byte_length.0;
             let mut bytes = match (&buffer.uri, &self.blob) {
-                (Some(uri), _) => source::bytes(&self.file, uri, length, &place, self.options)?,
+                (Some(uri), _) => {
+                    let bytes = source::bytes(&self.file, uri, length, &place, self.options)?;
+                    if let Some(found) = source::other_name(&self.file, uri) {
+                        self.warn(format!("{place}: '{}' was found as '{}'", quoted(uri), quoted(&found)));
+                    }
+                    bytes
+                }
                 (None, Some(blob)) if index.value() == 0 => blob.clone(),
                 (None, _) => return Err(self.invalid(place, "has no data")),
             };

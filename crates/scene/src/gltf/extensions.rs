@@ -1,6 +1,13 @@
 //! Which glTF extensions dapple honours, and what an unsupported optional one will change in the picture.
 
 use crate::error::quoted;
+use serde_json::Value;
+use std::collections::BTreeSet;
+
+const DRACO: &str = "KHR_draco_mesh_compression";
+const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
+const BASISU: &str = "KHR_texture_basisu";
 
 /// Extensions a file may require.
 pub(super) const SUPPORTED: &[&str] = &[
@@ -23,18 +30,18 @@ pub(super) const SUPPORTED: &[&str] = &[
 /// all, so nothing is said.
 const LEFT_OUT: &[(&str, &str)] = &[
     ("EXT_lights_image_based", "its environment is left out"),
-    ("EXT_meshopt_compression", "the uncompressed copy of the data is used"),
+    (MESHOPT[0], "the uncompressed copy of the data is used"),
     ("KHR_animation_pointer", "animated materials, lights and cameras keep their values"),
-    ("KHR_draco_mesh_compression", "the uncompressed copy of the meshes is used"),
+    (DRACO, "the uncompressed copy of the meshes is used"),
     ("KHR_materials_anisotropy", "stretched highlights are round"),
     ("KHR_materials_clearcoat", "clear coats are left out"),
     ("KHR_materials_diffuse_transmission", "light that seeps through is left out"),
     ("KHR_materials_dispersion", "glass does not split light into colours"),
     ("KHR_materials_iridescence", "thin-film colours are left out"),
-    ("KHR_materials_pbrSpecularGlossiness", "the metallic-roughness values beside it are used"),
+    (SPECULAR_GLOSSINESS, "the metallic-roughness values beside it are used"),
     ("KHR_materials_sheen", "cloth has no sheen"),
-    ("KHR_meshopt_compression", "the uncompressed copy of the data is used"),
-    ("KHR_texture_basisu", "the textures' PNG or JPEG copies are used"),
+    (MESHOPT[1], "the uncompressed copy of the data is used"),
+    (BASISU, "the textures' PNG or JPEG copies are used"),
     ("KHR_xmp", ""),
     ("KHR_xmp_json_ld", ""),
 ];
@@ -43,8 +50,100 @@ pub(super) fn is_supported(name: &str) -> bool {
     SUPPORTED.contains(&name)
 }
 
-/// The warning for an optional extension that is not supported; None when the picture does not change.
-pub(super) fn left_out(name: &str) -> Option<String> {
+/// The warning for an extension that is used but neither required nor supported; None when the picture does not change.
+pub(super) fn left_out(name: &str, value: &Value) -> Option<String> {
     let effect = LEFT_OUT.iter().find(|(n, _)| *n == name).map_or("what it adds is left out", |(_, e)| e);
+    let effect = without_copy(name, value).unwrap_or(effect);
     (!effect.is_empty()).then(|| format!("{} is not supported: {effect}", quoted(name)))
+}
+
+/// What is left out where the file holds nothing to fall back on.
+fn without_copy(name: &str, value: &Value) -> Option<&'static str> {
+    let extended = |list: &str| objects(value, list).filter(|o| o["extensions"].get(name).is_some());
+    match name {
+        DRACO => {
+            let primitives = objects(value, "meshes").flat_map(|mesh| objects(mesh, "primitives"));
+            let compressed = |p: &&Value| p["extensions"].get(name).is_some();
+            let lacks_data = |p: &Value| {
+                let accessor = p["attributes"]["POSITION"].as_u64().and_then(|i| usize::try_from(i).ok());
+                accessor.is_none_or(|i| value["accessors"][i].get("bufferView").is_none())
+            };
+            let lacking = primitives.filter(compressed).any(lacks_data);
+            lacking.then_some("meshes that have no uncompressed copy are left out")
+        }
+        SPECULAR_GLOSSINESS => {
+            let lacking = extended("materials").any(|m| m.get("pbrMetallicRoughness").is_none());
+            lacking.then_some(
+                "materials that have no metallic-roughness values beside it get glTF's default, a rough white metal",
+            )
+        }
+        BASISU => {
+            let lacking = extended("textures").any(|t| t.get("source").is_none());
+            lacking.then_some("textures that have no PNG or JPEG copy are left out")
+        }
+        _ => None,
+    }
+}
+
+fn objects<'a>(value: &'a Value, list: &str) -> impl Iterator<Item = &'a Value> + use<'a> {
+    value.get(list).and_then(Value::as_array).into_iter().flatten()
+}
+
+/// Extensions that something in the file uses, declared or not: the keys of all objects called `extensions`. JSON nests at
+/// most 128 deep.
+pub(super) fn used(value: &Value) -> BTreeSet<&str> {
+    let mut found = BTreeSet::new();
+    let mut open = vec![value];
+    while let Some(value) = open.pop() {
+        match value {
+            Value::Array(items) => open.extend(items.iter().filter(|v| v.is_array() || v.is_object())),
+            Value::Object(map) => {
+                if let Some(Value::Object(extensions)) = map.get("extensions") {
+                    found.extend(extensions.keys().map(String::as_str));
+                }
+                // What lies in extras is the application's own.
+                let inside =
+                    map.iter().filter(|(key, v)| *key != "extras" && (v.is_array() || v.is_object()));
+                open.extend(inside.map(|(_, v)| v));
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn used_is_what_stands_in_the_file() {
+        let value = json!({
+            "extensionsUsed": ["A_declared"],
+            "extensions": { "B_root": {} },
+            "materials": [{ "extensions": { "C_material": { "t": { "index": 0, "extensions": { "D_inner": {} } } } },
+                            "extras": { "extensions": { "E_extras": {} } } }],
+        });
+        assert_eq!(used(&value).into_iter().collect::<Vec<_>>(), ["B_root", "C_material", "D_inner"]);
+    }
+
+    #[test]
+    fn copies_are_promised_only_where_there_are_some() {
+        let draco = |accessor: Value| {
+            let primitive = json!({ "attributes": { "POSITION": 0 }, "extensions": { DRACO: {} } });
+            let value = json!({ "meshes": [{ "primitives": [primitive] }], "accessors": [accessor] });
+            left_out(DRACO, &value).unwrap()
+        };
+        assert!(draco(json!({ "bufferView": 0 })).contains("uncompressed copy of the meshes is used"));
+        assert!(draco(json!({})).contains("are left out"));
+        let material = |beside: bool| {
+            let mut material = json!({ "extensions": { SPECULAR_GLOSSINESS: {} } });
+            if beside {
+                material["pbrMetallicRoughness"] = json!({});
+            }
+            left_out(SPECULAR_GLOSSINESS, &json!({ "materials": [material] })).unwrap()
+        };
+        assert!(material(true).contains("beside it are used") && material(false).contains("default"));
+    }
 }

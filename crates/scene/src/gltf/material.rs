@@ -116,6 +116,9 @@ impl Reader<'_, '_> {
         let unlit = m.extensions.as_ref().is_some_and(|e| e.unlit.is_some());
         let base = matter || (unlit && reads.light) || alpha_mode(m) != AlphaMode::Opaque;
         let emits = reads.light && Vec3::from_array(m.emissive_factor.0) != Vec3::ZERO;
+        let emissive_texture = self.texture(m.emissive_texture.as_ref(), Srgb, emits)?;
+        // The factor alone would make the whole surface glow where the texture meant a few lamps.
+        let glows_by_missing = emits && m.emissive_texture.is_some() && emissive_texture.is_none();
         Ok(TexturedMaterial {
             base: Material {
                 base_color: Vec3::new(r, g, b),
@@ -125,7 +128,7 @@ impl Reader<'_, '_> {
             },
             alpha,
             alpha_mode: alpha_mode(m),
-            emission: Vec3::from_array(m.emissive_factor.0),
+            emission: if glows_by_missing { Vec3::ZERO } else { Vec3::from_array(m.emissive_factor.0) },
             double_sided: m.double_sided,
             normal_scale: normal.map_or(1.0, |n| n.scale),
             base_color_texture: self.texture(pbr.base_color_texture.as_ref(), Srgb, base)?,
@@ -135,7 +138,7 @@ impl Reader<'_, '_> {
                 matter && !unlit,
             )?,
             normal_texture: self.texture(normal_pointer, Linear, reads.shading_normals() && !unlit)?,
-            emissive_texture: self.texture(m.emissive_texture.as_ref(), Srgb, emits)?,
+            emissive_texture,
             ..TexturedMaterial::default()
         })
     }

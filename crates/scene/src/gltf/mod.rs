@@ -11,6 +11,7 @@ mod extensions;
 mod info;
 mod instancing;
 mod material;
+mod mend;
 mod mesh;
 mod node;
 mod read;
@@ -33,6 +34,8 @@ pub struct Options {
     pub shutter: Shutter,
     /// Read files outside the scene's folder.
     pub allow_path: bool,
+    /// Refuse a file that names an image which is not there, instead of leaving the texture out.
+    pub strict: bool,
     /// What is looked at; the rest is not read.
     pub reads: Reads,
 }

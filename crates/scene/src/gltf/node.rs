@@ -54,11 +54,34 @@ impl Hierarchy {
         Ok(hierarchy)
     }
 
-    /// Fills `order`, depth first. With one parent per node, roots that have none cannot lead into a cycle.
+    /// Fills `order`, depth first. With one parent per node, roots that have none cannot lead into a cycle. A root that is
+    /// also a child is shown once: below its parent if that is in the scene, else by itself.
     fn walk(&mut self, doc: &Document<'_>) -> Result<(), SceneError> {
-        let mut stack = self.roots(doc)?;
-        stack.reverse();
         let mut seen = vec![false; self.nodes.len()];
+        let (children, roots): (Vec<usize>, Vec<usize>) =
+            self.roots(doc)?.into_iter().partition(|i| self.nodes[*i].parent.is_some());
+        for root in roots {
+            self.descend(doc, root, &mut seen)?;
+        }
+        for root in children {
+            let place = place(doc, root);
+            if seen[root] {
+                doc.warn(format!(
+                    "{place} is a root of the scene and a child: it is shown once, as the child"
+                ));
+            } else {
+                doc.warn(format!(
+                    "{place} is a root of the scene and a child of a node outside of it: shown as the root"
+                ));
+                self.nodes[root].parent = None;
+                self.descend(doc, root, &mut seen)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn descend(&mut self, doc: &Document<'_>, root: usize, seen: &mut [bool]) -> Result<(), SceneError> {
+        let mut stack = vec![root];
         while let Some(i) = stack.pop() {
             if std::mem::replace(&mut seen[i], true) {
                 return Err(doc.invalid(place(doc, i), "is in the scene twice"));
@@ -83,10 +106,6 @@ impl Hierarchy {
         };
         for &root in &scene.nodes {
             doc.get(&doc.root.nodes, root, "node", "the scene")?;
-            if let Some(parent) = self.nodes[root.value()].parent {
-                let what = format!("is a root of the scene and a child of node {parent}");
-                return Err(doc.invalid(place(doc, root.value()), what));
-            }
         }
         Ok(scene.nodes.iter().map(|n| n.value()).collect())
     }

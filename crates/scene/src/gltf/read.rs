@@ -107,7 +107,7 @@ impl Assembly<'_, '_> {
             self.light(light.light, &place, whereabouts)?;
         }
         if node.skin.is_some() {
-            doc.warn("skins are not applied: skinned meshes stand in their rest pose".into());
+            doc.warn("skins are not applied: skinned meshes are shown undeformed, as their vertices lie in the file".into());
         }
         Ok(())
     }

@@ -11,6 +11,7 @@ use base64::{
 };
 use std::{
     borrow::Cow,
+    ffi::OsString,
     fs::File,
     io::Read,
     path::{Component, Path, PathBuf},
@@ -45,11 +46,8 @@ pub(super) fn bytes(
     let path = relative(uri, options.allow_path).map_err(refused)?;
     let io =
         |source| SceneError::Io { file: file.to_owned(), what: format!("{place} '{}'", quoted(uri)), source };
-    let folder = match file.parent() {
-        Some(p) if p != Path::new("") => p,
-        _ => Path::new("."),
-    };
-    let path = folder.join(path);
+    let folder = folder(file);
+    let path = nearest(folder, &path).unwrap_or_else(|| folder.join(path));
     if !options.allow_path {
         let inside = path.canonicalize().map_err(io)?.starts_with(folder.canonicalize().map_err(io)?);
         if !inside {
@@ -64,10 +62,58 @@ pub(super) fn bytes(
     Ok(bytes)
 }
 
-/// Where the file that a URI names would be; None for data, and for what no path can be.
+fn folder(file: &Path) -> &Path {
+    file.parent().filter(|p| *p != Path::new("")).unwrap_or(Path::new("."))
+}
+
+/// Where the file that a URI names is, or would be; None for data, and for what no path can be.
 pub(super) fn path(file: &Path, uri: &str) -> Option<PathBuf> {
     let relative = relative(uri, true).ok().filter(|_| !uri.starts_with("data:"))?;
-    Some(file.parent().unwrap_or(Path::new("")).join(relative))
+    Some(nearest(folder(file), &relative).unwrap_or_else(|| folder(file).join(relative)))
+}
+
+/// The path below `folder` that `relative` leads to: as it is written, else with `/` for `\`, else whatever the case of its
+/// letters is. None if there is none. Files made on systems that do not tell these apart name their textures so.
+fn nearest(folder: &Path, relative: &Path) -> Option<PathBuf> {
+    let exact = folder.join(relative);
+    if exact.exists() {
+        return Some(exact);
+    }
+    let slashed = PathBuf::from(relative.to_str()?.replace('\\', "/"));
+    let is_below = slashed.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
+    if slashed != relative && !is_below {
+        return None;
+    }
+    let mut found = if slashed.is_absolute() { PathBuf::new() } else { folder.to_path_buf() };
+    for component in slashed.components() {
+        let next = found.join(component);
+        found = if next.exists() {
+            next
+        } else {
+            found.join(in_any_case(&found, component.as_os_str().to_str()?)?)
+        };
+    }
+    Some(found)
+}
+
+/// The first entry of a folder, by name, that differs from `name` in the case of its letters alone.
+fn in_any_case(folder: &Path, name: &str) -> Option<OsString> {
+    let wanted = name.to_lowercase();
+    let entries = folder.read_dir().ok()?.filter_map(|entry| Some(entry.ok()?.file_name()));
+    entries.filter(|entry| entry.to_str().is_some_and(|entry| entry.to_lowercase() == wanted)).min()
+}
+
+/// The name by which the file that a URI names was found, if that is another one.
+pub(super) fn other_name(file: &Path, uri: &str) -> Option<String> {
+    let relative = relative(uri, true).ok().filter(|_| !uri.starts_with("data:"))?;
+    let found = nearest(folder(file), &relative)?;
+    let written = folder(file).join(&relative);
+    (found != written).then(|| found.strip_prefix(folder(file)).unwrap_or(&found).display().to_string())
+}
+
+/// Whether a URI names a file that is not there.
+pub(super) fn is_missing(file: &Path, uri: &str) -> bool {
+    path(file, uri).is_some_and(|path| !path.exists())
 }
 
 /// The path a URI names, percent-decoded, or why it must not be followed.

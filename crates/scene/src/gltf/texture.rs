@@ -4,7 +4,7 @@ use super::{
     document::{Document, label},
     source,
 };
-use crate::{SceneBuilder, SceneError, TextureUse, channels};
+use crate::{SceneBuilder, SceneError, TextureUse, channels, error::quoted};
 use dapple_imaging::{
     Interpolation, Sampler, Texture, Wrap,
     read::{Rgba8, rgba8},
@@ -87,6 +87,12 @@ impl Textures {
             doc.warn(format!("{name} has no image that can be read and is left out"));
             return Ok(None);
         };
+        let file = doc.get(&doc.root.images, image, "image", &name)?.uri.as_deref();
+        if let Some(uri) = file.filter(|uri| !doc.options.strict && source::is_missing(&doc.file, uri)) {
+            let uri = quoted(uri);
+            doc.warn(format!("{name}: there is no file '{uri}': the texture is left out (--strict refuses)"));
+            return Ok(None);
+        }
         let sampler = match texture.sampler {
             Some(index) => sampler(doc.get(&doc.root.samplers, index, "sampler", &name)?),
             None => Sampler::default(),
@@ -124,15 +130,27 @@ pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Rg
     let bytes = match (&image.uri, image.buffer_view) {
         (Some(uri), _) => {
             owned = source::bytes(&doc.file, uri, source::MAX_FILE, &place, doc.options)?;
+            if let Some(found) = source::other_name(&doc.file, uri) {
+                doc.warn(format!("{place}: '{}' was found as '{}'", quoted(uri), quoted(&found)));
+            }
             &owned[..]
         }
         (None, Some(view)) => doc.view(view, &place)?,
         (None, None) => return Err(doc.invalid(place, "has neither a URI nor a buffer view")),
     };
+    if is_cut_short(bytes) {
+        doc.warn(format!("{place} is cut short: the JPEG data end before the picture does, and the rest is grey"));
+    }
     let pixels =
         rgba8(bytes, &place).map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
     doc.keep(4 * pixels.texels.len() as u64, &place)?;
     Ok(pixels)
+}
+
+/// Whether the data of a JPEG end before its picture does: no end marker follows the last start of a scan.
+fn is_cut_short(bytes: &[u8]) -> bool {
+    let last = |marker: [u8; 2]| bytes.windows(2).rposition(|pair| pair == marker);
+    bytes.starts_with(&[0xff, 0xd8, 0xff]) && last([0xff, 0xd9]) < last([0xff, 0xda])
 }
 
 fn file_name(image: &json::Image) -> Option<&str> {
@@ -167,6 +185,17 @@ fn affine(t: &json::extensions::texture::TextureTransform) -> Affine2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_jpeg_ends_with_its_end_marker() {
+        let start = [0xff, 0xd8, 0xff, 0xe0, 0, 2];
+        let (thumbnail, scan, end) = ([0xff, 0xda, 1, 0xff, 0xd9], [0xff, 0xda, 1, 2], [0xff, 0xd9]);
+        assert!(is_cut_short(&[&start[..], &scan].concat()));
+        assert!(is_cut_short(&[&start[..], &thumbnail, &scan].concat()));
+        assert!(!is_cut_short(&[&start[..], &thumbnail, &scan, &end].concat()));
+        assert!(!is_cut_short(&[&start[..], &scan, &end, &[0; 9]].concat()), "what follows is not looked at");
+        assert!(!is_cut_short(&scan), "no JPEG");
+    }
 
     #[test]
     fn rotation_is_counter_clockwise_where_v_points_down() {

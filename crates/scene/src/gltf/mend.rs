@@ -1,0 +1,76 @@
+//! Faults of files in circulation that leave no doubt about what was meant: they are mended in the JSON, with a warning
+//! where the file breaks the specification.
+use crate::Warning;
+use serde_json::{Value, json};
+
+/// Mends what can be mended; returns whether anything was.
+pub(super) fn mend(value: &mut Value, warnings: &mut Vec<Warning>) -> bool {
+    let scenes = scenes_without_nodes(value);
+    let interpolations = numeric_interpolations(value);
+    if interpolations > 0 {
+        warnings.push(Warning(format!(
+            "{interpolations} animation samplers give their interpolation as a number where glTF has a name: 0 is read as \
+             LINEAR, 1 as STEP, 2 and 3 as CUBICSPLINE"
+        )));
+    }
+    scenes || interpolations > 0
+}
+
+/// A scene may show nothing (glTF 2.0, §5.29), but the crate `gltf` 1.4 asks for the list.
+fn scenes_without_nodes(value: &mut Value) -> bool {
+    let mut found = false;
+    for scene in objects(value.get_mut("scenes")) {
+        if !scene.contains_key("nodes") {
+            scene.insert("nodes".into(), json!([]));
+            found = true;
+        }
+    }
+    found
+}
+
+/// Enumeration values of exporters in place of names.
+fn numeric_interpolations(value: &mut Value) -> usize {
+    let mut count = 0;
+    for animation in objects(value.get_mut("animations")) {
+        for sampler in objects(animation.get_mut("samplers")) {
+            let Some(number) = sampler.get("interpolation").and_then(Value::as_u64) else { continue };
+            let name = match number {
+                0 => "LINEAR",
+                1 => "STEP",
+                2 | 3 => "CUBICSPLINE",
+                _ => continue,
+            };
+            sampler.insert("interpolation".into(), name.into());
+            count += 1;
+        }
+    }
+    count
+}
+
+fn objects(list: Option<&mut Value>) -> impl Iterator<Item = &mut serde_json::Map<String, Value>> {
+    list.and_then(Value::as_array_mut).into_iter().flatten().filter_map(Value::as_object_mut)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_mended_and_what_is_left() {
+        let mut value = json!({
+            "scenes": [{}, { "nodes": [1] }],
+            "animations": [{ "samplers": [{ "interpolation": 1 }, { "interpolation": "LINEAR" }, {}, { "interpolation": 9 }] }],
+        });
+        let mut warnings = Vec::new();
+        assert!(mend(&mut value, &mut warnings));
+        assert_eq!(value["scenes"], json!([{ "nodes": [] }, { "nodes": [1] }]));
+        let samplers =
+            json!([{ "interpolation": "STEP" }, { "interpolation": "LINEAR" }, {}, { "interpolation": 9 }]);
+        assert_eq!(value["animations"][0]["samplers"], samplers);
+        assert_eq!(warnings.len(), 1);
+        assert!(!mend(&mut value, &mut warnings));
+        for odd in [json!(null), json!({ "scenes": 3, "animations": {} }), json!({ "animations": [3] })] {
+            assert!(!mend(&mut odd.clone(), &mut warnings));
+        }
+    }
+}
