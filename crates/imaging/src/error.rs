@@ -1,5 +1,6 @@
 //! What can go wrong with a picture file? Each error names the file and what to do about it.
 
+use crate::Window;
 use std::path::PathBuf;
 
 /// A picture that cannot be read or written.
@@ -73,6 +74,21 @@ pub enum ImageError {
         height: u64,
         /// Channels that would have to be held in memory.
         channels: u64,
+    },
+    /// A crop where more of the picture is needed.
+    #[error(
+        "{name}: holds the pixels {has} of {}x{}, and {wanted} are needed; render them too",
+        full_size.0, full_size.1
+    )]
+    Partial {
+        /// The file.
+        name: String,
+        /// What is there.
+        has: Window,
+        /// What is needed.
+        wanted: Window,
+        /// Width and height of the full picture.
+        full_size: (usize, usize),
     },
     /// The extension of an output says no known format.
     #[error("{}: unknown extension; use .exr, .png or .hdr", .0.display())]
