@@ -114,8 +114,13 @@ fn another_renderer() {
     let command = format!(
         "other='{own}' render {{scene}} --size 16x16 --pattern random --spp {{spp}} --seed {{seed}} -o {{out}} --quiet"
     );
-    let results = converge(folder.path(), &["--budget", "10s", "--external", &command]);
-    let other = results["runs"].as_array().unwrap().iter().find(|r| r["name"] == "other").unwrap();
+    // A busy machine may need another call.
+    let (results, other) = (0..8)
+        .find_map(|_| {
+            let results = converge(folder.path(), &["--budget", "6s", "--external", &command]);
+            named(&results, "other").map(|other| (results, other))
+        })
+        .unwrap();
     assert_eq!(other["method"], "external");
     // Seconds of a busy machine may be lost in the spread of the start-up; then they are 0.
     let (errors, seconds) = (numbers(&other["mse"]), numbers(&other["seconds"]));
@@ -153,15 +158,24 @@ fn peer(first: &str) -> String {
     format!("peer={first}; {seed}; cp pictures/$s-{{spp}}.exr '{{out}}'")
 }
 
-/// The run of the other renderer, all results, and the page.
+/// The run of the other renderer, all results, and the page. Where the machine is too busy for its time to suffice, another
+/// call goes on.
 fn with_peer(folder: &Path, out: &str, command: &str, more: &[&str]) -> (Value, Value, String) {
     let base = ["converge", "builtin:furnace", "-o", out, "--size", "16x16", "--json", "--seeds", "2"];
     let runs = ["--run", "random: --pattern random", "--external", command];
-    let found = well(folder, &[&base[..], &runs, more].concat());
-    let results = found.json()["results"].take();
-    let peer = results["runs"].as_array().unwrap().iter().find(|r| r["name"] == "peer");
-    let peer = peer.unwrap_or_else(|| panic!("{}", results["left_out"])).clone();
-    (peer, results, fs::read_to_string(folder.join(out).join("report.html")).unwrap())
+    for _ in 0..8 {
+        let found = well(folder, &[&base[..], &runs, more].concat());
+        let results = found.json()["results"].take();
+        if let Some(peer) = named(&results, "peer") {
+            return (peer, results, fs::read_to_string(folder.join(out).join("report.html")).unwrap());
+        }
+        assert!(results["left_out"].to_string().contains("peer"), "{results}");
+    }
+    panic!("no time for another renderer");
+}
+
+fn named(results: &Value, name: &str) -> Option<Value> {
+    results["runs"].as_array().unwrap().iter().find(|r| r["name"] == name).cloned()
 }
 
 /// What a command does before it renders is measured and subtracted, and the page says so: here it sleeps and counts, and
@@ -174,8 +188,15 @@ fn the_start_up_of_another_renderer() {
     let start = "sleep 0.2; i=0; while [ $i -lt 40000 ]; do i=$((i+1)); done";
     let render = "t=$((20*{spp})); sleep $((t/1000)).$(printf %03d $((t%1000)))";
     let command = peer(&format!("{start}; {render}"));
-    let shared = ["--budget", "14s", "--shared-reference"];
-    let (peer, _, page) = with_peer(folder.path(), "out", &command, &shared);
+    let shared = ["--budget", "12s", "--shared-reference"];
+    // A busy machine may have no time to measure it; then that is said.
+    let measured = (0..4).find_map(|i| {
+        let (peer, _, page) = with_peer(folder.path(), &format!("out{i}"), &command, &shared);
+        let known = peer["startup_seconds"].is_number();
+        assert!(known || page.contains("its start-up included"));
+        known.then_some((peer, page))
+    });
+    let (peer, page) = measured.unwrap();
     let startup = peer["startup_seconds"].as_f64().unwrap();
     let cpu = peer["startup_cpu_seconds"].as_f64().unwrap();
     assert!((0.2..5.0).contains(&startup) && cpu > 0.02 && cpu < startup, "{startup} {cpu}");
@@ -196,7 +217,7 @@ fn a_renderer_that_tells_its_time() {
     let folder = tempfile::tempdir().unwrap();
     pictures(folder.path(), 2.0);
     let command = peer("echo 0.125 0.25 > '{time}'");
-    let (run_of_peer, _, page) = with_peer(folder.path(), "out", &command, &["--budget", "3s"]);
+    let (run_of_peer, _, page) = with_peer(folder.path(), "out", &command, &["--budget", "5s"]);
     let points = run_of_peer["seeds"][0]["points"].as_array().unwrap();
     assert!(!points.is_empty() && run_of_peer["startup_seconds"].is_null(), "{run_of_peer}");
     for point in points {
@@ -247,7 +268,7 @@ fn a_renderer_without_seeds() {
     let folder = tempfile::tempdir().unwrap();
     pictures(folder.path(), 2.0);
     let command = "peer=echo 0.5 > {time}; cp pictures/1-{spp}.exr '{out}'";
-    let (run_of_peer, results, page) = with_peer(folder.path(), "out", command, &["--budget", "3s"]);
+    let (run_of_peer, results, page) = with_peer(folder.path(), "out", command, &["--budget", "5s"]);
     assert_eq!(run_of_peer["seeds"].as_array().unwrap().len(), 1);
     assert!(page.contains("one picture by peer") && page.contains("may share samples with it"));
     assert!(results["differences"][0]["beyond_noise"].is_null());

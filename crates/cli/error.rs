@@ -32,7 +32,7 @@ pub enum Failure {
         "{}, {}: have no pixel in common: one holds {}, the other {}; render the same --crop",
         .image.display(), .other.display(), .windows[0], .windows[1]
     )]
-    NoOverlap { image: PathBuf, other: PathBuf, windows: [Window; 2] },
+    NoOverlap { image: PathBuf, other: PathBuf, windows: Box<[Window; 2]> },
     /// A check that was asked for and did not hold.
     #[error("{0}")]
     Check(String),

@@ -1,6 +1,6 @@
 //! What can go wrong with a picture file? Each error names the file and what to do about it.
 
-use crate::Window;
+use crate::window::Partial;
 use std::path::PathBuf;
 
 /// A picture that cannot be read or written.
@@ -76,20 +76,8 @@ pub enum ImageError {
         channels: u64,
     },
     /// A crop where more of the picture is needed.
-    #[error(
-        "{name}: holds the pixels {has} of {}x{}, and {wanted} are needed; render them too",
-        full_size.0, full_size.1
-    )]
-    Partial {
-        /// The file.
-        name: String,
-        /// What is there.
-        has: Window,
-        /// What is needed.
-        wanted: Window,
-        /// Width and height of the full picture.
-        full_size: (usize, usize),
-    },
+    #[error("{0}")]
+    Partial(Box<Partial>),
     /// The extension of an output says no known format.
     #[error("{}: unknown extension; use .exr, .png or .hdr", .0.display())]
     UnknownExtension(PathBuf),

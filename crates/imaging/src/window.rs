@@ -79,8 +79,23 @@ impl Windowed {
     /// The pixels of `wanted`; an error that calls the picture `name` if some are missing.
     pub fn covering(&self, wanted: Window, name: &str) -> Result<Picture, ImageError> {
         let (has, full_size) = (self.window, self.full_size);
-        self.part(wanted).ok_or_else(|| ImageError::Partial { name: name.into(), has, wanted, full_size })
+        let partial = || Partial { name: name.into(), has, wanted, full_size };
+        self.part(wanted).ok_or_else(|| ImageError::Partial(Box::new(partial())))
     }
+}
+
+/// A crop where more of the picture is needed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{name}: holds the pixels {has} of {}x{}, and {wanted} are needed; render them too", .full_size.0, .full_size.1)]
+pub struct Partial {
+    /// The file.
+    pub name: String,
+    /// What is there.
+    pub has: Window,
+    /// What is needed.
+    pub wanted: Window,
+    /// Width and height of the full picture.
+    pub full_size: (usize, usize),
 }
 
 #[cfg(test)]

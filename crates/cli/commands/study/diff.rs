@@ -106,7 +106,7 @@ fn overlap(
     window.intersection(&other.window).ok_or_else(|| Failure::NoOverlap {
         image: arguments.image.clone(),
         other: path.into(),
-        windows: [image.window, other.window],
+        windows: Box::new([image.window, other.window]),
     })
 }
 

@@ -144,7 +144,7 @@ impl SceneRuns<'_> {
         let shared = session.arguments.shared_reference;
         let mut looks: Vec<&Planned> = Vec::new();
         for planned in self.planned {
-            if looks.iter().all(|p| p.look != planned.look) && !(shared && !looks.is_empty()) {
+            if (looks.is_empty() || !shared) && looks.iter().all(|p| p.look != planned.look) {
                 looks.push(planned);
             }
         }
