@@ -25,7 +25,7 @@ impl Reference {
     /// Renders two halves by the path tracer with Sobol points, whatever the method of `settings`: what a picture
     /// should be depends on the scene, the view and the effects that are on. The first half takes half of `seconds`,
     /// the second as many samples; both have seeds of their own, which follow from that of `settings`. Returns them with
-    /// the samples per pixel of each; `None` when `stop` said so.
+    /// the samples per pixel of each; `None` when `stop` said so, or the time did not suffice for one.
     pub fn render(
         scene: &Scene,
         camera: &Camera,
@@ -45,7 +45,8 @@ impl Reference {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
             });
-            (!outcome.stats.stopped).then(|| (outcome.film.mean(), outcome.stats.spp))
+            let whole = !outcome.stats.stopped && outcome.stats.spp > 0;
+            whole.then(|| (outcome.film.mean(), outcome.stats.spp))
         };
         let [one, two] = SEEDS.map(|seed| seed.wrapping_add(2 * settings.seed.saturating_sub(1)));
         let (first, spp) = draw(Settings { seed: one, ..half.clone() })?;

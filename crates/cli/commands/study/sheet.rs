@@ -263,9 +263,11 @@ impl Sheet<'_> {
         let share = deadline.seconds().map(|s| Duration::from_secs_f64(0.5 * REFERENCE_SHARE * s));
         let first = self.draw(&Settings { seed: seed(0), time_limit: share, ..settings.clone() }, deadline);
         let spp = first.stats.spp;
-        let second = Settings { seed: seed(1), spp: Some(spp.max(1)), ..settings };
-        let second = self.draw(&second, deadline);
-        if spp == 0 || first.stats.stopped || second.stats.stopped {
+        if spp == 0 || first.stats.stopped {
+            return None;
+        }
+        let second = self.draw(&Settings { seed: seed(1), spp: Some(spp), ..settings }, deadline);
+        if second.stats.stopped {
             return None;
         }
         let said = format!("path tracer, {} samples per pixel in two halves", 2 * spp);

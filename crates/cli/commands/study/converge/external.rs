@@ -81,24 +81,30 @@ impl Task<'_> {
                 (&made, key)
             }
         };
-        let most = if self.shared.is_some() { sizes.samples } else { sizes.samples / AHEAD };
-        let run = RunRecord {
-            scene: scene.into(),
-            name: external.name.clone(),
-            options: external.command.clone(),
-            key,
-            reference: reference_key,
-            method: "external".into(),
-            varied: "spp".into(),
-            most: Some(most),
-            timing: sizes.startup.said(external.tells_time(), sizes.tells_cpu),
-            startup_seconds: (sizes.startup.is_known && !external.tells_time()).then_some(sizes.startup.wall),
-            startup_cpu_seconds: (sizes.startup.is_known && !sizes.tells_cpu).then_some(sizes.startup.cpu),
-            ..RunRecord::default()
-        };
+        let run = self.record(key, reference_key, &sizes);
         let run = self.seeds(session, run, &sizes, reference)?;
         session.results.runs.push(run);
         session.folder.write(&mut session.results)
+    }
+
+    /// The record of the run before its first seed.
+    fn record(&self, key: String, reference: String, sizes: &Sizes) -> RunRecord {
+        let (external, startup) = (self.external, &sizes.startup);
+        let tells = external.tells_time();
+        RunRecord {
+            scene: self.scene.into(),
+            name: external.name.clone(),
+            options: external.command.clone(),
+            key,
+            reference,
+            method: "external".into(),
+            varied: "spp".into(),
+            most: Some((sizes.samples / AHEAD).max(1)),
+            timing: startup.said(tells, sizes.tells_cpu),
+            startup_seconds: (startup.is_known && !tells).then_some(startup.wall),
+            startup_cpu_seconds: (startup.is_known && !sizes.tells_cpu).then_some(startup.cpu),
+            ..RunRecord::default()
+        }
     }
 
     /// Tells apart everything that changes what is measured.

@@ -13,6 +13,7 @@ use dapple_analysis::results::{Difference, ReferenceRecord, Results, RunRecord, 
 use dapple_integrator::Settings;
 use dapple_integrator::imaging::{Window, read};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Share of a scene's time that its references get.
 const REFERENCE: f64 = 0.35;
@@ -76,6 +77,22 @@ fn names(planned: &[Planned], externals: &[External]) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// The picture of `--reference`, which must be as large as the runs' and whole.
+fn from_file(path: &Path, size: (u32, u32)) -> Result<Reference, Failure> {
+    let picture = read::windowed(path)?;
+    let (w, h) = picture.full_size;
+    if (w, h) != (size.0 as usize, size.1 as usize) {
+        return Err(Failure::Arguments(format!(
+            "{}: the reference has {w}x{h} pixels, the runs {}x{}; see --size",
+            path.display(),
+            size.0,
+            size.1
+        )));
+    }
+    let whole = picture.covering(Window::full((w, h)), &path.display().to_string())?;
+    Ok(Reference::Exact(whole))
 }
 
 /// How far the further references of a scene are from the first.
@@ -173,18 +190,7 @@ impl SceneRuns<'_> {
         let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
         let name = plain(self.name) + &number;
         if let Some(path) = &session.arguments.reference {
-            let (size, picture) = (planned.run.settings.size, read::windowed(path)?);
-            let (w, h) = picture.full_size;
-            if (w, h) != (size.0 as usize, size.1 as usize) {
-                return Err(Failure::Arguments(format!(
-                    "{}: the reference has {w}x{h} pixels, the runs {}x{}; see --size",
-                    path.display(),
-                    size.0,
-                    size.1
-                )));
-            }
-            let picture = picture.covering(Window::full((w, h)), &path.display().to_string())?;
-            let reference = Reference::Exact(picture);
+            let reference = from_file(path, planned.run.settings.size)?;
             let files = session.folder.put_reference(&name, &reference)?;
             let record = self.describe(planned, &reference, path.display().to_string(), 0, files);
             return Ok(Some((reference, record)));
