@@ -11,7 +11,8 @@ use glam::{DVec3, Vec3};
 pub struct Surface {
     /// Position, render space.
     pub p: Vec3,
-    /// Where rays start: the position, but clear of the edges of its triangle.
+    /// Where rays start: the position, but clear of the edges of its triangle ([`crate::World::surface`]: of those at
+    /// which something stands).
     pub start: Vec3,
     /// Bound of |computed − exact| per axis.
     pub p_error: Vec3,
@@ -159,7 +160,8 @@ const LEAST_CLEAR: f64 = 0.5;
 /// edges both ways are added, which leaves the share 1 − cos of their angle of the clearance. An offset of one error bound
 /// then stays before any neighbour at more than 20° (a wider angle where only less clearance is left); nearer to a sharper
 /// concave edge, a ray can still be let out. *Approximation*: rays from that near to an edge start up to eight error bounds
-/// beside their position, in its plane; the position itself stays. On a triangle too thin for it, so do they.
+/// beside their position, in its plane; the position itself stays. On a triangle too thin for it, so do they. Seen in a
+/// mirror, a light no wider than that would lose flux, so [`crate::World::surface`] takes back what no wall calls for.
 #[inline(always)]
 fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DVec3) -> DVec3 {
     let [a, b, c] = corners;
