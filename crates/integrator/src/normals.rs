@@ -186,3 +186,199 @@ fn facing(n: Vec3, wo: Vec3, up: Vec3) -> Vec3 {
         None => up,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dapple_materials::{Bsdf, Lobes, Material};
+    use dapple_testkit::chi_square::ChiSquare;
+    use dapple_testkit::rng::Rng;
+    use glam::DVec3;
+
+    const UP: Vec3 = Vec3::Z;
+
+    fn direction(elevation: f32, azimuth: f32) -> Vec3 {
+        let (s, c) = libm::sincosf(elevation.to_radians());
+        let (y, x) = libm::sincosf(azimuth.to_radians());
+        Vec3::new(c * x, c * y, s)
+    }
+
+    fn tilted(angle: f32) -> (Vec3, Tilt) {
+        let n = direction(90.0 - angle, 35.0);
+        (n, Tilt::between(n, UP, false))
+    }
+
+    fn on_sphere(rng: &mut Rng) -> Vec3 {
+        let (z, phi) = (2.0 * rng.f32() - 1.0, std::f32::consts::TAU * rng.f32());
+        let r = ((1.0 - z) * (1.0 + z)).sqrt();
+        Vec3::new(r * libm::cosf(phi), r * libm::sinf(phi), z)
+    }
+
+    #[test]
+    fn a_hemisphere_is_folded_into_the_other_and_back() {
+        let mut rng = Rng::new(1);
+        for angle in [1e-4, 0.5, 5.0, 20.0, 45.0, 60.0, 75.0, 89.0] {
+            let (n, tilt) = tilted(angle);
+            for _ in 0..20_000 {
+                let w = on_sphere(&mut rng);
+                let w = if w.dot(n) < 0.0 { -w } else { w };
+                let (out, density) = tilt.fold(w);
+                assert!(out.z > -1e-6, "{angle}: {w} goes to {out}");
+                assert!((out.length() - 1.0).abs() < 1e-6);
+                // Close to the horizon of steep tilts ψ falls as δ², and its inverse magnifies rounding.
+                let (back, same) = tilt.unfold(out);
+                let slack = 2e-6 * density;
+                assert!((back - w).length() < slack, "{angle}: {w}, {out}, {back}");
+                assert!((same / density - 1.0).abs() < 10.0 * slack, "{angle}: {w} {density} {same}");
+                if w.z > (2.0 * angle.to_radians()).sin() {
+                    assert!(out == w || angle > 45.0, "well above the surface nothing moves");
+                }
+                let (leaving, reflects) = (tilt.leave(-w, false), tilt.before(-out).2);
+                assert!(leaving.is_none_or(|(w, _)| w == -out && !reflects), "transmission alike");
+            }
+        }
+    }
+
+    #[test]
+    fn the_density_is_that_of_the_area_of_the_image() {
+        let mut rng = Rng::new(2);
+        for angle in [2.0, 20.0, 50.0, 80.0] {
+            let (n, tilt) = tilted(angle);
+            for _ in 0..2000 {
+                let w = on_sphere(&mut rng);
+                if w.dot(n) < 0.05 {
+                    continue;
+                }
+                let (a, b) = w.any_orthonormal_pair();
+                let h = 2e-3;
+                let at = |d: Vec3| tilt.fold((w + d).normalize()).0.as_dvec3();
+                let (da, db) = (at(a * h) - at(a * -h), at(b * h) - at(b * -h));
+                let area = da.cross(db).length() / f64::from(4.0 * h * h);
+                let density = f64::from(tilt.fold(w).1);
+                assert!((area * density - 1.0).abs() < 0.02, "{angle}: {w} {area} {density}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_tilt_of_rounding_moves_nothing() {
+        let tilt = Tilt::between(Vec3::new(1e-7, 0.0, 1.0), UP, false);
+        for w in [Vec3::X, Vec3::new(0.8, 0.6, 0.0), Vec3::new(1.0, 0.0, -1e-8)] {
+            assert_eq!((tilt.fold(w), tilt.unfold(w)), ((w, 1.0), (w, 1.0)));
+        }
+    }
+
+    #[test]
+    fn a_normal_keeps_facing_the_viewer_and_one_in_view_stays() {
+        for view in [0.01, 1.0, 5.0, 10.0, 45.0, 90.0] {
+            let wo = direction(view, 0.0);
+            let height = wo.z;
+            assert_eq!(facing(UP, wo, UP), UP, "no lean, no turn");
+            let least = LEAST_SHARE * height / (1.0 + 16.0 * height * height).sqrt();
+            let (mut last, mut kept) = (None::<f32>, false);
+            for k in 0..900 {
+                let n = direction(k as f32 * 0.1 + 0.05, 180.0);
+                let turned = facing(n, wo, UP);
+                let cos = turned.dot(wo);
+                assert!(cos > 0.999 * least - 1e-7 && turned.dot(UP) > 0.0, "{view} {k}: {cos}");
+                assert!(last.is_none_or(|last| (cos - last).abs() < 0.004), "continuous: {view} {k}");
+                kept |= turned == n;
+                last = Some(cos);
+            }
+            assert!(kept || view <= 10.0);
+        }
+    }
+
+    /// Value times cosine and density towards `wi`, as [`crate::vertex`] takes them.
+    fn eval(tilt: &Tilt, frame: &Frame, bsdf: &Bsdf, wi: Vec3) -> (Vec3, f32) {
+        let (w, density, reflects) = tilt.before(wi);
+        let local = frame.to_local(w);
+        if (local.z > 0.0) != reflects {
+            return (Vec3::ZERO, 0.0);
+        }
+        let (f, pdf) = bsdf.eval(local, Lobes::ALL);
+        (f * (local.z.abs() * density), pdf * density)
+    }
+
+    fn materials() -> [Material; 4] {
+        let metal = |roughness| Material { roughness, ..Material::default() };
+        let plastic = Material { metallic: 0.0, roughness: 0.4, ..Material::default() };
+        let glass = Material { transmission: 1.0, thin: false, ..plastic };
+        [metal(0.3), metal(0.7), plastic, glass]
+    }
+
+    #[test]
+    fn samples_follow_the_density_and_carry_the_value() {
+        let cases = [(20.0, 60.0, 0.0), (50.0, 80.0, 100.0), (60.0, 20.0, 200.0), (85.0, 45.0, 215.0)];
+        for material in materials() {
+            for (angle, view, azimuth) in cases {
+                let wo = direction(90.0 - view, azimuth);
+                let n = facing(tilted(angle).0, wo, UP);
+                let (tilt, frame) = (Tilt::between(n, UP, false), Frame::from_z(n));
+                let bsdf = Bsdf::new(&material, frame.to_local(wo));
+                let mut worst = 0.0f32;
+                let sample = |u: Vec2, uc: f32| {
+                    let sample = bsdf.sample_f(uc, u, Lobes::ALL)?;
+                    let (wi, density) = tilt.leave(frame.to_world(sample.wi), sample.wi.z > 0.0)?;
+                    let (f_cos, pdf) = eval(&tilt, &frame, &bsdf, wi);
+                    // Above the edge of total reflection the density is all rounding.
+                    if sample.pdf > 1e-3 {
+                        worst = worst.max((pdf / (sample.pdf * density) - 1.0).abs().min(1.0));
+                        worst = worst.max((f_cos / pdf - sample.weight).abs().max_element());
+                    }
+                    Some(wi)
+                };
+                let test = ChiSquare { samples: 60_000, ..ChiSquare::family(16) };
+                let outcome = test.sphere(sample, |wi| eval(&tilt, &frame, &bsdf, wi).1);
+                assert!(outcome.passed(), "{material:?} {angle} {view} {azimuth}: {outcome}");
+                assert!(worst < 0.02, "{material:?} {angle} {view} {azimuth}: off by {worst}");
+            }
+        }
+    }
+
+    /// How far f(a, b) and f(b, a) are apart, in means over pairs of directions: for the figures in `docs/stability.md`.
+    #[test]
+    fn reciprocity_is_lost_as_about_any_leaning_normal() {
+        let mut rng = Rng::new(3);
+        for material in &materials()[..3] {
+            for angle in [0.01, 5.0, 20.0, 40.0, 60.0] {
+                let (given, _) = tilted(angle);
+                let f = |wo: Vec3, wi: Vec3, folds: bool| {
+                    let n = if folds { facing(given, wo, UP) } else { given };
+                    let (tilt, frame) = (Tilt::between(n, UP, false), Frame::from_z(n));
+                    let bsdf = Bsdf::new(material, frame.to_local(wo));
+                    let f_cos = if folds {
+                        eval(&tilt, &frame, &bsdf, wi).0
+                    } else {
+                        bsdf.f(frame.to_local(wi), Lobes::ALL) * frame.to_local(wi).z.max(0.0)
+                    };
+                    f64::from(f_cos.x / wi.z)
+                };
+                let mut sums = [[0.0f64; 2]; 2];
+                for _ in 0..20_000 {
+                    let (a, b) = (on_sphere(&mut rng).abs(), on_sphere(&mut rng).abs());
+                    let (a, b) = (turn(a, &mut rng), turn(b, &mut rng));
+                    // By projected solid angle of both.
+                    let weight = f64::from(a.z * b.z);
+                    for (folds, sum) in [false, true].into_iter().zip(&mut sums) {
+                        let (x, y) = (f(a, b, folds), f(b, a, folds));
+                        sum[0] += weight * (x - y).abs();
+                        sum[1] += weight * (x + y) * 0.5;
+                    }
+                }
+                let [without, with] = sums.map(|[difference, mean]| difference / mean);
+                println!(
+                    "metallic {} roughness {} tilt {angle}: {without:.3} without the fold, {with:.3} with it",
+                    material.metallic, material.roughness
+                );
+                assert!(with < 1.8 * without + 0.02, "{angle}: {with}, {without}");
+            }
+        }
+    }
+
+    fn turn(w: Vec3, rng: &mut Rng) -> Vec3 {
+        let (s, c) = DVec3::new(0.0, 0.0, f64::from(rng.f32()) * std::f64::consts::TAU).z.sin_cos();
+        let (s, c) = (s as f32, c as f32);
+        Vec3::new(w.x * c - w.y * s, w.x * s + w.y * c, w.z)
+    }
+}
