@@ -256,15 +256,20 @@ fn a_body_with_smooth_normals_keeps_its_light() {
         let triangles =
             if inward { triangles.iter().map(|&[a, b, c]| [a, c, b]).collect() } else { triangles.clone() };
         let mesh = Mesh { positions: corners.to_vec(), normals, triangles, ..Mesh::default() };
-        for soft_terminator in [false, true] {
+        let glass = Material { metallic: 0.0, roughness: 0.0, transmission: 1.0, thin: false, ..Material::default() };
+        let glass = TexturedMaterial { name: "glass".into(), base: glass, ..TexturedMaterial::default() };
+        for (material, soft_terminator) in
+            [(metal(Vec3::ONE, 0.1), false), (metal(Vec3::ONE, 0.1), true), (glass, true)]
+        {
+            let what = format!("{}, inward {inward}, soft {soft_terminator}", material.name);
             let mut builder = seen(DVec3::new(0.5, 1.0, 6.0), DVec3::ZERO, 0.4);
-            let material = builder.material(metal(Vec3::ONE, 0.1));
+            let material = builder.material(material);
             builder.mesh("body", mesh.clone(), DAffine3::IDENTITY, material);
             builder.environment(Environment::constant(Vec3::ONE));
             let settings = Settings {
                 size: (24, 24),
                 spp: Some(64),
-                max_bounces: 60,
+                max_bounces: 300,
                 roulette: false,
                 soft_terminator,
                 ..Settings::default()
@@ -272,7 +277,7 @@ fn a_body_with_smooth_normals_keeps_its_light() {
             let pixels = run(&builder.build().unwrap(), &settings).film.mean().pixels;
             let (least, most) =
                 pixels.iter().fold((1.0f32, 0.0f32), |(low, high), p| (low.min(p.x), high.max(p.x)));
-            assert!(most <= 1.0 + 1e-4 && least > 0.98, "{inward} {soft_terminator}: {least} to {most}");
+            assert!(most <= 1.0 + 1e-4 && least > 0.98, "{what}: {least} to {most}");
         }
     }
 }

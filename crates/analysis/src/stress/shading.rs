@@ -89,7 +89,7 @@ fn kept(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     let coated = Material { specular: 1.0, ..matte(1.0, 0.0).base };
     for (name, material, loss) in [
-        ("metal", of(metal(0.1)), 0.02),
+        ("metal", of(metal(0.01)), 0.02),
         ("mirror", of(metal(0.0)), 1e-4),
         ("white", matte(1.0, 0.0), 1e-4),
         ("coated white", of(Material { roughness: 0.3, ..coated }), 0.02),
