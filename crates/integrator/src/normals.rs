@@ -21,6 +21,9 @@
 //! **Being seen**: [`facing`] turns a normal that leans away from the viewer back towards `wo`, so far that the cosine
 //! stays above a bound that falls with the viewer's elevation over the surface; normals well in view stay as they are.
 //!
+//! **Losing**: single scattering between the facets of a rough surface loses light, how much depends on the angle. About a
+//! mapped normal it is what the surface would lose without the map ([`dapple_materials::Bsdf::losing_as`]).
+//!
 //! Nothing here is random: light samples, BSDF samples and their densities see one and the same function. It is not
 //! reciprocal, as no BSDF about a leaning normal is that stays one [Veach 1997, §5.3]; `docs/stability.md` has figures. The
 //! microfacet model of [Schüßler et al. 2017] is, but light that meets its facets twice is reflected twice: a
@@ -51,6 +54,8 @@ pub(crate) struct Tilt {
     end: Vec2,
     /// The horizon is that of the smooth surface a facet stands for, and reflected light may pass over the facet.
     pub is_over: bool,
+    /// Cosine at which the surface would be seen without its normal map; None where there is none.
+    pub unmapped: Option<f32>,
 }
 
 /// Whether a unit normal differs from the geometric one by more than normals in f32, interpolated, are rounded by.
@@ -85,7 +90,9 @@ impl Tilt {
             && surface.is_smooth()
             && n.dot(round) > 0.0
             && terminator::lift(&job.scene.world, (hit, surface), up, time).is_some();
-        (frame, Some(Self::between(n, if is_over { round } else { up }, is_over)))
+        let flat = facing(round, wo, up);
+        let unmapped = (flat != n).then(|| flat.dot(wo));
+        (frame, Some(Self { unmapped, ..Self::between(n, if is_over { round } else { up }, is_over) }))
     }
 
     /// Of the normal `n` against `horizon`, both unit, less than a right angle apart.
@@ -93,13 +100,13 @@ impl Tilt {
         let (cos, across) = (n.dot(horizon), n.cross(horizon).length());
         let lean = (n - horizon * cos).try_normalize();
         let (Some(lean), true) = (lean, across > gamma(8)) else {
-            return Self { horizon, lean: Vec3::ZERO, angle: 0.0, end: Vec2::ZERO, is_over };
+            return Self { horizon, lean: Vec3::ZERO, angle: 0.0, end: Vec2::ZERO, is_over, unmapped: None };
         };
         // Orthogonalised twice: the first subtraction cancels.
         let lean = (lean - horizon * lean.dot(horizon)).normalize();
         let angle = libm::atan2f(across, cos);
         let (sin, cos) = libm::sincosf(range(angle) - angle);
-        Self { horizon, lean, angle, end: Vec2::new(sin, -cos), is_over }
+        Self { horizon, lean, angle, end: Vec2::new(sin, -cos), is_over, unmapped: None }
     }
 
     /// Where light goes that the BSDF sends towards `w`, on the side of `wo` or not, and its density over that of `w`.

@@ -35,7 +35,8 @@ impl Vertex {
         } else {
             (facing_frame(&shading.frame, surface.ng, wo), None)
         };
-        let mut bsdf = Bsdf::new(&shading.material, frame.to_local(wo));
+        let unmapped = tilt.and_then(|tilt| tilt.unmapped);
+        let mut bsdf = Bsdf::losing_as(&shading.material, frame.to_local(wo), unmapped);
         if !job.sharp.is_empty() {
             bsdf = bsdf.sharp(job.sharp);
         }
