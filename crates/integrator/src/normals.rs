@@ -61,7 +61,7 @@ pub(crate) struct Tilt {
 /// Whether a unit normal differs from the geometric one by more than normals in f32, interpolated, are rounded by.
 #[inline]
 pub(crate) fn leans(n: Vec3, ng: Vec3) -> bool {
-    n != ng && (n - ng).abs().max_element() > gamma(8)
+    (n - ng).abs().max_element() > gamma(8)
 }
 
 impl Tilt {

@@ -30,7 +30,9 @@ impl Vertex {
     /// At a hit of `ray`, seen from `wo`, without the blur of the lobes that are switched off.
     pub fn new(job: &Job<'_>, (ray, wo): (&Ray, Vec3), hit: &Hit, surface: &Surface, time: f32) -> Self {
         let shading = job.scene.shading(hit, surface, time);
-        let (frame, tilt) = if leans(shading.frame.z, surface.ng) {
+        let (frame, tilt) = if shading.frame.z == surface.ng {
+            (shading.frame, None)
+        } else if leans(shading.frame.z, surface.ng) {
             Tilt::new(job, &shading, (hit, surface), wo, time)
         } else {
             (facing_frame(&shading.frame, surface.ng, wo), None)
