@@ -9,6 +9,7 @@ use dapple_integrator::geometry::{Mesh, Opaque, Ray};
 use dapple_integrator::imaging::{Encoding, Interpolation, Picture, Rgba8, Sampler, Texture, Wrap};
 use dapple_integrator::lights::Environment;
 use dapple_integrator::materials::Material;
+use dapple_integrator::sampling::Moments;
 use dapple_integrator::scene::{Scene, SceneError, TextureUse, TexturedMaterial};
 use dapple_integrator::settings::Method;
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
@@ -109,16 +110,21 @@ fn kept(effort: Effort) -> Outcome {
                     for method in [Method::Path, Method::Distribution] {
                         let base = square(4, effort.of(64, 1024, 16_384));
                         let settings = Settings { max_bounces: 3, method, ..base };
-                        let pixels = run(&scene, &settings).film.mean().pixels;
-                        let mean = pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / pixels.len() as f64;
-                        tally.at_most(format!("{what}: light lost"), 1.0 - mean, loss);
-                        tally.at_most(format!("{what}: light kept"), mean, 1.0 + 1e-3);
+                        let (mean, error) = mean_of(&run(&scene, &settings).film.mean());
+                        tally.at_most(format!("{what}: light lost"), 1.0 - mean - 4.0 * error, loss);
+                        tally.at_most(format!("{what}: light kept"), mean - 4.0 * error, 1.0 + 1e-3);
                     }
                 }
             }
         }
     }
     tally.finish()
+}
+
+/// Mean of the pixels, and its standard error.
+fn mean_of(image: &Picture) -> (f64, f64) {
+    let moments: Moments = image.pixels.iter().map(|p| f64::from(p.x)).collect();
+    (moments.mean, moments.standard_error())
 }
 
 fn turned_away(effort: Effort) -> Outcome {
