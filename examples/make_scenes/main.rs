@@ -6,6 +6,7 @@
 mod classics;
 mod document;
 mod effects;
+mod normals;
 mod plain;
 mod shape;
 mod sky;
@@ -29,6 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("blurred_reflection", effects::blurred_reflection(&checker)),
         ("depth_of_field", effects::depth_of_field()),
         ("all_effects", effects::all_effects(&checker)),
+        ("normal_maps", normals::normal_maps(&png_bytes(&normals::studs())?)),
     ] {
         std::fs::write(folder.join(name).with_extension("gltf"), document.to_text())?;
         println!("{name}.gltf");
@@ -44,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A picture of black and white as the bytes of a PNG file.
+/// A picture as the bytes of a PNG file, encoded as sRGB.
 fn png_bytes(picture: &dapple_imaging::Picture) -> Result<Vec<u8>, Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let path: &Path = &folder.path().join("texture.png");

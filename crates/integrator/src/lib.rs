@@ -24,6 +24,7 @@ mod kinds;
 pub mod ledger;
 mod medium;
 mod needs;
+mod normals;
 mod path;
 mod places;
 pub mod plan;

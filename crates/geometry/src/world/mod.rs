@@ -101,10 +101,26 @@ impl World {
     /// Position, error bound and normals of a hit: on triangles from barycentrics, on shapes put back onto the
     /// surface, never o + t·d.
     pub fn surface(&self, ray: &Ray, time: f32, hit: &Hit) -> Surface {
-        match self.objects.get(hit.object as usize) {
+        let mut surface = match self.objects.get(hit.object as usize) {
             Some(object) => object.surface(ray, self.held(time), hit),
             None => Surface { p: ray.o, start: ray.o, p_error: Vec3::ZERO, ng: Vec3::Z, ns: Vec3::Z },
+        };
+        if surface.start != surface.p && self.is_clear(&surface, time) {
+            surface.start = surface.p;
         }
+        surface
+    }
+
+    /// Whether nothing stands about the edge from which a start was moved, on either side: not at a diagonal of a flat
+    /// quad, at a free edge, or outside of a convex one. Asked from the start across the position, as far again beyond.
+    #[cold]
+    fn is_clear(&self, surface: &Surface, time: f32) -> bool {
+        [surface.ng, -surface.ng].into_iter().all(|up| {
+            let o = surface.origin_towards(up);
+            let at = crate::offset::offset_origin(surface.p, surface.p_error, surface.ng, up);
+            let across = Ray { o, d: at - o, t_max: 2.0 };
+            across.d == Vec3::ZERO || !self.blocked(&across, time, &Opaque)
+        })
     }
 
     /// From a hit to the smooth surface that the normals of its triangle's corners span above it, on the side that `up`
