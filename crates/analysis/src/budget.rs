@@ -13,7 +13,7 @@ mod pilot;
 use crate::estimate::blocks;
 use crate::statistics;
 use dapple_integrator::camera::Camera;
-use dapple_integrator::forecast::present;
+use dapple_integrator::forecast::present_in;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Combine, Effect, Method, Plans, Settings, Variances};
@@ -78,7 +78,7 @@ const SPEED: f64 = 1.5;
 pub fn budget(scene: &Scene, camera: &Camera, settings: &Settings, limit: f64, confidence: f64) -> Budget {
     let pilot = Pilot::new(scene, camera, settings);
     let variances = pilot.variances();
-    let shares = shares(&variances, &present(scene, camera), confidence);
+    let shares = shares(&variances, &present_in(scene, camera, settings), confidence);
     let tree = Settings { method: Method::Distribution, ..settings.clone() };
     let tree = Settings {
         combine: Combine::Nested,
@@ -88,7 +88,7 @@ pub fn budget(scene: &Scene, camera: &Camera, settings: &Settings, limit: f64, c
     };
     let wanted = Wanted { limit, z: statistics::normal(0.5 + 0.5 * confidence) };
     let predictions =
-        vec![wanted.path(&pilot, settings), wanted.tree(&pilot, &tree, &present(scene, camera))];
+        vec![wanted.path(&pilot, settings), wanted.tree(&pilot, &tree, &present_in(scene, camera, settings))];
     Budget { error_limit: limit, mean: pilot.mean, effects: shares, predictions }
 }
 
