@@ -24,7 +24,7 @@ pub enum Reference {
 impl Reference {
     /// Renders two halves by the path tracer with Sobol points, whatever the method of `settings`: what a picture
     /// should be depends on the scene, the view and the effects that are on. The first half takes half of `seconds`,
-    /// the second as many samples. Returns them with the samples per pixel of each; `None` when `stop` said so.
+    /// but at least one sample, the second as many samples. Returns them with the samples per pixel of each; `None` when `stop` said so.
     pub fn render(
         scene: &Scene,
         camera: &Camera,
@@ -46,7 +46,12 @@ impl Reference {
             });
             (!outcome.stats.stopped).then(|| (outcome.film.mean(), outcome.stats.spp))
         };
-        let (first, spp) = draw(Settings { seed: SEEDS[0], ..half.clone() })?;
+        let first = Settings { seed: SEEDS[0], ..half.clone() };
+        let (first, spp) = match draw(first.clone())? {
+            // Not even one sample of every pixel in that time.
+            (_, 0) => draw(Settings { spp: Some(1), time_limit: None, ..first })?,
+            whole => whole,
+        };
         let (second, _) = draw(Settings { seed: SEEDS[1], spp: Some(spp), time_limit: None, ..half })?;
         Some((Self::Halves([first, second]), spp))
     }
