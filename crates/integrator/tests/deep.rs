@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use dapple_integrator::{Method, Outcome, Plans, Settings, render};
+use dapple_integrator::{Method, Outcome, Plans, Settings, forecast, render};
 use dapple_lights::Environment;
 use dapple_materials::{Material, Mirror};
 use dapple_sampling::{Pattern, Plan};
@@ -149,6 +149,20 @@ fn endless_chains_end_when_told() {
             });
             assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
             assert_eq!((outcome.stats.spp, outcome.stats.stopped), (0, true));
+        }
+    }
+}
+
+/// Forecasts list a thousand depths and know the rest: in a hall of mirrors one ray per bounce.
+#[test]
+fn forecasts_of_deep_trees_are_short() {
+    let scene = hall_of_mirrors(1.0, 0.0);
+    for bounces in [999, 1000, 1001, 1002, 5000, u32::MAX] {
+        for method in [Method::Path, Method::Distribution] {
+            let settings = settings(method, 1, bounces);
+            let found = forecast(&scene, &scene.cameras[0].camera, &settings);
+            assert_eq!(found.total(), f64::from(bounces) + 1.0, "{method:?}, {bounces} bounces");
+            assert!(found.rows.len() <= 1001, "{} rows", found.rows.len());
         }
     }
 }
