@@ -154,6 +154,26 @@ fn a_sheet_shows_counts_and_estimators() {
     assert!(picture.width > 2 * 48 && picture.height > 4 * 32);
 }
 
+/// Under a sky all errors fall with the varied effect's: random points as n^-½, others faster. A whole sky that stood on
+/// one direction would keep them up, on what is seen directly, in blurred mirrors and in smooth ones.
+#[test]
+fn sheets_under_a_sky_fall_with_the_varied_effect() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, vary, size) in [("blurred_reflection", "glossy", "24x15"), ("environment", "light", "16x12")] {
+        let scene = scene(&format!("{name}.gltf"));
+        let sheet =
+            ["sheet", scene.to_str().unwrap(), "--vary", vary, "--size", size, "--yes", "--json", "--quiet"];
+        let counts = ["--counts", "4,64", "--estimators", "random,sobol,stratified,grid", "-o", "s.png"];
+        let json = well(folder.path(), &[&sheet[..], &counts].concat()).json();
+        let error = |i: usize| json["cells"][i]["relative_rmse"].as_f64().unwrap();
+        let slope = |row: usize| (error(2 * row) / error(2 * row + 1)).ln() / 16f64.ln();
+        let slopes = [0, 1, 2, 3].map(slope);
+        assert!((0.42..0.58).contains(&slopes[0]), "{name}: {slopes:?}");
+        // A grid is no better than that where edges run along its cells.
+        assert!(slopes[1..].iter().all(|s| (0.42..1.1).contains(s)), "{name}: {slopes:?}");
+    }
+}
+
 /// Errors are measured against the file: a cell is its own reference.
 #[test]
 fn a_sheet_takes_a_reference() {

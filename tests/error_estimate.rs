@@ -71,8 +71,12 @@ fn a_limit_is_held() {
     assert!(lines.iter().all(|l| l["seconds"].is_number() && l["rays"].is_number()));
     // The first limit that is reached stops.
     assert_eq!(render(folder.path(), &["--error-limit", "1e-9", "--spp", "70"])["spp"], 70);
-    let timed = render(folder.path(), &["--error-limit", "1e-9", "--time-limit", "200ms"]);
-    assert!(timed["render_seconds"].as_f64().unwrap() < 10.0);
+    let cut =
+        ["render", "builtin:furnace", "--size", "24x24", "-o", "a.exr", "--json", "--error-limit", "1e-9"];
+    let timed = run(folder.path(), &[&cut[..], &["--time-limit", "200ms"]].concat());
+    assert!(timed.json()["render_seconds"].as_f64().unwrap() < 10.0);
+    assert_eq!((timed.code, &timed.json()["stopped"]), (3, &true.into()), "{}", timed.err);
+    assert!(timed.err.contains("--time-limit") && timed.err.contains("their error is"), "{}", timed.err);
 }
 
 #[test]

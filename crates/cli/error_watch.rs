@@ -1,10 +1,11 @@
 //! What a render says about its own error: while it runs, in a log, and when it is enough.
 
 use crate::error::Failure;
+use crate::interrupt;
 use crate::options::RenderOptions;
 use crate::progress::Bar;
 pub use dapple_analysis::estimate::Estimate;
-use dapple_analysis::estimate::{Doublings, Way, replicate, within};
+use dapple_analysis::estimate::{Doublings, Way, replicate_until, replicated_share, within};
 use dapple_analysis::statistics;
 use dapple_integrator::camera::{Camera, Film};
 use dapple_integrator::scene::Scene;
@@ -54,9 +55,20 @@ pub struct ErrorWatch<'a> {
     told: bool,
     /// What measuring took so far, beside rendering.
     seconds: Cell<f64>,
+    /// When it has to be done, if time is limited.
+    deadline: Option<Instant>,
 }
 
+/// Where more than this of a picture would have to be rendered again, no time is set aside for it.
+const WORTH: f64 = 0.5;
+
 impl<'a> ErrorWatch<'a> {
+    /// The part of a limited time that is needed to measure the error of the finished picture.
+    pub fn share_of_time(settings: &Settings) -> f64 {
+        let again = 1.1 * replicated_share(settings.rect());
+        if Way::of(settings) == Way::Replicate && again <= WORTH { again / (1.0 + again) } else { 0.0 }
+    }
+
     /// For a render of `settings`; fails if the log cannot be written or the error limit has no meaning.
     pub fn new(
         (scene, camera, settings): (&'a Scene, &'a Camera, &'a Settings),
@@ -88,6 +100,7 @@ impl<'a> ErrorWatch<'a> {
             held: None,
             told: false,
             seconds: Cell::new(0.0),
+            deadline: settings.time_limit.and_then(|limit| Instant::now().checked_add(limit)),
         })
     }
 
@@ -143,7 +156,10 @@ impl<'a> ErrorWatch<'a> {
             Way::Within => within(film, self.confidence(self.looks)),
             Way::Replicate if self.is_whole(spp) => {
                 let settings = Settings { spread: spread.cloned(), ..self.settings.clone() };
-                replicate(self.scene, self.camera, &settings, (film, spp), self.confidence(self.looks))
+                let confidence = self.confidence(self.looks);
+                let deadline = self.deadline;
+                let stop = || interrupt::asked() || late(deadline);
+                replicate_until(self.scene, self.camera, &settings, (film, spp), confidence, &stop)
             }
             _ => None,
         };
@@ -172,10 +188,15 @@ impl<'a> ErrorWatch<'a> {
         let stats = &outcome.stats;
         let measured = || self.measure(&outcome.film, stats.spp, outcome.spread.as_ref());
         let guessed = || self.doublings.as_ref()?.estimate(self.confidence);
-        let found = self.held.or_else(measured).or_else(guessed);
+        let found = self.held.or_else(measured).or_else(guessed).filter(|_| stats.spp > 0);
         if found.is_some() && !self.told {
             self.write((stats.seconds, stats.spp, stats.rays), found);
         }
         (found, self.seconds.get())
     }
+}
+
+/// Whether time is up.
+fn late(deadline: Option<Instant>) -> bool {
+    deadline.is_some_and(|deadline| Instant::now() >= deadline)
 }

@@ -9,6 +9,7 @@
 mod args;
 mod commands;
 mod effects;
+mod ending;
 mod error;
 #[cfg(feature = "report")]
 mod error_watch;

@@ -56,7 +56,8 @@ fn settings_text(
     ];
     match settings.method {
         Method::Path => {
-            lines.push(format!("spp = {}", stats.spp));
+            // Of a first round that was not finished: the samples that some pixels have.
+            lines.push(format!("spp = {}", stats.spp.max(1)));
             lines.push(format!("pattern = \"{}\"", settings.pattern));
             lines.push(format!("adaptive = {}", settings.adaptive));
         }

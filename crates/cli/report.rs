@@ -39,7 +39,10 @@ pub struct Report {
     pub width: u32,
     pub height: u32,
     pub spp: u32,
+    /// Before it had all that was asked for.
     pub stopped: bool,
+    /// Pixels without any sample, where time or an interrupt ended the first round.
+    pub unsampled_pixels: usize,
     /// Expected relative RMSE of the picture; null where it cannot be known.
     pub error_estimate: Option<f64>,
     /// Upper bound of the relative RMSE.
@@ -92,6 +95,7 @@ impl Report {
             height: settings.size.1,
             spp: stats.spp,
             stopped: stats.stopped,
+            unsampled_pixels: 0,
             error_estimate: error.map(|e| e.error),
             error_bound: error.map(|e| e.bound),
             error_seconds,

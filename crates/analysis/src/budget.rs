@@ -18,7 +18,7 @@ mod wanted;
 
 use crate::statistics;
 use dapple_integrator::camera::Camera;
-use dapple_integrator::forecast::present;
+use dapple_integrator::forecast::present_in;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Combine, Effect, Method, Plans, Settings, Variances};
@@ -87,7 +87,7 @@ pub fn budget(
 ) -> Budget {
     let start = Instant::now();
     let pilot = Pilot::new(scene, camera, settings);
-    let present = present(scene, camera);
+    let present = present_in(scene, camera, settings);
     let wanted = Wanted { limit, confidence, start, time };
     let variances = wanted.variances(&pilot, &present);
     let shares = shares(&variances, &present, confidence);

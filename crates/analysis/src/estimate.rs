@@ -22,7 +22,7 @@ mod doublings;
 mod replicate;
 
 pub use doublings::Doublings;
-pub use replicate::replicate;
+pub use replicate::{replicate, replicate_until, replicated_share};
 
 use crate::statistics;
 use dapple_integrator::camera::Film;

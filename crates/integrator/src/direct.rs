@@ -89,8 +89,14 @@ impl<V: Visibility> Beam<'_, V> {
     }
 
     /// Light of the environment on a diffuse lobe that is not followed, found in a direction even in cosine. `aimed`
-    /// gives the density of aiming there, for a density of the environment's own.
-    pub fn sky_on_diffuse(&self, u: Vec2, aimed: impl Fn(usize, f32) -> f32, rays: &mut u64) -> Vec3 {
+    /// gives the density of aiming there, for a density of the environment's own; of such directions there are `points`.
+    pub fn sky_on_diffuse(
+        &self,
+        u: Vec2,
+        points: f32,
+        aimed: impl Fn(usize, f32) -> f32,
+        rays: &mut u64,
+    ) -> Vec3 {
         let Some(index) = self.around.scene.environment else { return Vec3::ZERO };
         let (Light::Environment(environment), true) =
             (&self.around.scene.lights[index as usize], self.vertex.bsdf.lobes().contains(Lobe::Diffuse))
@@ -110,7 +116,7 @@ impl<V: Visibility> Beam<'_, V> {
             return Vec3::ZERO;
         }
         let weight = match self.strategy {
-            Strategy::Both => mis::power(pdf, aimed(index as usize, environment.pdf(wi))),
+            Strategy::Both => mis::power(points * pdf, aimed(index as usize, environment.pdf(wi))),
             Strategy::LightOnly if environment.is_sampled() => 0.0,
             _ => 1.0,
         };

@@ -8,6 +8,7 @@
 //! with their counts [Veach 1997, §9.2.2].
 
 use crate::direct::Beam;
+use crate::distribution::deep::{Branch, DEEP};
 use crate::effects::{Effect, Plans};
 use crate::emission::{self, Arrival, Rival};
 use crate::kernel::Job;
@@ -23,6 +24,8 @@ use dapple_materials::{Lobe, Lobes};
 use dapple_sampling::{Dimension, Key, Pattern, Plan};
 use glam::{Vec2, Vec3};
 
+mod deep;
+
 /// The lobes that are one integral each, and the effect that gives its points when it is not a smooth one.
 const GROUPS: [(Lobes, Effect); 3] = [
     (Lobes::of(Lobe::Diffuse), Effect::Diffuse),
@@ -36,7 +39,6 @@ const TIME: u32 = 4;
 
 /// Where all points are the same.
 const ONE: Plan = Plan { nx: 1, ny: 1, pattern: Pattern::Grid };
-const ONE_AT_RANDOM: Plan = Plan { nx: 1, ny: 1, pattern: Pattern::Random };
 
 /// Point `index` of the pixel (x, y): its radiance, and the weight the pixel filter gives it.
 #[inline(always)]
@@ -68,10 +70,13 @@ pub(crate) fn pixel_point<V: Visibility, F: Follow>(
         let lens = place.point_2d(plans.lens, Dimension::Lens, 0, l);
         let on_lens = place.within(LENS, l).again(Effect::Lens, again);
         for t in 0..times {
+            if job.is_stopped() {
+                return (Vec3::ZERO, weight);
+            }
             let u = on_lens.point_1d(plans.time, Dimension::Time, t);
             let time = job.time(u);
             let ray = job.camera_ray((x, y), offset, lens, time);
-            let mut tree = Tree { job, visibility, time, follow, rays };
+            let mut tree = Tree { job, visibility, time, follow, rays, held: None, nested: 0 };
             let place = on_lens.within(TIME, t).again(Effect::Time, again);
             sum += tree.li(&ray, &Arrival::CAMERA, place, None, Vec3::ONE);
         }
@@ -87,11 +92,18 @@ struct Tree<'a, V, F> {
     time: f32,
     follow: &'a mut F,
     rays: &'a mut u64,
+    /// Of the deep vertex last met, the ray that is traced next: see `deep.rs`.
+    held: Option<Branch>,
+    /// Branches of deep vertices that are being traced, each within the one before.
+    nested: u32,
 }
 
 impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     /// Radiance along `ray`, which arrives at `place`; `beta` is its share in the pixel point, for who follows.
     fn li(&mut self, ray: &Ray, arrival: &Arrival, place: Place, medium: Option<Medium>, beta: Vec3) -> Vec3 {
+        if self.job.is_stopped() {
+            return Vec3::ZERO;
+        }
         *self.rays += 1;
         let (scene, settings) = (self.job.scene, self.job.settings);
         let key = place.ray_key(Dimension::Alpha, 0, 0);
@@ -118,7 +130,11 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         }
         let direct = self.direct(&vertex, place, medium);
         self.follow.direct(direct);
-        absorbed * (le + direct + self.scattered(&vertex, place, medium, beta))
+        let scattered = self.scattered(&vertex, place, medium, beta);
+        if let Some(held) = self.held.as_mut() {
+            held.factor *= absorbed;
+        }
+        absorbed * (le + direct + scattered)
     }
 
     /// Light that falls on the vertex straight from the lights: Σ over lights, mean over each.
@@ -130,15 +146,36 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         let mut sum: Vec3 =
             (0..).zip(lights).map(|(i, light)| self.light_mean(vertex, place, medium, i, light)).sum();
         if plans.is_off(Effect::Diffuse) {
-            let aimed = |light: usize, pdf: f32| {
-                place.count(light_plan(&self.job.scene.lights[light], plans)) as f32 * pdf
-            };
-            let u = place.point_2d(ONE_AT_RANDOM, Dimension::Sky, 0, 0);
-            let beam = self.beam(vertex, place.ray_key(Dimension::Sky, 0, 0), medium);
-            sum += beam.sky_on_diffuse(u, aimed, self.rays);
+            sum += self.sky_mean(vertex, place, medium);
             sum += vertex.bsdf.diffuse_albedo() * self.job.settings.ambient;
         }
         sum
+    }
+
+    /// The environment on a diffuse lobe that is not followed: mean over directions even in cosine, as many as are aimed at
+    /// an environment.
+    fn sky_mean(&mut self, vertex: &Vertex, place: Place, medium: Option<Medium>) -> Vec3 {
+        if self.job.scene.environment.is_none() || !vertex.bsdf.lobes().contains(Lobe::Diffuse) {
+            return Vec3::ZERO;
+        }
+        let integrals = &self.job.integrals;
+        let plan = integrals.sky(&place);
+        let place = self.first_again(place, Effect::Light);
+        let n = place.count(plan);
+        let aimed = |light: usize, pdf: f32| {
+            let plans = integrals.at(place.depth);
+            place.count(light_plan(&self.job.scene.lights[light], plans, || plan)) as f32 * pdf
+        };
+        let mut sum = Vec3::ZERO;
+        for s in 0..n {
+            if self.job.is_stopped() {
+                break;
+            }
+            let u = place.point_2d(plan, Dimension::Sky, 0, s);
+            let beam = self.beam(vertex, place.ray_key(Dimension::Sky, 0, s), medium);
+            sum += beam.sky_on_diffuse(u, n as f32, aimed, self.rays);
+        }
+        sum / n.max(1) as f32
     }
 
     /// Mean over the points of light `i`.
@@ -151,11 +188,15 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         light: &Light,
     ) -> Vec3 {
         let plans = self.job.integrals.at(place.depth);
-        let (plan, aiming) = (light_plan(light, plans), aiming(light, plans));
+        let plan = light_plan(light, plans, || self.job.integrals.sky(&place));
+        let aiming = aiming(light, plans);
         let place = self.first_again(place, Effect::Light);
         let n = place.count(plan);
         let mut sum = Vec3::ZERO;
         for s in 0..n {
+            if self.job.is_stopped() {
+                break;
+            }
             let u = place.point_2d(plan, Dimension::LightPoint, i, s);
             let Some(sample) = light.sample_as(aiming, vertex.surface.p, u, self.time) else { continue };
             let beam = self.beam(vertex, place.ray_key(Dimension::ShadowAlpha, i, s), medium);
@@ -193,9 +234,9 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
                 continue;
             }
             let (f_cos, pdf) = beam.vertex.f_cos_and_pdf(sample.wi, lobes);
-            // Not followed, a diffuse lobe still finds the environment, by one direction.
+            // Not followed, a diffuse lobe still finds the environment.
             let followed = match place.count(plans.of(effect)) {
-                0 if matches!(light, Light::Environment(_)) => 1,
+                0 if matches!(light, Light::Environment(_)) => place.count(self.job.integrals.sky(&place)),
                 count => count,
             };
             sum += f_cos * beam.weight(sample.delta, n * sample.pdf, followed as f32 * pdf);
@@ -213,7 +254,8 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
                 continue;
             }
             let mut plan = self.job.integrals.at(place.depth).of(effect);
-            if lobes.without(Lobes::DELTA).is_empty() {
+            let smooth = lobes.without(Lobes::DELTA).is_empty();
+            if smooth {
                 plan = ONE;
             }
             let n = place.count(plan);
@@ -221,6 +263,9 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             let mut mean = Vec3::ZERO;
             let around = self.around(place.ray_key(Dimension::Alpha, 0, 0));
             for s in 0..n {
+                if self.job.is_stopped() {
+                    break;
+                }
                 let u = place.point_2d(plan, Dimension::Direction, which, s);
                 let Some(scattered) = vertex.scatter(0.5, u, lobes, &around) else { continue };
                 self.follow.scattered(place.depth, &scattered.sample);
@@ -228,7 +273,14 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
                 let medium = Medium::after(medium, vertex, &scattered);
                 let weight = scattered.sample.weight;
                 let beta = beta * weight / n as f32;
-                mean += weight * self.li(&scattered.ray, &arrival, place.next(which, s), medium, beta);
+                if place.depth + 1 >= DEEP {
+                    let factor = weight / n as f32;
+                    let place = place.next(which, s, smooth);
+                    sum += self.deeper(Branch { ray: scattered.ray, arrival, place, medium, beta, factor });
+                    continue;
+                }
+                mean +=
+                    weight * self.li(&scattered.ray, &arrival, place.next(which, s, smooth), medium, beta);
             }
             sum += mean / n.max(1) as f32;
         }
@@ -244,8 +296,8 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     fn arrival(&self, vertex: &Vertex, scattered: &Scattered, n: f32, place: Place) -> Arrival {
         let plans = self.job.integrals.at(place.depth);
         let off = plans.is_off(Effect::Light);
-        // Off, only the environment is still aimed at, once.
-        let points = if off { 1.0 } else { place.count(plans.light) as f32 };
+        // Off, only the environment is still aimed at.
+        let points = place.count(self.job.integrals.sky(&place)) as f32;
         let on_grid = plans.light.pattern == Pattern::Grid;
         let aiming = if on_grid { Aiming::Surface } else { Aiming::SolidAngle };
         let delta = scattered.sample.lobe.is_delta();
@@ -260,12 +312,13 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     }
 }
 
-/// Points on a light: one where all are the same, none for an environment that lobes find as well.
-pub(crate) fn light_plan(light: &Light, plans: &Plans) -> Plan {
+/// Points on a light: one where all are the same, none for an environment that lobes find as well; else `sky` on an
+/// environment.
+pub(crate) fn light_plan(light: &Light, plans: &Plans, sky: impl Fn() -> Plan) -> Plan {
     match light {
         Light::Environment(e) if !e.is_sampled() => Plan::OFF,
-        // Switched off, the light integral leaves the environment as it is: one random point.
-        Light::Environment(_) if plans.is_off(Effect::Light) => ONE_AT_RANDOM,
+        // Switched off, the light integral leaves the environment as it is.
+        Light::Environment(_) => sky(),
         light if light.is_delta() || (light.is_area() && plans.is_off(Effect::Light)) => ONE,
         _ => plans.light,
     }

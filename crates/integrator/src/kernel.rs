@@ -14,6 +14,7 @@ use dapple_lights::Aiming;
 use dapple_materials::{Lobe, Lobes};
 use dapple_scene::Scene;
 use glam::Vec3;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is the same for all samples of a render.
 pub(crate) struct Job<'a> {
@@ -36,7 +37,12 @@ pub(crate) struct Job<'a> {
     pub again: Option<Effect>,
     /// Scattering events that are followed.
     pub bounces: u32,
+    /// Once set, samples under way end as soon as they can, and what they are is not to be kept.
+    pub stop: &'a AtomicBool,
 }
+
+/// Of what cannot be stopped.
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl<'a> Job<'a> {
     pub fn new(scene: &'a Scene, camera: &Camera, settings: &'a Settings) -> Self {
@@ -66,7 +72,14 @@ impl<'a> Job<'a> {
             followed: Lobes::ALL.without(unfollowed),
             aiming: if off(Effect::Light) { Aiming::Centroid } else { Aiming::SolidAngle },
             again: None,
+            stop: &NEVER,
         }
+    }
+
+    /// Whether samples under way are to end.
+    #[inline(always)]
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
     }
 
     /// Whether rays ask surfaces for holes.

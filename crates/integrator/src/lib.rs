@@ -45,7 +45,8 @@ pub use forecast::{Forecast, forecast};
 pub use ledger::Ledger;
 pub use plan::{RenderPlan, plan};
 pub use render::{
-    BadSample, Checkpoint, Look, Outcome, Progress, Stats, render, render_pixels, render_watched,
+    BadSample, Checkpoint, Look, Outcome, Progress, Stats, render, render_pixels, render_pixels_until,
+    render_watched,
 };
 pub use replay::{PathVertex, replay};
 pub use settings::{Method, Settings};

@@ -54,6 +54,9 @@ pub(crate) fn li<V: Visibility, F: Follow>(
     let mut state = PathState::default();
     let mut radiance = Vec3::ZERO;
     for depth in 0.. {
+        if job.is_stopped() {
+            break;
+        }
         *rays += 1;
         let key = sample.key.at(depth, Dimension::Alpha);
         let Some(hit) = visibility.closest(scene, &ray, sample.time, key.branch(sample.s)) else {
@@ -138,7 +141,7 @@ fn direct<V: Visibility>(
         let u = sample.point_2d(depth, Dimension::Sky);
         let (p, n) = (vertex.surface.p, vertex.choice_normal());
         let pmf = |light| scene.light_choice.as_ref().map_or(0.0, |choice| choice.pmf(p, n, light));
-        sum += beam.sky_on_diffuse(u, |light, pdf| pdf * pmf(light), rays);
+        sum += beam.sky_on_diffuse(u, 1.0, |light, pdf| pdf * pmf(light), rays);
         sum += vertex.bsdf.diffuse_albedo() * job.settings.ambient;
     }
     sum

@@ -24,8 +24,8 @@ pub enum Reference {
 impl Reference {
     /// Renders two halves by the path tracer with Sobol points, whatever the method of `settings`: what a picture
     /// should be depends on the scene, the view and the effects that are on. The first half takes half of `seconds`,
-    /// the second as many samples; both have seeds of their own, which follow from that of `settings`. Returns them with
-    /// the samples per pixel of each; `None` when `stop` said so, or the time did not suffice for one.
+    /// but at least one sample, the second as many samples; both have seeds of their own, which follow from that of
+    /// `settings`. Returns them with the samples per pixel of each; `None` when `stop` said so.
     pub fn render(
         scene: &Scene,
         camera: &Camera,
@@ -45,11 +45,15 @@ impl Reference {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
             });
-            let whole = !outcome.stats.stopped && outcome.stats.spp > 0;
-            whole.then(|| (outcome.film.mean(), outcome.stats.spp))
+            (!outcome.stats.stopped).then(|| (outcome.film.mean(), outcome.stats.spp))
         };
         let [one, two] = SEEDS.map(|seed| seed.wrapping_add(2 * settings.seed.saturating_sub(1)));
-        let (first, spp) = draw(Settings { seed: one, ..half.clone() })?;
+        let first = Settings { seed: one, ..half.clone() };
+        let (first, spp) = match draw(first.clone())? {
+            // Not even one sample of every pixel in that time.
+            (_, 0) => draw(Settings { spp: Some(1), time_limit: None, ..first })?,
+            whole => whole,
+        };
         let (second, _) = draw(Settings { seed: two, spp: Some(spp), time_limit: None, ..half })?;
         Some((Self::Halves([first, second]), spp))
     }

@@ -21,6 +21,7 @@ use clap::ArgMatches;
 use cost::Deadline;
 use dapple_integrator::imaging::sheet::{self, Cell, Frame};
 use dapple_integrator::imaging::{read, write};
+use dapple_integrator::sampling::plan::MAX_COUNT;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::NamedCamera;
 use dapple_integrator::{Combine, Effect, Method, Outcome, Settings, forecast};
@@ -46,6 +47,9 @@ const HEIGHT: u32 = 256;
 /// The reference takes this many times the samples of the cell with the most, within these bounds.
 const REFERENCE_FACTOR: u64 = 16;
 const REFERENCE_SAMPLES: (u64, u64) = (256, 1 << 16);
+
+/// Points over lights and environment for each of a varied integral over directions.
+const FINER: u32 = 4;
 
 /// Renders all cells that there is time for, and writes the sheet.
 pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failure> {
@@ -170,7 +174,9 @@ impl Sheet<'_> {
     /// The cells row by row, once it is clear that they can be rendered and make a sheet.
     fn checked(&self) -> Result<Vec<Planned>, Failure> {
         let (scene, camera, vary) = (&self.loaded.scene, &self.view.camera, self.arguments.vary);
-        if !dapple_integrator::forecast::present(scene, camera).contains(&vary) {
+        let plans = self.plans()?;
+        let here = |cell: &Planned| forecast::present_in(scene, camera, &cell.settings).contains(&vary);
+        if !plans.iter().all(here) {
             let remedy = match vary {
                 Effect::Lens => "; see --aperture-radius",
                 Effect::Time => "; see --shutter",
@@ -178,7 +184,6 @@ impl Sheet<'_> {
             };
             return Err(Failure::Arguments(format!("--vary {vary}: the scene has no such effect{remedy}")));
         }
-        let plans = self.plans()?;
         let Some(largest) = plans.iter().max_by(|a, b| self.rays(a).total_cmp(&self.rays(b))) else {
             return Err(Failure::Arguments("--counts, --estimators: there is nothing to render".into()));
         };
@@ -203,10 +208,28 @@ impl Sheet<'_> {
                     options.effects.plan_mut(effect).get_or_insert(Plan::new(1, pattern));
                 }
             }
-            render::settings(&options, &self.view).map(|settings| Planned { count, pattern, settings })
+            let mut settings = render::settings(&options, &self.view)?;
+            self.refine(&mut settings, count);
+            Ok(Planned { count, pattern, settings })
         };
         let rows = self.arguments.estimators.iter();
         rows.flat_map(|&pattern| self.arguments.counts.iter().map(move |&n| of(pattern, n))).collect()
+    }
+
+    /// Beside an integral over directions of `count` points, lights and environment that no option mentions get so many that
+    /// their error falls as fast as the varied integral's, and stays below it.
+    fn refine(&self, settings: &mut Settings, count: u32) {
+        let inner = matches!(self.arguments.vary, Effect::Glossy | Effect::Refract | Effect::Diffuse);
+        let asked = self.asked.effects.light.is_some();
+        if !inner || asked || settings.combine == Combine::Paired {
+            return;
+        }
+        let more = count.saturating_mul(FINER).min(MAX_COUNT);
+        let finer = |plan: Plan| Plan::new(plan.count().max(more), plan.pattern);
+        settings.sky = finer(settings.sky);
+        if !settings.plans.is_off(Effect::Light) {
+            settings.plans.light = finer(settings.plans.light);
+        }
     }
 
     /// Rays per pixel of a cell.
