@@ -2,6 +2,7 @@
 
 use crate::medium::Medium;
 use crate::settings::Strategy;
+use crate::shared_place::Target;
 use crate::vertex::{Around, Vertex};
 use crate::visibility::Visibility;
 use dapple_geometry::{Ray, offset::offset_origin};
@@ -80,9 +81,10 @@ impl<V: Visibility> Beam<'_, V> {
             return value;
         }
         let Some(o) = self.vertex.origin(sample.wi, &self.around) else { return Vec3::ZERO };
-        let ray = shadow_ray(o, sample);
+        let shared = Target::new(self.around.scene, light, sample, o, self.around.time);
+        let ray = shared.as_ref().map_or_else(|| shadow_ray(o, sample), Target::way);
         *rays += 1;
-        if self.around.blocked(&ray) {
+        if self.around.blocked(&ray) || shared.is_some_and(|target| !target.is_seen(&self.around)) {
             return Vec3::ZERO;
         }
         value * self.through(sample.distance)

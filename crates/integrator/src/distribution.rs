@@ -15,6 +15,7 @@ use crate::ledger::{Cut, FAINT};
 use crate::medium::Medium;
 use crate::path::{Follow, cut_short};
 use crate::places::Place;
+use crate::shared_place;
 use crate::vertex::{Around, Scattered, Vertex};
 use crate::visibility::Visibility;
 use dapple_geometry::Ray;
@@ -100,7 +101,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             self.follow.escaped(place.depth, beta, le, ray.d);
             return le;
         };
-        let surface = scene.world.surface(ray, self.time, &hit);
+        let (hit, surface) = shared_place::surface(ray, hit, &self.around(key));
         let length = ray.d.length();
         let (distance, wo) = (hit.t * length, -ray.d / length);
         let absorbed = medium.map_or(Vec3::ONE, |medium| medium.transmittance(distance));

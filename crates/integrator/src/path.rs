@@ -11,6 +11,7 @@ use crate::kernel::Job;
 use crate::ledger::{Cut, FAINT, Ledger};
 use crate::medium::Medium;
 use crate::sample::Sample;
+use crate::shared_place;
 use crate::vertex::{Around, Scattered, Vertex};
 use crate::visibility::Visibility;
 use dapple_geometry::Ray;
@@ -61,7 +62,8 @@ pub(crate) fn li<V: Visibility, F: Follow>(
             follow.escaped(depth, state.beta, le, ray.d);
             return radiance + state.beta * le;
         };
-        let surface = scene.world.surface(&ray, sample.time, &hit);
+        let around = Around { scene, visibility, time: sample.time, key: key.branch(sample.s) };
+        let (hit, surface) = shared_place::surface(&ray, hit, &around);
         let length = ray.d.length();
         let distance = hit.t * length;
         let wo = -ray.d / length;
@@ -81,7 +83,6 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         radiance += state.beta * direct;
         let uc = if job.needs.lobe { sample.point_1d(depth, Dimension::Lobe) } else { 0.0 };
         let u = if job.needs.direction { sample.point_2d(depth, Dimension::Direction) } else { Vec2::ZERO };
-        let around = Around { scene, visibility, time: sample.time, key: key.branch(sample.s) };
         let Some(next) = vertex.scatter(uc, u, job.followed, &around) else { return radiance };
         follow.scattered(depth, &next.sample);
         state.go(job, &vertex, &next, sample.time);

@@ -7,7 +7,7 @@
 //!
 //! Shadeless (unlit) surfaces are no lights: they are found by chance only.
 use crate::{AlphaMode, TexturedMaterial};
-use dapple_geometry::{Hit, Motion, World};
+use dapple_geometry::{Coincident, Hit, Motion, World};
 use dapple_imaging::Texture;
 use dapple_lights::{Area, AreaShape, Light, Moving};
 use glam::{DVec3, Vec3};
@@ -140,6 +140,16 @@ impl AreaLights {
         let start = self.starts[hit.object as usize];
         let light = if start == DARK { DARK } else { self.of_primitive[(start + hit.primitive) as usize] };
         (light != DARK).then_some(light)
+    }
+
+    /// Whether a light's surface is among those that share a place with another one.
+    pub fn is_on(&self, light: u32, surfaces: &Coincident) -> bool {
+        let Some(&(object, first)) = self.sources.get(light as usize) else { return false };
+        let start = self.starts[object as usize];
+        let own = |primitive: &u32| {
+            start != DARK && self.of_primitive.get((start + primitive) as usize) == Some(&light)
+        };
+        (first..).take_while(own).any(|primitive| surfaces.contains(object, primitive))
     }
 
     /// First light of an object, `DARK` without any.

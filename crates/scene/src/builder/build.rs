@@ -1,8 +1,8 @@
 //! From what was added to a scene in render space: objects, cameras, lights, and what the scene then is.
 use super::{CameraPose, Geometry, SceneBuilder, placed::Placed};
 use crate::{
-    NamedCamera, Object, Scene, SceneError, Space, Survey, TexturedMaterial, Warning, bake, channels,
-    constants,
+    NamedCamera, Object, Scene, SceneError, SharedPlaces, Space, Survey, TexturedMaterial, Warning, bake,
+    channels, constants,
     emission::{AreaLights, Emitter, Form, Movement},
     framing,
     moving::{self, OwnSpaces},
@@ -30,6 +30,7 @@ impl SceneBuilder {
     pub fn build(mut self) -> Result<Scene, SceneError> {
         self.check()?;
         self.settle();
+        let emitted: Vec<bool> = self.materials.iter().map(TexturedMaterial::is_light).collect();
         self.put_out();
         let constant_textures = constants::fold(&mut self.materials, &mut self.textures);
         let bounds = self.bounds()?;
@@ -53,6 +54,10 @@ impl SceneBuilder {
             lights.push(Light::Environment(e));
             lights.len() as u32 - 1
         });
+        // Left out, light still decides what is seen where surfaces share a place.
+        let is_light = |m: usize| if self.reads.light { self.materials[m].is_light() } else { emitted[m] };
+        let emits = objects.iter().map(|o| is_light(o.material as usize)).collect();
+        let shared_places = SharedPlaces::find(&world, emits, (&area, &lights), &space);
         let mut survey = count(&world, &seen, &lights, &cameras);
         (survey.materials, survey.textures) = (self.materials.len(), self.textures.len());
         survey.dropped_channels = self.textures.iter().map(|t| 4 - t.channels()).sum();
@@ -74,6 +79,7 @@ impl SceneBuilder {
             shutter: self.exposure.shutter,
             survey,
             warnings: self.warnings,
+            shared_places,
             area,
         })
     }
