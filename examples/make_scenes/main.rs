@@ -6,6 +6,7 @@
 mod classics;
 mod document;
 mod effects;
+mod places;
 mod plain;
 mod shape;
 mod sky;
@@ -29,6 +30,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("blurred_reflection", effects::blurred_reflection(&checker)),
         ("depth_of_field", effects::depth_of_field()),
         ("all_effects", effects::all_effects(&checker)),
+        ("coincident", places::coincident()),
+        ("coplanar", places::coplanar()),
     ] {
         std::fs::write(folder.join(name).with_extension("gltf"), document.to_text())?;
         println!("{name}.gltf");

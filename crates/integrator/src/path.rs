@@ -57,13 +57,16 @@ pub(crate) fn li<V: Visibility, F: Follow>(
     for depth in 0.. {
         *rays += 1;
         let key = sample.key.at(depth, Dimension::Alpha);
-        let Some(hit) = visibility.closest(scene, &ray, sample.time, key.branch(sample.s)) else {
+        let Some(mut hit) = visibility.closest(scene, &ray, sample.time, key.branch(sample.s)) else {
             let le = emission::escaped(scene, ray.d.normalize(), &state.arrival, settings.strategy);
             follow.escaped(depth, state.beta, le, ray.d);
             return radiance + state.beta * le;
         };
-        let around = Around { scene, visibility, time: sample.time, key: key.branch(sample.s) };
-        let (hit, surface) = shared_place::surface(&ray, hit, &around);
+        let mut surface = scene.world.surface(&ray, sample.time, &hit);
+        if let Some(places) = shared_place::of(scene) {
+            let around = Around { scene, visibility, time: sample.time, key: key.branch(sample.s) };
+            shared_place::settle(places, &ray, (&mut hit, &mut surface), &around);
+        }
         let length = ray.d.length();
         let distance = hit.t * length;
         let wo = -ray.d / length;
@@ -83,6 +86,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         radiance += state.beta * direct;
         let uc = if job.needs.lobe { sample.point_1d(depth, Dimension::Lobe) } else { 0.0 };
         let u = if job.needs.direction { sample.point_2d(depth, Dimension::Direction) } else { Vec2::ZERO };
+        let around = Around { scene, visibility, time: sample.time, key: key.branch(sample.s) };
         let Some(next) = vertex.scatter(uc, u, job.followed, &around) else { return radiance };
         follow.scattered(depth, &next.sample);
         state.go(job, &vertex, &next, sample.time);

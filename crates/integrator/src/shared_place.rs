@@ -17,37 +17,47 @@ use dapple_scene::{Scene, SharedPlaces};
 use glam::Vec3;
 use std::cell::RefCell;
 
-/// The scene's shared places, if it has any.
+/// The scene's shared places, if it has any: the one question that other scenes are asked.
 #[inline(always)]
-fn places(scene: &Scene) -> Option<&SharedPlaces> {
+pub(crate) fn of(scene: &Scene) -> Option<&SharedPlaces> {
     scene.shared_places.as_ref().filter(|_| cfg!(not(without = "coincident")))
 }
 
-/// The surface at the nearest hit of a ray: its own, or that of another one in the same place.
-#[inline(always)]
-pub(crate) fn surface<V: Visibility>(ray: &Ray, hit: Hit, around: &Around<'_, V>) -> (Hit, Surface) {
-    let surface = around.scene.world.surface(ray, around.time, &hit);
-    match places(around.scene) {
-        Some(places) if places.contains(&hit) => seen(places, ray, (hit, surface), around),
-        _ => (hit, surface),
-    }
-}
-
+/// At the nearest hit of a ray: makes it that of the surface which is there.
 #[inline(never)]
-fn seen<V: Visibility>(
+pub(crate) fn settle<V: Visibility>(
     places: &SharedPlaces,
     ray: &Ray,
-    (hit, surface): (Hit, Surface),
+    (hit, surface): (&mut Hit, &mut Surface),
     around: &Around<'_, V>,
-) -> (Hit, Surface) {
+) {
+    if !places.contains(hit) {
+        return;
+    }
     let depth = places.surfaces.thickness() / surface.ng.dot(ray.d).abs();
     let end = (hit.t + depth).next_up().min(ray.t_max);
     // Nothing else stops the ray before `hit`, but by rounding.
     let hits = hits_between(0.0, &ray.until(end), around);
-    let nearest = Candidate::new(places, ray, hit, surface, around);
+    let nearest = Candidate::new(places, ray, *hit, *surface, around);
     let others = hits.into_iter().filter(|other| places.contains(other));
     let winner = resolve(nearest, others.map(|hit| Candidate::of(places, ray, hit, around)));
-    (winner.hit, winner.surface)
+    (*hit, *surface) = (winner.hit, winner.surface);
+}
+
+/// Whether something stands between `o` and a sampled point of a light: as `blocked` by the shadow ray `ray`, but that in
+/// the light's own place the surface decides which is there.
+#[inline(never)]
+pub(crate) fn is_hidden<V: Visibility>(
+    places: &SharedPlaces,
+    (light, sample): (usize, &LightSample),
+    o: Vec3,
+    ray: &Ray,
+    around: &Around<'_, V>,
+) -> bool {
+    match Target::new(places, around.scene, light, sample, o, around.time) {
+        None => around.blocked(ray),
+        Some(target) => around.blocked(&target.way()) || !target.is_seen(around),
+    }
 }
 
 /// A surface that may be the one in a place.
@@ -116,7 +126,7 @@ fn hits_between<V: Visibility>(from: f32, ray: &Ray, around: &Around<'_, V>) -> 
 }
 
 /// A light sample of a light that shares its place.
-pub(crate) struct Target<'a> {
+struct Target<'a> {
     places: &'a SharedPlaces,
     light: u32,
     kind: Kind<'a>,
@@ -136,25 +146,17 @@ const NEAR: f32 = 1.0 / 32.0;
 
 impl<'a> Target<'a> {
     /// Of a sample seen from `o`; None when its light has its place to itself.
-    #[inline(always)]
-    pub fn new(scene: &'a Scene, light: usize, sample: &'a LightSample, o: Vec3, time: f32) -> Option<Self> {
-        let places = places(scene)?;
-        if places.contains_light(light as u32) {
-            Self::shared(places, scene, light, sample, o, time)
-        } else {
-            None
-        }
-    }
-
-    #[inline(never)]
-    fn shared(
+    fn new(
         places: &'a SharedPlaces,
-        scene: &'a Scene,
+        scene: &Scene,
         light: usize,
         sample: &'a LightSample,
         o: Vec3,
         time: f32,
     ) -> Option<Self> {
+        if !places.contains_light(light as u32) {
+            return None;
+        }
         let (kind, p, depth) = match (&sample.point, scene.lights[light].position(time)) {
             (Some(point), _) => {
                 let depth = places.surfaces.thickness() / point.n.dot(point.p - o).abs();
@@ -170,24 +172,23 @@ impl<'a> Target<'a> {
     }
 
     /// The way to the light's place.
-    pub fn way(&self) -> Ray {
+    fn way(&self) -> Ray {
         self.ray.until(self.from)
     }
 
     /// Whether the light is there at the end of the way.
-    #[inline(never)]
-    pub fn is_seen<V: Visibility>(&self, around: &Around<'_, V>) -> bool {
+    fn is_seen<V: Visibility>(&self, around: &Around<'_, V>) -> bool {
         if self.ray.t_max <= 0.0 {
             return false;
         }
         match self.kind {
             Kind::Surface(point) => self.is_winner(point, around),
-            Kind::Point(p) => !self.is_hidden(p, around),
+            Kind::Point(p) => !self.stands_behind(p, around),
         }
     }
 
-    /// Whether a surface stands before the point that it does not lie in.
-    fn is_hidden<V: Visibility>(&self, p: Vec3, around: &Around<'_, V>) -> bool {
+    /// Whether the point stands behind a surface that it does not lie in.
+    fn stands_behind<V: Visibility>(&self, p: Vec3, around: &Around<'_, V>) -> bool {
         let stands_before = |hit: &Hit| {
             hit.t >= self.from
                 && !Candidate::of(self.places, &self.ray, *hit, around).point.holds(p, p.abs() * gamma(4))

@@ -33,9 +33,9 @@ pub(super) struct Polygon {
 const DISK: usize = 16;
 const MOST: usize = 2 * DISK + 4;
 
-/// Two surfaces are crowded where they are one place on more than a strip this many times as wide as the error bound:
-/// what crosses at an angle of 2° and more, or meets along an edge, is not.
-const STRIP: f64 = 64.0;
+/// Two surfaces share a place where they do so on more than a strip this many times as wide as the error bound: what
+/// crosses at an angle of half a degree and more, or meets along an edge, does not.
+const STRIP: f64 = 256.0;
 /// Or where that is more than this share of one of them, and more than a strip of twice the error bound.
 const SHARE: f64 = 1.0 / 8.0;
 
@@ -141,6 +141,35 @@ impl Outline {
     }
 }
 
+/// Whether an edge of one of two triangles separates them, seen along its normal, but for `tolerance`, as it is with those
+/// that share an edge or a corner in a plane; or whether they cross at an angle, as wide as they are against `within`, a
+/// bound of their error.
+pub(super) fn are_apart(a: &[DVec3; 3], b: &[DVec3; 3], tolerance: f64, within: f64) -> bool {
+    is_beside(a, b, tolerance) || is_beside(b, a, tolerance) || cross_widely(a, b, within)
+}
+
+/// As the quick look of [`overlap`].
+fn cross_widely(a: &[DVec3; 3], b: &[DVec3; 3], within: f64) -> bool {
+    let normal = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]);
+    let diameter = |t: &[DVec3; 3]| {
+        let bounds = t.iter().fold(Aabb::EMPTY, |b, p| b.union(Aabb::new(*p, *p)));
+        (bounds.hi - bounds.lo).length()
+    };
+    let (n, m) = (normal(a), normal(b));
+    let (in_a, in_b) = (n.length(), m.length());
+    let thinner = (0.5 * in_a / diameter(a)).min(0.5 * in_b / diameter(b));
+    n.cross(m).length() > 4.0 / STRIP * (in_a * in_b) && thinner > STRIP / SHARE * within
+}
+
+fn is_beside(a: &[DVec3; 3], b: &[DVec3; 3], tolerance: f64) -> bool {
+    let n = (a[1] - a[0]).cross(a[2] - a[0]);
+    (0..3).any(|i| {
+        let outward = (a[(i + 1) % 3] - a[i]).cross(n);
+        let least = -tolerance * outward.length();
+        b.iter().all(|q| outward.dot(*q - a[i]) >= least)
+    })
+}
+
 /// Whether two flat surfaces are one place over an area.
 fn overlap((a, n): (&Polygon, DVec3), (b, m): (&Polygon, DVec3), error: DVec3) -> bool {
     let within = n.abs().dot(error).max(m.abs().dot(error));
@@ -156,6 +185,9 @@ fn overlap((a, n): (&Polygon, DVec3), (b, m): (&Polygon, DVec3), error: DVec3) -
     if n.cross(m).length() > 4.0 / STRIP && thinner > STRIP / SHARE * within {
         return false;
     }
+    if are_folded((a, n), (b, m), within) {
+        return false;
+    }
     let height = n.dot(start);
     let mut common = b.clipped(n, height + within).clipped(-n, within - height);
     for (from, to) in a.edges() {
@@ -164,6 +196,16 @@ fn overlap((a, n): (&Polygon, DVec3), (b, m): (&Polygon, DVec3), error: DVec3) -
     }
     let (area, strip) = (common.area(n), within * common.diameter());
     area > 2.0 * strip && (area > STRIP * strip || area > SHARE * area_a.min(area_b))
+}
+
+/// Whether two surfaces are joined along an edge and stand apart elsewhere, as the sides of a thin blade do: near the edge
+/// they are one place, but which of them a ray meets there shows no more than which side of the edge it passes.
+fn are_folded((a, n): (&Polygon, DVec3), (b, m): (&Polygon, DVec3), within: f64) -> bool {
+    let common = a.corners().iter().filter(|p| b.corners().contains(p)).count();
+    let lies_in = |p: &Polygon, q: &Polygon, n: DVec3| {
+        p.corners().iter().all(|x| n.dot(*x - q.corners()[0]).abs() <= within)
+    };
+    common == 2 && !(lies_in(a, b, m) && lies_in(b, a, n))
 }
 
 #[cfg(test)]
@@ -204,10 +246,22 @@ mod tests {
         assert!(!a.meets(&b) && !b.meets(&a), "across the diagonal");
         let wall = triangle([DVec3::ZERO, DVec3::X, DVec3::Z]);
         assert!(!a.meets(&wall) && !wall.meets(&a), "a wall on a floor");
+        let corners = |outline: &Outline| match &outline.shape {
+            Shape::Flat(polygon, _) => <[DVec3; 3]>::try_from(polygon.corners()).unwrap(),
+            _ => panic!(),
+        };
+        assert!(are_apart(&corners(&a), &corners(&b), 1e-12, 2e-6));
+        let [part, _] = square(0.0, 0.5);
+        assert!(!are_apart(&corners(&a), &corners(&part), 1e-12, 2e-6));
         let slope = triangle([DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.5, 0.2)]);
         assert!(!a.meets(&slope) && !slope.meets(&a), "a ramp on a floor");
         let slight = triangle([DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.5, 1e-5)]);
         assert!(a.meets(&slight) && slight.meets(&a), "nearly the floor");
+        let corners = [DVec3::splat(-1.0) * DVec3::new(1.0, 1.0, 0.0), DVec3::new(1.0, 1.0, 0.0)];
+        let blade = triangle([corners[1], corners[0], DVec3::new(0.5, -0.5, 1e-3)]);
+        assert!(!a.meets(&blade) && !blade.meets(&a), "a blade");
+        let back = triangle([corners[1], corners[0], DVec3::new(0.5, -0.5, 0.0)]);
+        assert!(a.meets(&back) && back.meets(&a), "a leaf of two sides");
     }
 
     #[test]

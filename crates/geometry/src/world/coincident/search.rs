@@ -4,7 +4,7 @@
 //! again, and subtrees of such emitters not entered by such primitives, so that many surfaces in one place cost no square
 //! of their number. Where the work would still exceed a bound, everything is said to share a place: that is slower to
 //! render, and right.
-use super::outline::{Outline, Polygon, Shape as Form};
+use super::outline::{Outline, Polygon, Shape as Form, are_apart};
 use super::{Coincident, NONE, WHOLE, World};
 use crate::boxes::Aabb;
 use crate::offset::gamma;
@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 /// Boxes are grown by this part of their farthest coordinate: more than the error bounds of two surfaces.
 const PADDING: f64 = 1.0 / (1u64 << 20) as f64;
 /// Comparisons at most; a comparison of outlines counts as many.
-const BUDGET: u64 = 1 << 27;
+const BUDGET: u64 = 1 << 26;
 const OUTLINE: u64 = 32;
 /// Emitters per leaf.
 const LEAF: usize = 4;
@@ -29,6 +29,15 @@ struct Item {
 }
 
 const POINT: u32 = u32::MAX;
+
+/// What goes through the tree.
+struct Visitor {
+    item: Item,
+    is_emitter: bool,
+    /// Its corners, if it is a triangle.
+    own: Option<[DVec3; 3]>,
+    bounds: Aabb,
+}
 
 struct Node {
     bounds: Aabb,
@@ -43,6 +52,8 @@ pub(super) struct Search<'a> {
     world: &'a World,
     points: &'a [(DVec3, DVec3)],
     origin_error: DVec3,
+    /// By object.
+    emits: Vec<bool>,
     emitters: Vec<(Item, Aabb)>,
     /// Of each emitter.
     found: Vec<bool>,
@@ -87,13 +98,21 @@ impl<'a> Search<'a> {
             origin_error,
         };
         let origin_error = origin_error.as_dvec3();
-        let (emitters, nodes) = (Vec::new(), Vec::new());
-        let mut search =
-            Self { world, points, origin_error, emitters, found: Vec::new(), nodes, budget: BUDGET, result };
-        for object in (0..world.objects.len() as u32).filter(|&i| emits(i)) {
-            for primitive in search.primitives(object) {
-                search.add(Item { object, primitive });
-            }
+        let emits: Vec<bool> = (0..world.objects.len() as u32).map(emits).collect();
+        let mut search = Self {
+            world,
+            points,
+            origin_error,
+            emits,
+            emitters: Vec::new(),
+            found: Vec::new(),
+            nodes: Vec::new(),
+            budget: BUDGET,
+            result,
+        };
+        for object in 0..world.objects.len() as u32 {
+            let primitives = if search.emits[object as usize] { search.primitives(object) } else { 0..0 };
+            primitives.for_each(|primitive| search.add(Item { object, primitive }));
         }
         (0..points.len() as u32).for_each(|i| search.add(Item { object: POINT, primitive: i }));
         search.found = vec![false; search.emitters.len()];
@@ -139,11 +158,12 @@ impl<'a> Search<'a> {
             if !(whole.is_finite() && self.is_near(0, &whole)) {
                 continue;
             }
+            let is_emitter = self.emits[object as usize];
             for primitive in self.primitives(object) {
                 let item = Item { object, primitive };
-                let bounds = self.bounds(item);
                 let mut is_found = self.result.contains(object, primitive);
-                self.visit(0, item, &bounds, &mut is_found);
+                let (own, bounds) = (self.triangle(item), self.bounds(item));
+                self.visit(0, &Visitor { item, is_emitter, own, bounds }, &mut is_found);
                 if self.budget == 0 {
                     return self.everything();
                 }
@@ -163,7 +183,9 @@ impl<'a> Search<'a> {
     }
 
     /// Compares a primitive with the emitters below a node.
-    fn visit(&mut self, node: usize, item: Item, bounds: &Aabb, is_found: &mut bool) {
+    fn visit(&mut self, node: usize, visitor: &Visitor, is_found: &mut bool) {
+        let Visitor { item, is_emitter, own, bounds } = visitor;
+        let item = *item;
         self.budget = self.budget.saturating_sub(1);
         let at = &self.nodes[node];
         if (at.done && *is_found) || self.budget == 0 || !meet(&at.bounds, bounds) {
@@ -171,14 +193,20 @@ impl<'a> Search<'a> {
         }
         let (second, items) = (at.second, at.items.clone());
         if second != 0 {
-            self.visit(node + 1, item, bounds, is_found);
-            self.visit(second, item, bounds, is_found);
+            self.visit(node + 1, visitor, is_found);
+            self.visit(second, visitor, is_found);
             self.nodes[node].done = self.nodes[node + 1].done && self.nodes[second].done;
             return;
         }
         for i in items.clone() {
             let (emitter, of_emitter) = self.emitters[i];
-            if emitter == item || (self.found[i] && *is_found) || !meet(&of_emitter, bounds) {
+            // Two emitters meet twice: once is enough.
+            let is_second =
+                *is_emitter && (emitter.object, emitter.primitive) <= (item.object, item.primitive);
+            if is_second || (self.found[i] && *is_found) || !meet(&of_emitter, bounds) {
+                continue;
+            }
+            if own.as_ref().is_some_and(|own| self.are_apart((item, own), emitter, bounds)) {
                 continue;
             }
             self.budget = self.budget.saturating_sub(OUTLINE);
@@ -192,6 +220,25 @@ impl<'a> Search<'a> {
             }
         }
         self.nodes[node].done = items.into_iter().all(|i| self.found[i]);
+    }
+
+    /// A quick look that tells most neighbours in a mesh; the tolerance is below every error bound, `within` above.
+    fn are_apart(&self, (item, own): (Item, &[DVec3; 3]), emitter: Item, bounds: &Aabb) -> bool {
+        let Some(other) = self.triangle(emitter) else { return false };
+        let largest = bounds.largest().max_element();
+        let is_flat = |item: Item| matches!(self.world.objects[item.object as usize].place, Place::World);
+        let within = match is_flat(item) && is_flat(emitter) {
+            // Of two points, along a diagonal.
+            true => 4.0 * (largest * f64::from(gamma(8)) + self.origin_error.max_element()),
+            false => f64::INFINITY,
+        };
+        are_apart(own, &other, largest / (1u64 << 40) as f64, within)
+    }
+
+    fn triangle(&self, item: Item) -> Option<[DVec3; 3]> {
+        let object = self.world.objects.get(item.object as usize).filter(|_| item.primitive != WHOLE)?;
+        object.mesh()?;
+        Some(object.corners_exact(item.primitive, self.world.shutter.0.into()))
     }
 
     fn mark(&mut self, item: Item) {
