@@ -7,6 +7,7 @@ mod classics;
 mod document;
 mod effects;
 mod normals;
+mod places;
 mod plain;
 mod shape;
 mod sky;
@@ -31,6 +32,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("depth_of_field", effects::depth_of_field()),
         ("all_effects", effects::all_effects(&checker)),
         ("normal_maps", normals::normal_maps(&png_bytes(&normals::studs())?)),
+        ("coincident", places::coincident()),
+        ("coplanar", places::coplanar()),
     ] {
         std::fs::write(folder.join(name).with_extension("gltf"), document.to_text())?;
         println!("{name}.gltf");

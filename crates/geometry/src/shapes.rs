@@ -2,7 +2,7 @@
 //!
 //! Shapes are surfaces, not solids: they are hit from both sides, and a ray may start on or inside them.
 //! A shape with a non-finite number or a radius that is not positive is never hit.
-use crate::{Frame, Ray, boxes::Aabb, surface::unit_or};
+use crate::{Frame, Ray, boxes::Aabb, offset::gamma, surface::unit_or};
 use glam::{DVec3, Vec2, Vec3};
 
 /// All points at distance `radius` from `centre`; front side outward.
@@ -93,6 +93,15 @@ impl Shape {
                 Vec2::new(if turns < 0.0 { turns + 1.0 } else { turns }, Vec2::new(u, v).length())
             }
         }
+    }
+
+    /// Bound per axis of what the rounding of its own numbers moves its surface by.
+    pub(crate) fn coordinate_error(&self) -> DVec3 {
+        let (centre, radius) = match self {
+            Self::Sphere(s) => (s.centre, s.radius),
+            Self::Disk(d) => (d.centre, d.radius),
+        };
+        (centre.as_dvec3().abs() + DVec3::splat(radius.into())) * f64::from(gamma(4))
     }
 
     /// Box around it; empty when it can never be hit.

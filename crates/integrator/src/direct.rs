@@ -2,9 +2,11 @@
 
 use crate::medium::Medium;
 use crate::settings::Strategy;
+use crate::shared_place;
 use crate::vertex::{Around, Vertex};
 use crate::visibility::Visibility;
-use dapple_geometry::{Ray, offset::offset_origin};
+use dapple_geometry::Ray;
+use dapple_geometry::offset::{UNIT_ROUNDOFF, offset_origin};
 use dapple_lights::{Aiming, Light, LightSample};
 use dapple_materials::{Lobe, Lobes};
 use dapple_sampling::{mis, warp};
@@ -82,7 +84,11 @@ impl<V: Visibility> Beam<'_, V> {
         let Some(o) = self.vertex.origin(sample.wi, &self.around) else { return Vec3::ZERO };
         let ray = shadow_ray(o, sample);
         *rays += 1;
-        if self.around.blocked(&ray) {
+        let is_hidden = match shared_place::of(self.around.scene) {
+            None => self.around.blocked(&ray),
+            Some(places) => shared_place::is_hidden(places, (light, sample), o, &ray, &self.around),
+        };
+        if is_hidden {
             return Vec3::ZERO;
         }
         value * self.through(sample.distance)
@@ -139,12 +145,18 @@ impl<V: Visibility> Beam<'_, V> {
     }
 }
 
+/// Where shadow rays end. From origin to target a direction is rounded by half an ulp per axis, so that its end lies up to
+/// |n|·|d|·2⁻²⁴ before or behind the target, measured along the light's normal; by that, the light would shadow its own
+/// samples where its coordinates, and with them its error box, are small against the distance. Covers it for all but the
+/// last 4° to the light's plane.
+const END: f32 = 1.0 - 16.0 * UNIT_ROUNDOFF;
+
 /// From `o` to outside the light's error box; t = 1 is the light.
 fn shadow_ray(o: Vec3, sample: &LightSample) -> Ray {
     match &sample.point {
         Some(point) => {
             let target = offset_origin(point.p, point.p_error, point.n, -sample.wi);
-            Ray { o, d: target - o, t_max: 1.0 }
+            Ray { o, d: target - o, t_max: END }
         }
         None if sample.distance.is_finite() => Ray { o, d: sample.wi, t_max: sample.distance },
         None => Ray::new(o, sample.wi),

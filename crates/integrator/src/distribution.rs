@@ -16,6 +16,7 @@ use crate::ledger::{Cut, FAINT};
 use crate::medium::Medium;
 use crate::path::{Follow, cut_short};
 use crate::places::Place;
+use crate::shared_place;
 use crate::vertex::{Around, Scattered, Vertex};
 use crate::visibility::Visibility;
 use dapple_geometry::Ray;
@@ -107,12 +108,15 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         *self.rays += 1;
         let (scene, settings) = (self.job.scene, self.job.settings);
         let key = place.ray_key(Dimension::Alpha, 0, 0);
-        let Some(hit) = self.visibility.closest(scene, ray, self.time, key) else {
+        let Some(mut hit) = self.visibility.closest(scene, ray, self.time, key) else {
             let le = emission::escaped(scene, ray.d.normalize(), arrival, settings.strategy);
             self.follow.escaped(place.depth, beta, le, ray.d);
             return le;
         };
-        let surface = scene.world.surface(ray, self.time, &hit);
+        let mut surface = scene.world.surface(ray, self.time, &hit);
+        if let Some(places) = shared_place::of(scene) {
+            shared_place::settle(places, ray, (&mut hit, &mut surface), &self.around(key));
+        }
         let length = ray.d.length();
         let (distance, wo) = (hit.t * length, -ray.d / length);
         let absorbed = medium.map_or(Vec3::ONE, |medium| medium.transmittance(distance));

@@ -32,6 +32,7 @@ pub mod render;
 pub mod replay;
 mod sample;
 pub mod settings;
+mod shared_place;
 pub mod spread;
 mod terminator;
 mod tile;

@@ -11,6 +11,7 @@ use crate::kernel::Job;
 use crate::ledger::{Cut, FAINT, Ledger};
 use crate::medium::Medium;
 use crate::sample::Sample;
+use crate::shared_place;
 use crate::vertex::{Around, Scattered, Vertex};
 use crate::visibility::Visibility;
 use dapple_geometry::Ray;
@@ -59,12 +60,16 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         }
         *rays += 1;
         let key = sample.key.at(depth, Dimension::Alpha);
-        let Some(hit) = visibility.closest(scene, &ray, sample.time, key.branch(sample.s)) else {
+        let Some(mut hit) = visibility.closest(scene, &ray, sample.time, key.branch(sample.s)) else {
             let le = emission::escaped(scene, ray.d.normalize(), &state.arrival, settings.strategy);
             follow.escaped(depth, state.beta, le, ray.d);
             return radiance + state.beta * le;
         };
-        let surface = scene.world.surface(&ray, sample.time, &hit);
+        let mut surface = scene.world.surface(&ray, sample.time, &hit);
+        if let Some(places) = shared_place::of(scene) {
+            let around = Around { scene, visibility, time: sample.time, key: key.branch(sample.s) };
+            shared_place::settle(places, &ray, (&mut hit, &mut surface), &around);
+        }
         let length = ray.d.length();
         let distance = hit.t * length;
         let wo = -ray.d / length;

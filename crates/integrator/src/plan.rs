@@ -169,6 +169,11 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
         leave(n.roulette, "roulette dimension", "paths end before it begins, or it is switched off");
     }
     leave(n.direction, "direction dimension", "no surface spreads light, or no light is scattered");
+    leave(
+        job.scene.shared_places.is_some(),
+        "the question which of several surfaces in one place is there",
+        "no light shares its place with a surface",
+    );
     leave(survey.has_transmission, "transmission and media", "no surface transmits light");
     leave(survey.has_textures, "textures, texture coordinates", "no material looks one up");
     leave(survey.has_normal_maps, "tangents", "no normal maps");

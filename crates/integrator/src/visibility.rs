@@ -13,6 +13,21 @@ use glam::Vec3;
 pub(crate) trait Visibility: Copy + Send + Sync {
     fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit>;
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool;
+    /// Whether some of what stops the ray `counts`. Asks about everything on it, in any order, until the answer is yes.
+    fn any(self, scene: &Scene, ray: &Ray, time: f32, key: Key, counts: &dyn Fn(&Hit) -> bool) -> bool;
+}
+
+/// Of what a filter lets count, what also counts for someone else.
+struct Both<'a, F> {
+    filter: F,
+    counts: &'a dyn Fn(&Hit) -> bool,
+}
+
+impl<F: Filter> Filter for Both<'_, F> {
+    const OPAQUE: bool = false;
+    fn accept(&self, hit: &Hit) -> bool {
+        self.filter.accept(hit) && (self.counts)(hit)
+    }
 }
 
 /// Every surface stops every ray.
@@ -28,6 +43,10 @@ impl Visibility for Solid {
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, _: Key) -> bool {
         scene.world.blocked(ray, time, &Opaque)
     }
+    #[inline(never)]
+    fn any(self, scene: &Scene, ray: &Ray, time: f32, _: Key, counts: &dyn Fn(&Hit) -> bool) -> bool {
+        scene.world.blocked(ray, time, &Both { filter: Opaque, counts })
+    }
 }
 
 /// Alpha MASK and BLEND, and back-face culling when asked for.
@@ -42,6 +61,10 @@ impl Visibility for Cutout {
     }
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool {
         scene.world.blocked(ray, time, &self.filter(scene, ray, time, key))
+    }
+    #[inline(never)]
+    fn any(self, scene: &Scene, ray: &Ray, time: f32, key: Key, counts: &dyn Fn(&Hit) -> bool) -> bool {
+        scene.world.blocked(ray, time, &Both { filter: self.filter(scene, ray, time, key), counts })
     }
 }
 

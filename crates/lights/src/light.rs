@@ -1,6 +1,6 @@
 //! One light of any kind: sample towards it, density of a direction that reaches it.
 use crate::{Aiming, Area, Distant, Environment, Moving, Point, Spot};
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 /// One light.
 #[derive(Clone, Debug)]
@@ -92,6 +92,24 @@ impl Light {
             Self::Area(light) => light.power(),
             Self::Environment(light) => light.mean() * (4.0 * std::f32::consts::PI * disk),
             Self::Moving(light) => light.power(scene_radius),
+        }
+    }
+
+    /// Where a light without extent is at a time; None for the others.
+    pub fn position(&self, time: f32) -> Option<Vec3> {
+        match self {
+            Self::Point(light) => Some(light.p),
+            Self::Spot(light) => Some(light.p),
+            Self::Moving(light) if light.is_delta() => light.at(time)?.position(time),
+            _ => None,
+        }
+    }
+
+    /// Box that a light without extent stays in while the shutter is open, flat if it stands still; None for the others.
+    pub fn positions(&self) -> Option<(DVec3, DVec3)> {
+        match self {
+            Self::Moving(light) => self.position(0.0).map(|_| light.swept()),
+            _ => self.position(0.0).map(|p| (p.as_dvec3(), p.as_dvec3())),
         }
     }
 

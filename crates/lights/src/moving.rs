@@ -122,6 +122,11 @@ impl Moving {
         !matches!(self.light, Still::Area(_))
     }
 
+    /// Box over the shutter.
+    pub(crate) fn swept(&self) -> (DVec3, DVec3) {
+        self.bounds
+    }
+
     /// Irradiance of a distant light, whose direction is taken to be any.
     pub(crate) fn distant_irradiance(&self) -> Option<Vec3> {
         if let Still::Distant(l) = &self.light { Some(l.irradiance) } else { None }

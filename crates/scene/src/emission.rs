@@ -7,7 +7,7 @@
 //!
 //! Shadeless (unlit) surfaces are no lights: they are found by chance only.
 use crate::{AlphaMode, TexturedMaterial};
-use dapple_geometry::{Hit, Motion, World};
+use dapple_geometry::{Coincident, Hit, Motion, World};
 use dapple_imaging::Texture;
 use dapple_lights::{Area, AreaShape, Light, Moving};
 use glam::{DVec3, Vec3};
@@ -142,6 +142,35 @@ impl AreaLights {
         (light != DARK).then_some(light)
     }
 
+    /// Takes lights out of the list; their surfaces are none of a light from then on.
+    pub fn remove(&mut self, is_removed: &[bool]) {
+        let kept = |i: u32| !is_removed.get(i as usize).copied().unwrap_or(false);
+        let mut next = 0;
+        let numbers: Vec<u32> = (0..self.lights.len() as u32)
+            .map(|i| {
+                next += u32::from(kept(i));
+                if kept(i) { next - 1 } else { DARK }
+            })
+            .collect();
+        let mut index = 0..self.lights.len() as u32;
+        self.lights.retain(|_| index.next().is_some_and(kept));
+        let mut index = 0..numbers.len() as u32;
+        self.sources.retain(|_| index.next().is_some_and(kept));
+        for light in self.of_primitive.iter_mut().filter(|light| **light != DARK) {
+            *light = numbers[*light as usize];
+        }
+    }
+
+    /// Whether a light's surface is among those that share a place with another one.
+    pub fn is_on(&self, light: u32, surfaces: &Coincident) -> bool {
+        let Some(&(object, first)) = self.sources.get(light as usize) else { return false };
+        let start = self.starts[object as usize];
+        let own = |primitive: &u32| {
+            start != DARK && self.of_primitive.get((start + primitive) as usize) == Some(&light)
+        };
+        (first..).take_while(own).any(|primitive| surfaces.contains(object, primitive))
+    }
+
     /// First light of an object, `DARK` without any.
     pub fn first(&self, object: u32, primitives: usize) -> u32 {
         match self.starts[object as usize] {
@@ -223,15 +252,31 @@ fn parallelogram(a: [Vec3; 3], b: [Vec3; 3]) -> Option<AreaShape> {
             if b[j] == before && b[(j + 1) % 3] == next {
                 let (e1, e2) = (next - corner, before - corner);
                 let far = b[(j + 2) % 3];
-                let miss = ((far - next) - e2).abs().max_element();
+                let miss = (far - next) - e2;
                 let size = [corner, next, before, far].map(|p| p.abs().max_element());
                 let rounding = size.into_iter().fold(0.0, f32::max) * (4.0 * f32::EPSILON);
                 let small = 1e-3 * e1.abs().max_element().min(e2.abs().max_element());
-                return (miss <= rounding && miss <= small).then_some(AreaShape::Quad { corner, e1, e2 });
+                let fits = miss.abs().max_element();
+                let is_one = fits <= rounding && fits <= small && is_flat(miss, [corner, next, before, far]);
+                return is_one.then_some(AreaShape::Quad { corner, e1, e2 });
             }
         }
     }
     None
+}
+
+/// Whether a parallelogram passes through its far corner within the error bound of points sampled on it, which are
+/// rounded by half an ulp: else the surface would stand before its own light. `miss`: from its own far corner to that of
+/// the surface; the corners in no matter which order, the first one and its neighbours before the far one.
+fn is_flat(miss: Vec3, [corner, next, before, far]: [Vec3; 4]) -> bool {
+    let n = (next - corner).as_dvec3().cross((before - corner).as_dvec3()).normalize_or_zero();
+    let low = corner.min(next).min(before).min(far);
+    let high = corner.max(next).max(before).max(far);
+    // The least coordinate per axis, 0 where the surface reaches to both sides.
+    let least = low.max(-high).max(Vec3::ZERO);
+    let edges = (next - corner).abs() + (before - corner).abs();
+    let bound = (least * 0.5 + edges) * f32::EPSILON;
+    n.dot(miss.as_dvec3()).abs() <= n.abs().dot(bound.as_dvec3())
 }
 
 #[cfg(test)]
@@ -261,6 +306,19 @@ mod tests {
             assert!(e1.cross(e2).z > 0.0, "same front side");
             assert!(((corner + e1 + e2) - p[3]).length() < 1e-6);
         }
+    }
+
+    /// Coordinates along the normal are near 0, where points of a quad have small error bounds.
+    #[test]
+    fn a_square_that_rounding_bends_out_of_its_plane_is_two_triangles() {
+        let square = |far: f32| {
+            let p =
+                [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, z)| Vec3::new(x, 0.0, z) * 64.0);
+            let q = Vec3::new(64.0, far, 64.0);
+            parallelogram([p[0], p[1], p[3]], [p[1], q, p[3]])
+        };
+        assert!(square(0.0).is_some());
+        assert!(square(1e-5).is_none() && square(-1e-5).is_none());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The checked scene: everything a tracer reads. Render space throughout (see [`crate::space`]).
 use crate::{
-    AlphaMode, Space, Survey, TexturedMaterial, Warning,
+    AlphaMode, SharedPlaces, Space, Survey, TexturedMaterial, Warning,
     emission::{AreaLights, Emitter},
 };
 use dapple_camera::{Camera, Shutter};
@@ -66,6 +66,8 @@ pub struct Scene {
     pub survey: Survey,
     /// What will look different from what was asked for.
     pub warnings: Vec<Warning>,
+    /// Surfaces and lights in one place; None when each has its place to itself.
+    pub shared_places: Option<SharedPlaces>,
     pub(crate) area: AreaLights,
 }
 
@@ -158,6 +160,11 @@ impl Scene {
         }
     }
 
+    /// Object and first primitive of an area light's surface.
+    pub fn source_of(&self, light: u32) -> Option<(u32, u32)> {
+        self.area.sources.get(light as usize).copied()
+    }
+
     /// The area light a hit lies on.
     pub fn light_of(&self, hit: &Hit) -> Option<u32> {
         self.area.of(hit)
@@ -195,6 +202,7 @@ impl Scene {
             + self.textures.iter().map(Texture::memory_bytes).sum::<usize>()
             + self.lights.capacity() * size_of::<Light>()
             + self.area.memory_bytes()
+            + self.shared_places.as_ref().map_or(0, SharedPlaces::memory_bytes)
             + self.materials.capacity() * size_of::<TexturedMaterial>()
             + self.objects.iter().map(|o| size_of::<Object>() + o.name.len()).sum::<usize>()
     }

@@ -5,10 +5,12 @@
 //! each object's own space with the transform at the ray's time, its direction not made unit, so that t is shared.
 //! At equal distance the lowest object, then the lowest triangle wins, whatever the trees look like.
 mod builder;
+mod coincident;
 mod objects;
 mod second;
 
 pub use builder::WorldBuilder;
+pub use coincident::{Coincident, PlacePoint};
 
 use crate::bvh::{Candidate, Kernel, Tree, TriangleHit};
 use crate::{Hit, Ray, Surface};

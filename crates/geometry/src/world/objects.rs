@@ -123,6 +123,25 @@ impl Object {
         }
     }
 
+    /// As [`Object::corners`], not rounded.
+    pub fn corners_exact(&self, primitive: u32, time: f64) -> [DVec3; 3] {
+        let Body::Mesh(mesh) = &self.body else { return [DVec3::ZERO; 3] };
+        let corners = mesh.corners(primitive).map(Vec3::as_dvec3);
+        match self.placement(time) {
+            None => corners,
+            Some(m) => corners.map(|p| m.transform_point3(p)),
+        }
+    }
+
+    /// Bound per axis of the error of a point of the surface against other surfaces. A shape counts as exact where rays
+    /// meet it, but its numbers were rounded: centre and radius, by up to half an ulp of each.
+    pub fn coincidence_error(&self, surface: &Surface, time: f64) -> DVec3 {
+        let p_error = surface.p_error.as_dvec3();
+        let Body::Shape(shape) = &self.body else { return p_error };
+        let error = shape.coordinate_error();
+        p_error + self.pose(time).map_or(error, |pose| pose.error(error))
+    }
+
     /// The front stays the image of the front, so the question can be asked in the object's own space: with d' the
     /// direction there, n·d has the sign of n'·d'.
     pub fn is_from_behind(&self, primitive: u32, d: Vec3, time: f64) -> bool {

@@ -1,8 +1,8 @@
 //! From what was added to a scene in render space: objects, cameras, lights, and what the scene then is.
 use super::{CameraPose, Geometry, SceneBuilder, placed::Placed};
 use crate::{
-    NamedCamera, Object, Scene, SceneError, Space, Survey, TexturedMaterial, Warning, bake, channels,
-    constants,
+    AlphaMode, NamedCamera, Object, Scene, SceneError, SharedPlaces, Space, Survey, TexturedMaterial,
+    Warning, bake, channels, constants,
     emission::{AreaLights, Emitter, Form, Movement},
     framing,
     moving::{self, OwnSpaces},
@@ -30,6 +30,7 @@ impl SceneBuilder {
     pub fn build(mut self) -> Result<Scene, SceneError> {
         self.check()?;
         self.settle();
+        let emitted: Vec<bool> = self.materials.iter().map(TexturedMaterial::is_light).collect();
         self.put_out();
         let constant_textures = constants::fold(&mut self.materials, &mut self.textures);
         let bounds = self.bounds()?;
@@ -48,6 +49,13 @@ impl SceneBuilder {
         }
         self.warn_of_unaimed(&objects, &seen);
         let mut area = self.area_lights(&world, &mut objects, &seen);
+        // Left out, light still decides what is seen where surfaces share a place.
+        let is_light = |m: usize| if self.reads.light { self.materials[m].is_light() } else { emitted[m] };
+        let emits = objects.iter().map(|o| is_light(o.material as usize)).collect();
+        let mut shared_places = SharedPlaces::find(&world, emits, (&area, &lights), &space);
+        if let Some(shared) = &mut shared_places {
+            self.leave_hidden_out(shared, &mut area, &mut objects, &seen, &space);
+        }
         lights.splice(0..0, area.lights.drain(..));
         let environment = self.surroundings(&objects, &lights).map(|e| {
             lights.push(Light::Environment(e));
@@ -74,6 +82,7 @@ impl SceneBuilder {
             shutter: self.exposure.shutter,
             survey,
             warnings: self.warnings,
+            shared_places,
             area,
         })
     }
@@ -96,6 +105,35 @@ impl SceneBuilder {
             object.first_light = area.first(i as u32, form.primitives());
         }
         area
+    }
+
+    /// Lamps that another one covers in the same place are no lights.
+    fn leave_hidden_out(
+        &mut self,
+        shared: &mut SharedPlaces,
+        area: &mut AreaLights,
+        objects: &mut [Object],
+        seen: &[Seen],
+        space: &Space,
+    ) {
+        let is_solid = |object: u32| {
+            let material = &self.materials[objects[object as usize].material as usize];
+            material.alpha_mode == AlphaMode::Opaque
+        };
+        let hidden = shared.hidden(area, is_solid, space);
+        let count = hidden.iter().filter(|hidden| **hidden).count();
+        if count == 0 {
+            return;
+        }
+        shared.remove(&hidden);
+        area.remove(&hidden);
+        for (i, (object, (form, _))) in objects.iter_mut().zip(seen).enumerate() {
+            object.first_light = area.first(i as u32, form.primitives());
+        }
+        let lie = if count == 1 { "1 light lies".into() } else { format!("{count} lights lie") };
+        self.warn(Warning(format!(
+            "{lie} in the place of another light, which alone shines there: remove the copies"
+        )));
     }
 
     /// Round lights that do not stay round on their way.
