@@ -5,7 +5,7 @@
 //! point, radiance·area of a surface; importance is then an irradiance, comparable with that of distant lights.
 use crate::{AreaShape, Light};
 use glam::{DVec3, Vec3};
-use libm::{acos, atan2, cos, sin};
+use libm::{atan2, cos, sin};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Directions of emission: within θ_e of an axis within θ_o of `axis`.
@@ -61,7 +61,7 @@ impl Bounds {
         let bounds = match light {
             Light::Point(l) => Self { low: l.p, high: l.p, cone: all, intensity: mean(l.intensity) },
             Light::Spot(l) => {
-                let theta_o = acos((l.cos_outer as f64).clamp(-1.0, 1.0));
+                let theta_o = l.outer_angle();
                 let cone = Cone { axis: l.axis.as_dvec3(), theta_o, theta_e: 0.0, two_sided: false };
                 Self { low: l.p, high: l.p, cone, intensity: mean(l.intensity) }
             }
@@ -138,6 +138,7 @@ pub(crate) fn mean(rgb: Vec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use libm::acos;
 
     #[test]
     fn cones_hold_what_they_join() {

@@ -163,7 +163,7 @@ fn delta_lights_stand_where_their_chain_ends() {
     let (intensity, range) = (Vec3::splat(3.0), f32::INFINITY);
     let own = DVec3::new(0.1, 0.2, -0.3);
     let point = Point { p: own.as_vec3(), intensity, range };
-    let spot = Spot { p: own.as_vec3(), axis: Vec3::NEG_Z, intensity, cos_inner: 0.9, cos_outer: 0.8, range };
+    let spot = Spot { p: own.as_vec3(), axis: Vec3::NEG_Z, intensity, inner: 0.1, outer: 0.2, range };
     let distant = Distant { towards: Vec3::Y, irradiance: intensity };
     let boxed = |m: Moving| Light::Moving(Box::new(m));
     let lights = [

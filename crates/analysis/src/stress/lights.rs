@@ -248,7 +248,7 @@ fn points(_: Effort) -> Outcome {
         let exact = 0.8 / p.as_dvec3().length_squared();
         let range = f32::INFINITY;
         let spot =
-            Spot { p, axis: -p.normalize(), intensity: Vec3::ONE, cos_inner: 0.9, cos_outer: 0.8, range };
+            Spot { p, axis: -p.normalize(), intensity: Vec3::ONE, inner: 0.1, outer: 0.2, range };
         let lights = [Light::Point(Point { p, intensity: Vec3::ONE, range }), Light::Spot(spot)];
         for light in &lights {
             let m = irradiance(light, Vec3::ZERO, Vec3::Z, 1, 2);
