@@ -100,6 +100,29 @@ impl Light {
         }
     }
 
+    /// Bytes held, the environment's own table left out.
+    pub fn memory_bytes(&self) -> usize {
+        let beside = match self {
+            Self::Patterned(light) => size_of::<Patterned>() + light.pattern.memory_bytes(),
+            Self::Moving(light) => light.memory_bytes(),
+            _ => 0,
+        };
+        size_of::<Self>() + beside
+    }
+
+    /// Whether it sends nothing.
+    pub fn is_dark(&self) -> bool {
+        match self {
+            Self::Point(light) => light.intensity == Vec3::ZERO,
+            Self::Spot(light) => light.intensity == Vec3::ZERO,
+            Self::Distant(light) => light.irradiance == Vec3::ZERO,
+            Self::Area(light) => light.radiance == Vec3::ZERO,
+            Self::Patterned(light) => light.area.radiance == Vec3::ZERO,
+            Self::Environment(light) => light.mean() == Vec3::ZERO,
+            Self::Moving(light) => light.is_dark(),
+        }
+    }
+
     /// Whether this is an emitting surface.
     pub fn is_area(&self) -> bool {
         match self {

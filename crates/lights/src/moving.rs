@@ -186,6 +186,21 @@ impl Moving {
         self.at(0.0).map_or(Vec3::ZERO, |light| light.power(scene_radius))
     }
 
+    pub(crate) fn is_dark(&self) -> bool {
+        Vec3::ZERO
+            == match &self.light {
+                Still::Point(l) => l.intensity,
+                Still::Spot(l) => l.intensity,
+                Still::Distant(l) => l.irradiance,
+                Still::Area(l) | Still::Patterned(l, _) | Still::Oval(l) => l.radiance,
+            }
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let Still::Patterned(_, patterns) = &self.light else { return size_of::<Self>() };
+        size_of::<Self>() + patterns.iter().map(|p| p.memory_bytes()).sum::<usize>()
+    }
+
     pub(crate) fn is_delta(&self) -> bool {
         self.surface().is_none()
     }

@@ -110,8 +110,9 @@ const LEAF: u32 = u32::MAX;
 impl Pattern {
     /// `judge` bounds the emission in a part; at most `budget` parts are judged. `middle`: barycentrics of the middle of
     /// the emission, where all of it sits as one point. None where points chosen evenly serve as well: where nothing emits,
-    /// or the emission varies little.
-    pub fn new(budget: usize, middle: Vec2, mut judge: impl FnMut(&Part) -> Emitted) -> Option<Self> {
+    /// or the emission varies little. Also the mean of the density over the triangle, in the unit of `judge`: 0 only
+    /// where nothing emits.
+    pub fn new(budget: usize, middle: Vec2, mut judge: impl FnMut(&Part) -> Emitted) -> (Option<Self>, f64) {
         let mut parts = vec![Judged::new(Part::WHOLE, judge(&Part::WHOLE))];
         let mut open = BinaryHeap::from_iter(parts[0].open(0));
         while parts.len() + 4 <= budget {
@@ -127,7 +128,7 @@ impl Pattern {
         let squares: f64 = parts.iter().filter(|p| p.quarters.is_none()).map(Judged::square).sum();
         let sums = sums(&parts);
         let worth = sums[0] > 0.0 && sums[0].is_finite() && squares > (1.0 + WORTH) * sums[0] * sums[0];
-        worth.then(|| Self { nodes: nodes(&parts, &sums), middle })
+        (worth.then(|| Self { nodes: nodes(&parts, &sums), middle }), sums[0])
     }
 
     /// That of the triangle with corners 1 and 2 exchanged.
@@ -351,6 +352,7 @@ mod tests {
             let (low, high) = (if covered { lit } else { dim }, if touched { lit } else { dim });
             Emitted { low, high, mean: 0.5 * (low + high), is_fine: part.step.abs() < 1e-3 }
         })
+        .0
     }
 
     #[test]

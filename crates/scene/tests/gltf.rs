@@ -527,7 +527,7 @@ fn shapes_lights_and_cameras_arrive() {
         .iter()
         .map(|l| match l {
             Light::Area(a) if matches!(a.shape, AreaShape::Disk { .. }) => "disk",
-            Light::Area(_) => "area",
+            Light::Area(_) | Light::Patterned(_) => "area",
             Light::Point(_) => "point",
             Light::Spot(_) => "spot",
             Light::Moving(_) => "moving",

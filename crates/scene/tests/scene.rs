@@ -183,15 +183,15 @@ fn textured_lights_tell_their_mean_and_every_point() {
     let scene = scene_of(lamp, textures, DAffine3::IDENTITY);
     assert_eq!(scene.lights.len(), 2, "textured pairs stay apart");
     let mean = |i: usize| match &scene.lights[i] {
-        Light::Area(a) => a.radiance.x,
+        Light::Patterned(a) => a.area.radiance.x,
         _ => panic!(),
     };
     // Triangle 0 has a quarter of its area in the left half, triangle 1 three quarters; opacity 0.2.
-    assert!((mean(0) - 8.0 * 0.25 * 0.2).abs() < 0.02, "{}", mean(0));
-    assert!((mean(1) - 8.0 * 0.75 * 0.2).abs() < 0.02, "{}", mean(1));
+    assert!((mean(0) - 8.0 * 0.25 * 0.2).abs() < 1e-5, "{}", mean(0));
+    assert!((mean(1) - 8.0 * 0.75 * 0.2).abs() < 1e-5, "{}", mean(1));
     let at = |light: u32, u: f32, v: f32| {
         let point = LightPoint { p: Vec3::ZERO, p_error: Vec3::ZERO, n: Vec3::Z, triangle: 0, u, v };
-        scene.light_radiance(light, &point, Vec3::splat(77.0)).x
+        scene.light_radiance(light, &point, Vec3::splat(77.0), 0.0).x
     };
     assert!((at(0, 0.1, 0.1) - 1.6).abs() < 1e-5, "near corner 0: left");
     assert_eq!(at(0, 0.8, 0.1), 0.0);
