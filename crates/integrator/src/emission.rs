@@ -88,13 +88,7 @@ pub(crate) fn surface(
 }
 
 /// Weight of the direction having been found by the BSDF.
-fn bsdf_weight(
-    scene: &Scene,
-    light: u32,
-    arrival: &Arrival,
-    reached: &Reached,
-    strategy: Strategy,
-) -> f32 {
+fn bsdf_weight(scene: &Scene, light: u32, arrival: &Arrival, reached: &Reached, strategy: Strategy) -> f32 {
     let of = &scene.lights[light as usize];
     let pdf = match arrival.rival {
         _ if strategy == Strategy::BsdfOnly => return 1.0,
@@ -106,9 +100,7 @@ fn bsdf_weight(
             }
             None => return 1.0,
         },
-        Rival::Each { points, aiming } => {
-            points * of.pdf_at(aiming, arrival.p, reached, arrival.time)
-        }
+        Rival::Each { points, aiming } => points * of.pdf_at(aiming, arrival.p, reached, arrival.time),
     };
     match strategy {
         Strategy::LightOnly if pdf > 0.0 => 0.0,

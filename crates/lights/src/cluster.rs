@@ -87,7 +87,8 @@ impl Bounds {
         let flat = |axis| Cone { axis, theta_o: 0.0, theta_e: FRAC_PI_2, two_sided: area.two_sided };
         let shown = if axis.is_some() { 1.0 } else { 0.25 };
         let intensity = mean(area.radiance) * oval.surface() * shown;
-        let bounds = Self { low: Vec3::ZERO, high: Vec3::ZERO, cone: axis.map_or(Cone::ALL, flat), intensity };
+        let bounds =
+            Self { low: Vec3::ZERO, high: Vec3::ZERO, cone: axis.map_or(Cone::ALL, flat), intensity };
         (bounds.intensity > 0.0).then_some(bounds)
     }
 

@@ -4,7 +4,8 @@
 use crate::cluster::Bounds;
 use crate::oval::Oval;
 use crate::{
-    Aiming, Area, AreaShape, Distant, Light, LightPoint, LightSample, Pattern, Patterned, Point, Reached, Spot,
+    Aiming, Area, AreaShape, Distant, Light, LightPoint, LightSample, Pattern, Patterned, Point, Reached,
+    Spot,
 };
 use dapple_geometry::Motion;
 use dapple_geometry::motion::Pose;

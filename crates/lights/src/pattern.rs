@@ -4,8 +4,9 @@
 //! A triangle falls into four congruent ones; those in which the emission still varies are divided again, the greatest
 //! differences first. A leaf without emission is never chosen; in every other leaf the density is at least a quarter of
 //! the greatest emission there, so no weight exceeds four times the mean. On the way down a part is chosen by its share
-//! of the emission times the solid angle that it fills, while that is at least [`SMALL`]; below, by its share alone.
-use crate::area::{Aimed, SMALL};
+//! of the emission times the solid angle that it fills, while that of what is divided is at least [`WIDE`]; below, where
+//! its quarters look nearly alike, by its share alone.
+use crate::area::Aimed;
 use crate::polygon::Facet;
 use crate::{Aiming, Area, AreaShape, LightSample};
 use glam::{DVec2, Vec2, Vec3};
@@ -88,8 +89,15 @@ impl Emitted {
     }
 }
 
-/// Relative variance of the emission over the surface up to which an even choice of points is left alone.
-const WORTH: f64 = 0.25;
+/// Relative variance of the emission over the surface up to which points chosen evenly are left alone: a pattern takes
+/// a third longer per sample where nothing else takes time, and has to win more than that.
+pub const WORTH: f64 = 0.3;
+
+/// Solid angle in sr from which on the quarters of a part are weighed by theirs.
+const WIDE: f64 = 1.0 / 32.0;
+
+/// Share of the emission that may be uncertain when dividing ends.
+const CERTAIN: f64 = 0.02;
 
 /// Emission over a triangle, as a density to choose points by.
 #[derive(Clone, Debug)]
@@ -115,14 +123,18 @@ impl Pattern {
     pub fn new(budget: usize, middle: Vec2, mut judge: impl FnMut(&Part) -> Emitted) -> (Option<Self>, f64) {
         let mut parts = vec![Judged::new(Part::WHOLE, judge(&Part::WHOLE))];
         let mut open = BinaryHeap::from_iter(parts[0].open(0));
-        while parts.len() + 4 <= budget {
+        let (mut uncertain, mut all) = (parts[0].difference(), parts[0].emission());
+        while parts.len() + 4 <= budget && uncertain > CERTAIN * all {
             let Some(Open { index, .. }) = open.pop() else { break };
             let first = parts.len();
             parts[index].quarters = Some(first);
+            (uncertain, all) = (uncertain - parts[index].difference(), all - parts[index].emission());
             for which in 0..4 {
                 let part = parts[index].part.quarter(which);
-                parts.push(Judged::new(part, judge(&part)));
-                open.extend(parts[first + which].open(first + which));
+                let judged = Judged::new(part, judge(&part));
+                (uncertain, all) = (uncertain + judged.difference(), all + judged.emission());
+                open.extend(judged.open(first + which));
+                parts.push(judged);
             }
         }
         let squares: f64 = parts.iter().filter(|p| p.quarters.is_none()).map(Judged::square).sum();
@@ -152,7 +164,7 @@ impl Pattern {
         mut choose: impl FnMut(&Part, &[f64; 4], f64) -> usize,
     ) -> (Part, f64) {
         let (mut part, mut probability, mut at) = (Part::WHOLE, 1.0, 0);
-        let mut is_wide = by_angle && whole.omega() >= SMALL;
+        let mut is_wide = by_angle && whole.omega() >= WIDE;
         loop {
             let node = &self.nodes[at as usize];
             let mut weights = node.shares.map(f64::from);
@@ -166,7 +178,7 @@ impl Pattern {
             let which = choose(&part, &weights, sum);
             probability *= weights[which] / sum;
             part = part.quarter(which);
-            is_wide = is_wide && omegas[which] >= SMALL;
+            is_wide = is_wide && omegas[which] >= WIDE;
             at = node.below[which];
             if at == LEAF {
                 return (part, probability);
@@ -189,9 +201,18 @@ impl Judged {
 
     /// To be divided, and how urgently.
     fn open(&self, index: usize) -> Option<Open> {
+        let difference = self.difference();
+        (difference > 0.0).then_some(Open { difference, index })
+    }
+
+    /// Between the bounds of its emission, where that is to be told apart.
+    fn difference(&self) -> f64 {
         let e = &self.emitted;
-        let divide = !e.is_fine && e.high > 0.0 && !e.is_even();
-        divide.then(|| Open { difference: (e.high - e.low) * self.part.area(), index })
+        if e.is_fine || e.is_even() { 0.0 } else { (e.high - e.low) * self.part.area() }
+    }
+
+    fn emission(&self) -> f64 {
+        self.emitted.weight() * self.part.area()
     }
 
     fn square(&self) -> f64 {
@@ -227,7 +248,7 @@ fn sums(parts: &[Judged]) -> Vec<f64> {
     for (i, part) in parts.iter().enumerate().rev() {
         sums[i] = match part.quarters {
             Some(first) => sums[first..first + 4].iter().sum(),
-            None => part.emitted.weight() * part.part.area(),
+            None => part.emission(),
         };
     }
     sums

@@ -21,15 +21,8 @@ pub(crate) const DARK: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Form {
     Triangles(usize),
-    Sphere {
-        centre: Vec3,
-        radius: f32,
-    },
-    Disk {
-        centre: Vec3,
-        normal: Vec3,
-        radius: f32,
-    },
+    Sphere { centre: Vec3, radius: f32 },
+    Disk { centre: Vec3, normal: Vec3, radius: f32 },
 }
 
 /// How an object moves while the shutter is open; its form is then given in its own space.
@@ -167,7 +160,8 @@ impl AreaLights {
         while (primitive as usize) < count {
             let corners = source.corners(primitive);
             let (shape, covered) = if emitter.is_constant() && primitive as usize + 1 < count {
-                parallelogram(corners, source.corners(primitive + 1)).map_or((None, 1), |quad| (Some(quad), 2))
+                parallelogram(corners, source.corners(primitive + 1))
+                    .map_or((None, 1), |quad| (Some(quad), 2))
             } else {
                 (None, 1)
             };
@@ -175,9 +169,10 @@ impl AreaLights {
             let light = if emitter.is_constant() {
                 self.push(source, primitive, shape, emitter.material.emission)
             } else {
-                let Mean { radiance, middle } = patterns.mean(source.material, (object, primitive), count);
+                let Mean { radiance, middle, varies } =
+                    patterns.mean(source.material, (object, primitive), count);
                 let light = self.push(source, primitive, shape, radiance);
-                if light != DARK {
+                if varies && light != DARK {
                     patterns.note(light, middle);
                 }
                 light

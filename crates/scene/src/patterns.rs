@@ -10,7 +10,7 @@ use crate::extremes::{Extremes, Value, in_texels};
 use crate::{AlphaMode, TextureUse, TexturedMaterial, pieces};
 use dapple_geometry::{Hit, World};
 use dapple_imaging::{Texture, texture::Interpolation};
-use dapple_lights::pattern::{Emitted, Part, Pattern, Patterned};
+use dapple_lights::pattern::{Emitted, Part, Pattern, Patterned, WORTH};
 use dapple_lights::{Light, Moving};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
@@ -19,9 +19,9 @@ use std::sync::Arc;
 const MOST_PIECES: f64 = 1.25 * (1u64 << 24) as f64;
 
 /// Parts of triangles that the patterns of a scene are made from, and the least and most of one triangle.
-const MOST_PARTS: usize = 1 << 19;
+const MOST_PARTS: usize = 1 << 17;
 const LEAST_OF_ONE: usize = 64;
-const MOST_OF_ONE: usize = 1 << 18;
+const MOST_OF_ONE: usize = 1 << 16;
 
 /// Points of a triangle that is too large to be cut into pieces, and of all of those together about.
 const POINTS: f64 = 4096.0;
@@ -51,6 +51,8 @@ pub(crate) struct Mean {
     pub radiance: Vec3,
     /// Barycentrics of its middle.
     pub middle: Vec2,
+    /// It varies enough for a pattern.
+    pub varies: bool,
 }
 
 impl<'a> Patterns<'a> {
@@ -69,14 +71,13 @@ impl<'a> Patterns<'a> {
         let emitter = self.emitter(material);
         let at = |p: DVec2| Hit { t: 0.0, u: p.x as f32, v: p.y as f32, primitive, object };
         let mut sum = Sum::default();
-        let exact = self.cut(&emitter, &at, &mut sum);
-        if !exact {
+        let cut = self.cut(&emitter, &at, &mut sum);
+        if cut.is_none() {
             let n = (ALL_POINTS / count.max(1) as f64).clamp(4.0, POINTS) as u32;
             spread(n).for_each(|p| sum.add(p, 1.0, emitter.radiance(&at(p))));
         }
         let mean = sum.mean();
-        let certain = exact && emitter.material.alpha_mode == AlphaMode::Opaque;
-        if mean.radiance != Vec3::ZERO || certain {
+        if mean.radiance != Vec3::ZERO || cut == Some(true) {
             return mean;
         }
         // Nothing was met: is there nothing?
@@ -85,11 +86,12 @@ impl<'a> Patterns<'a> {
         let share = left / scalar(factor);
         let radiance = (factor.as_dvec3() * share).as_vec3();
         let least = if left > 0.0 { f32::MIN_POSITIVE } else { 0.0 };
-        Mean { radiance: radiance.max(Vec3::splat(least)), ..mean }
+        Mean { radiance: radiance.max(Vec3::splat(least)), varies: true, ..mean }
     }
 
-    /// Sums over the pieces of a triangle; false when it is not done.
-    fn cut(&mut self, emitter: &Emitter<'_>, at: &dyn Fn(DVec2) -> Hit, sum: &mut Sum) -> bool {
+    /// Sums over the pieces of a triangle; None when it is not done. Whether the sum is 0 only where nothing emits: not so
+    /// for holes that may lie within a piece.
+    fn cut(&mut self, emitter: &Emitter<'_>, at: &dyn Fn(DVec2) -> Hit, sum: &mut Sum) -> Option<bool> {
         let layers = [emitter.material.emission_map(), emitter.material.opacity_map()];
         let uvs = |of: &TextureUse| corners().map(|p| self.world.uv(&at(p), of.uv_set as usize));
         let grids = layers.into_iter().flatten().map(|of| {
@@ -97,11 +99,11 @@ impl<'a> Patterns<'a> {
             (of, texture, in_texels(of, texture, uvs(of)))
         });
         let finest = grids.max_by(|a, b| pieces::count(a.2).total_cmp(&pieces::count(b.2)));
-        let Some((of, texture, grid)) = finest else { return false };
+        let (of, texture, grid) = finest?;
         let [a, e1, e2] = [grid[0], grid[1] - grid[0], grid[2] - grid[0]];
         let (det, count) = (e1.perp_dot(e2), pieces::count(grid));
         if det == 0.0 || !det.is_finite() || count > self.pieces_left {
-            return false;
+            return None;
         }
         self.pieces_left -= count;
         // Cells of a linear texture lie between its texels' centres.
@@ -123,7 +125,9 @@ impl<'a> Patterns<'a> {
             };
             sum.add(p, area, radiance);
         });
-        sum.weight > 0.0
+        let plain = !linear && layers.iter().flatten().count() == 1;
+        let certain = plain || emitter.material.alpha_mode == AlphaMode::Opaque;
+        (sum.weight > 0.0).then_some(certain)
     }
 
     /// Notes that a light's emission varies.
@@ -158,8 +162,8 @@ impl<'a> Patterns<'a> {
     ) -> (Option<Pattern>, f64) {
         let emitter = self.emitter(material);
         let textures = self.textures;
-        let bounds = self.bounds[material as usize]
-            .get_or_insert_with(|| Bounds::new(emitter.material, textures));
+        let bounds =
+            self.bounds[material as usize].get_or_insert_with(|| Bounds::new(emitter.material, textures));
         let triangle = Triangle::new(&emitter, bounds, object, primitive);
         Pattern::new(budget, middle, |part| triangle.judge(part))
     }
@@ -182,6 +186,7 @@ struct Sum {
     weight: f64,
     moment: DVec2,
     scalar: f64,
+    squares: f64,
 }
 
 impl Sum {
@@ -191,6 +196,7 @@ impl Sum {
         let value = scalar(radiance) * weight;
         self.moment += p * value;
         self.scalar += value;
+        self.squares += value * scalar(radiance);
     }
 
     /// What is too little for f32 is the least it has, not nothing.
@@ -198,8 +204,11 @@ impl Sum {
         let radiance = (self.radiance / self.weight).as_vec3();
         let least = if self.scalar > 0.0 { f32::MIN_POSITIVE } else { 0.0 };
         let radiance = if radiance == Vec3::ZERO { Vec3::splat(least) } else { radiance };
-        let middle = if self.scalar > 0.0 { held(self.moment / self.scalar) } else { DVec2::splat(1.0 / 3.0) };
-        Mean { radiance, middle: middle.as_vec2() }
+        let middle =
+            if self.scalar > 0.0 { held(self.moment / self.scalar) } else { DVec2::splat(1.0 / 3.0) };
+        // Relative variance: E[f²]/E[f]² − 1.
+        let varies = self.squares * self.weight > (1.0 + WORTH) * self.scalar * self.scalar;
+        Mean { radiance, middle: middle.as_vec2(), varies }
     }
 }
 
@@ -264,7 +273,11 @@ struct Layer<'a> {
 }
 
 impl<'a> Layer<'a> {
-    fn new(of: &'a Option<(TextureUse, Extremes<'a>)>, emitter: &Emitter<'_>, at: &dyn Fn(DVec2) -> Hit) -> Option<Self> {
+    fn new(
+        of: &'a Option<(TextureUse, Extremes<'a>)>,
+        emitter: &Emitter<'_>,
+        at: &dyn Fn(DVec2) -> Hit,
+    ) -> Option<Self> {
         let (map, extremes) = of.as_ref()?;
         let uvs = corners().map(|p| emitter.world.uv(&at(p), map.uv_set as usize));
         Some(Self { extremes, grid: in_texels(map, &emitter.textures[map.texture as usize], uvs) })

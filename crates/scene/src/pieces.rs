@@ -61,8 +61,8 @@ pub(crate) fn count(corners: [DVec2; 3]) -> f64 {
     let size = a.max(b).max(c) - a.min(b).min(c);
     let count = 0.5 * (b - a).perp_dot(c - a).abs() + 2.0 * (size.x + size.y) + 4.0;
     // Beyond, f64 has no places within a cell.
-    let far = corners.iter().any(|p| !(p.abs().max_element() < 1e12));
-    if far { f64::INFINITY } else { count }
+    let near = corners.iter().all(|p| p.abs().max_element() < 1e12);
+    if near { count } else { f64::INFINITY }
 }
 
 /// Gives every piece of the triangle `corners` (in cells) to `visit`: its middle, its area, and whether it is a whole cell.
