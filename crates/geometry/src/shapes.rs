@@ -104,6 +104,19 @@ impl Shape {
         (centre.as_dvec3().abs() + DVec3::splat(radius.into())) * f64::from(gamma(4))
     }
 
+    /// Surface coordinates for `u` in \[0, 1\]², even in area.
+    pub(crate) fn even_coordinates(&self, u: Vec2) -> Vec2 {
+        let (sin, cos) = libm::sincosf(std::f32::consts::TAU * u.x);
+        match self {
+            Self::Sphere(_) => {
+                let z = 1.0 - 2.0 * u.y;
+                let r = (1.0 - z * z).max(0.0).sqrt();
+                octahedral(Vec3::new(r * cos, r * sin, z).as_dvec3())
+            }
+            Self::Disk(_) => Vec2::new(cos, sin) * u.y.sqrt(),
+        }
+    }
+
     /// Box around it; empty when it can never be hit.
     pub(crate) fn bounds(&self) -> Aabb {
         let (centre, half) = match self {

@@ -73,7 +73,8 @@ impl<V: Visibility> Beam<'_, V> {
         }
         let radiance = match &sample.point {
             Some(point) if !sample.delta => {
-                self.around.scene.light_radiance(light as u32, point, sample.radiance)
+                let time = self.around.time;
+                self.around.scene.light_radiance(light as u32, point, sample.radiance, time)
             }
             _ => sample.radiance,
         };

@@ -134,7 +134,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         }
         let direct = self.direct(&vertex, place, medium);
         self.follow.direct(direct);
-        let scattered = self.scattered(&vertex, place, medium, beta);
+        let scattered = self.scattered(&vertex, place, medium, beta, arrival.is_seen);
         if let Some(held) = self.held.as_mut() {
             held.factor *= absorbed;
         }
@@ -249,7 +249,14 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     }
 
     /// Light that comes by way of other surfaces: Σ over lobes, mean over the directions of each.
-    fn scattered(&mut self, vertex: &Vertex, place: Place, medium: Option<Medium>, beta: Vec3) -> Vec3 {
+    fn scattered(
+        &mut self,
+        vertex: &Vertex,
+        place: Place,
+        medium: Option<Medium>,
+        beta: Vec3,
+        is_seen: bool,
+    ) -> Vec3 {
         let live = vertex.bsdf.lobes();
         let mut sum = Vec3::ZERO;
         for (which, (lobes, effect)) in (0..).zip(GROUPS) {
@@ -273,7 +280,8 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
                 let u = place.point_2d(plan, Dimension::Direction, which, s);
                 let Some(scattered) = vertex.scatter(0.5, u, lobes, &around) else { continue };
                 self.follow.scattered(place.depth, &scattered.sample);
-                let arrival = self.arrival(vertex, &scattered, n as f32, place);
+                let mut arrival = self.arrival(vertex, &scattered, n as f32, place);
+                arrival.is_seen &= is_seen;
                 let medium = Medium::after(medium, vertex, &scattered);
                 let weight = scattered.sample.weight;
                 let beta = beta * weight / n as f32;
@@ -312,6 +320,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             rival: if delta { Rival::Nothing } else { Rival::Each { points, aiming } },
             lights_are_points: off,
             time: self.time,
+            is_seen: delta,
         }
     }
 }

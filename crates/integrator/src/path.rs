@@ -190,6 +190,7 @@ impl PathState {
             rival: if next.sample.lobe.is_delta() { Rival::Nothing } else { Rival::Choice },
             lights_are_points: job.lights_are_points(),
             time,
+            is_seen: self.arrival.is_seen && next.sample.lobe.is_delta(),
         };
         self.medium = Medium::after(self.medium, vertex, next);
     }

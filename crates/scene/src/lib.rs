@@ -12,11 +12,14 @@ pub mod coincident;
 mod constants;
 mod emission;
 pub mod error;
+mod extremes;
 mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
 pub mod material;
 mod moving;
+mod patterns;
+mod pieces;
 mod punctual;
 pub mod reads;
 pub mod scene;

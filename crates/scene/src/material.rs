@@ -65,8 +65,8 @@ pub struct TexturedMaterial {
     pub emission: Vec3,
     /// Emits from both sides; not removed by back-face culling.
     pub double_sided: bool,
-    /// Shadeless: shows its base colour as radiance, to both sides, and scatters nothing. It is met by chance only;
-    /// no light sample is aimed at it.
+    /// Shadeless: shows its base colour as radiance, to both sides, and scatters nothing. It is seen by the camera, directly
+    /// and by way of mirrors and clear glass, and lights nothing.
     pub unlit: bool,
     /// Multiplies the x and y of the normal map.
     pub normal_scale: f32,

@@ -8,7 +8,7 @@ use dapple_geometry::{Frame, Hit, Surface, World};
 use dapple_imaging::Texture;
 use dapple_lights::{Light, LightChoice, LightPoint};
 use dapple_materials::Material;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Names for reports and ids for AOVs; index = world object index.
 #[derive(Clone, Debug)]
@@ -171,14 +171,15 @@ impl Scene {
     }
 
     /// What area light `light` sends from a sampled place, its texture and its holes (opacity) taken into account;
-    /// `mean` is the radiance of the sample, returned as it is when the light is uniform.
-    pub fn light_radiance(&self, light: u32, point: &LightPoint, mean: Vec3) -> Vec3 {
+    /// at a time; `mean` is the radiance of the sample, returned as it is when the light is uniform.
+    pub fn light_radiance(&self, light: u32, point: &LightPoint, mean: Vec3, time: f32) -> Vec3 {
         let Some(&(object, primitive)) = self.area.sources.get(light as usize) else { return mean };
         let emitter = self.emitter(object);
         if emitter.is_constant() {
             return mean;
         }
-        emitter.radiance(&Hit { t: 0.0, u: point.u, v: point.v, primitive, object })
+        let at = self.world.coordinates_at(object, point.p, time).unwrap_or(Vec2::new(point.u, point.v));
+        emitter.radiance(&Hit { t: 0.0, u: at.x, v: at.y, primitive, object })
     }
 
     /// Opacity at a hit, 1 for opaque materials; Mask gives 0 or 1.
@@ -200,7 +201,7 @@ impl Scene {
     pub fn memory_bytes(&self) -> usize {
         self.world.memory_bytes()
             + self.textures.iter().map(Texture::memory_bytes).sum::<usize>()
-            + self.lights.capacity() * size_of::<Light>()
+            + self.lights.iter().map(Light::memory_bytes).sum::<usize>()
             + self.area.memory_bytes()
             + self.shared_places.as_ref().map_or(0, SharedPlaces::memory_bytes)
             + self.materials.capacity() * size_of::<TexturedMaterial>()

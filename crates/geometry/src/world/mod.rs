@@ -142,6 +142,19 @@ impl World {
         }
     }
 
+    /// Surface coordinates ([`Hit::u`] and [`Hit::v`]) of the place on a shape nearest to `p` at a time; None for a mesh.
+    pub fn coordinates_at(&self, object: u32, p: Vec3, time: f32) -> Option<Vec2> {
+        self.objects.get(object as usize)?.coordinates_at(p, self.held(time))
+    }
+
+    /// Surface coordinates on a shape for `u` in \[0, 1\]², even in area in its own space; zero for a mesh.
+    pub fn even_coordinates(&self, object: u32, u: Vec2) -> Vec2 {
+        match self.body(object) {
+            Some(Body::Shape(shape)) => shape.even_coordinates(u),
+            _ => Vec2::ZERO,
+        }
+    }
+
     /// Interpolated tangent with the sign of the bitangent in w; None without tangents. For an object that moves: when
     /// the shutter opens (see [`World::tangent_at`]).
     pub fn tangent(&self, hit: &Hit) -> Option<Vec4> {

@@ -2,7 +2,7 @@
 use crate::motion::{Motion, Pose};
 use crate::shapes::{Line, Shape};
 use crate::{Hit, Mesh, Ray, Surface};
-use glam::{DAffine3, DVec3, Vec3, Vec4};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
 #[derive(Debug)]
@@ -90,6 +90,14 @@ impl Object {
                 }
             }
         }
+    }
+
+    /// Surface coordinates of the place on a shape that is nearest to `p`; None for a mesh.
+    pub fn coordinates_at(&self, p: Vec3, time: f64) -> Option<Vec2> {
+        let Body::Shape(shape) = &self.body else { return None };
+        let p = p.as_dvec3();
+        let own = self.pose(time).map_or(p, |pose| pose.to_object.transform_point3(p));
+        Some(shape.coordinates(&Line { o: own, d: DVec3::ZERO }, 0.0))
     }
 
     pub fn lift(&self, hit: &Hit, up: Vec3, time: f64) -> Vec3 {

@@ -3,9 +3,10 @@ use super::{CameraPose, Geometry, SceneBuilder, placed::Placed};
 use crate::{
     AlphaMode, NamedCamera, Object, Scene, SceneError, SharedPlaces, Space, Survey, TexturedMaterial,
     Warning, bake, channels, constants,
-    emission::{AreaLights, Emitter, Form, Movement},
+    emission::{AreaLights, Form, Movement},
     framing,
     moving::{self, OwnSpaces},
+    patterns::Patterns,
     punctual, scene, tangent,
 };
 use dapple_camera::Camera;
@@ -47,7 +48,6 @@ impl SceneBuilder {
         for m in &mut self.materials {
             m.sigma_a = (m.sigma_a.as_dvec3() / space.scale).as_vec3();
         }
-        self.warn_of_unaimed(&objects, &seen);
         let mut area = self.area_lights(&world, &mut objects, &seen);
         // Left out, light still decides what is seen where surfaces share a place.
         let is_light = |m: usize| if self.reads.light { self.materials[m].is_light() } else { emitted[m] };
@@ -98,12 +98,12 @@ impl SceneBuilder {
 
     fn area_lights(&self, world: &World, objects: &mut [Object], seen: &[Seen]) -> AreaLights {
         let mut area = AreaLights::default();
+        let mut patterns = Patterns::new(world, &self.textures, &self.materials);
         for (i, (object, (form, movement))) in objects.iter_mut().zip(seen).enumerate() {
-            let material = &self.materials[object.material as usize];
-            let emitter = Emitter { world, textures: &self.textures, material };
-            area.add(&emitter, i as u32, *form, movement.as_ref());
+            area.add(&mut patterns, (i as u32, object.material), *form, movement.as_ref());
             object.first_light = area.first(i as u32, form.primitives());
         }
+        patterns.refine(&mut area, |object| objects[object as usize].material);
         area
     }
 
@@ -136,24 +136,13 @@ impl SceneBuilder {
         )));
     }
 
-    /// Round lights that do not stay round on their way.
-    fn warn_of_unaimed(&mut self, objects: &[Object], seen: &[Seen]) {
-        for (object, (form, _)) in objects.iter().zip(seen) {
-            let material = &self.materials[object.material as usize];
-            if matches!(form, Form::Unaimed) && material.is_light() {
-                let name = &object.name;
-                self.warnings.push(Warning(format!(
-                    "object '{name}' emits, moves, and is not scaled evenly: no rays are aimed at it and its light is noisy; scale it evenly, or make it a mesh"
-                )));
-            }
-        }
-    }
-
-    /// The environment, unless it is black; a white one for a scene that nothing would light.
+    /// The environment, unless it is black; a white one for a scene that nothing would light. What lights is decided by
+    /// what the scene says, not by how much of it is left by textures and holes.
     fn surroundings(&mut self, objects: &[Object], lights: &[Light]) -> Option<Environment> {
-        let unlit = |o: &Object| self.materials[o.material as usize].unlit;
-        let shown = !objects.is_empty() && objects.iter().all(unlit);
-        if self.reads.light && self.environment.is_none() && lights.is_empty() && !shown {
+        let material = |o: &Object| &self.materials[o.material as usize];
+        let shown = !objects.is_empty() && objects.iter().all(|o| material(o).unlit);
+        let lit = !lights.is_empty() || objects.iter().any(|o| material(o).is_light());
+        if self.reads.light && self.environment.is_none() && !lit && !shown {
             let what = "nothing in the scene emits light: a white environment of radiance 1 surrounds it";
             self.warn(Warning(what.into()));
             return Some(Environment::constant(Vec3::ONE));
