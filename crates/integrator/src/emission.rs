@@ -21,6 +21,10 @@ pub(crate) struct Arrival {
     pub lights_are_points: bool,
     /// Seconds since the shutter opened: lights are weighed where they are then.
     pub time: f32,
+    /// How far the ray's origin is from `p`: the way has passed surfaces that let it go straight on, as a shadow ray does.
+    pub gone: f32,
+    /// The way has been bent, where shadow rays go straight on: they stand for what it would find.
+    pub bent: bool,
 }
 
 /// What else could have found the light that a ray meets.
@@ -42,7 +46,14 @@ impl Arrival {
         rival: Rival::Nothing,
         lights_are_points: false,
         time: 0.0,
+        gone: 0.0,
+        bent: false,
     };
+
+    /// On through a smooth surface, `distance` farther, in the direction that it came if that is not bent.
+    pub fn through(self, distance: f32, bent: bool) -> Self {
+        Self { gone: self.gone + distance, bent: self.bent || bent, ..self }
+    }
 }
 
 /// Radiance of the environment along `d`.
@@ -74,7 +85,10 @@ pub(crate) fn surface(
     }
     match scene.light_of(hit) {
         Some(_) if arrival.lights_are_points => Vec3::ZERO,
-        Some(light) => radiance * bsdf_weight(scene, light, arrival, -wo, distance, surface.ng, strategy),
+        Some(light) => {
+            let distance = distance + arrival.gone;
+            radiance * bsdf_weight(scene, light, arrival, -wo, distance, surface.ng, strategy)
+        }
         None => radiance,
     }
 }
@@ -105,6 +119,7 @@ fn bsdf_weight(
         }
     };
     match strategy {
+        _ if arrival.bent && pdf > 0.0 => 0.0,
         Strategy::LightOnly if pdf > 0.0 => 0.0,
         _ => mis::power(arrival.pdf, pdf),
     }

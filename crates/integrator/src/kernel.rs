@@ -1,7 +1,9 @@
 //! Which variant of the sample loop a render runs: one table, chosen once per render.
 
+use crate::clear::{self, media_start};
 use crate::distribution::pixel_point;
 use crate::effects::{Combine, Effect};
+use crate::medium::{Media, MediumStack};
 use crate::needs::Needs;
 use crate::path::{self, Follow};
 use crate::places::Integrals;
@@ -36,6 +38,14 @@ pub(crate) struct Job<'a> {
     pub again: Option<Effect>,
     /// Scattering events that are followed.
     pub bounces: u32,
+    /// What fills the scene's bodies.
+    pub media: Media<'a>,
+    /// Shadow rays that start outside of all bodies pass some surfaces.
+    pub clear_ways: bool,
+    /// Among them boundaries of bodies.
+    pub clear_bodies: bool,
+    /// Shadow rays pass nothing, and nothing absorbs on their way.
+    pub plain_shadows: bool,
 }
 
 impl<'a> Job<'a> {
@@ -54,19 +64,32 @@ impl<'a> Job<'a> {
         if off(Effect::Refract) {
             sharp = sharp.with(Lobe::GlossyTransmission);
         }
+        let clear_bodies = settings.transparent_shadows || clear::any_body(scene);
+        let clear_ways = clear_bodies || clear::any_wall(scene, off(Effect::Refract));
+        let media = Media::new(scene, media_start(scene, &camera));
         let unfollowed = if off(Effect::Diffuse) { Lobes::of(Lobe::Diffuse) } else { Lobes::NONE };
         Self {
             needs: Needs::new(scene, &camera, settings),
             integrals: Integrals::new(scene, &camera, settings),
             bounces: settings.bounces(),
             scene,
-            camera,
             settings,
             sharp,
             followed: Lobes::ALL.without(unfollowed),
             aiming: if off(Effect::Light) { Aiming::Centroid } else { Aiming::SolidAngle },
             again: None,
+            plain_shadows: media.is_empty() && !clear_ways,
+            media,
+            clear_ways,
+            clear_bodies,
+            camera,
         }
+    }
+
+    /// Whether a shadow ray within `stack` may pass an object's surface.
+    pub fn may_pass(&self, object: u32, stack: &MediumStack) -> bool {
+        let material = self.scene.material(object);
+        clear::transmits(material) && (material.base.thin || self.clear_bodies || !stack.is_empty())
     }
 
     /// Whether rays ask surfaces for holes.

@@ -4,6 +4,7 @@
 //! seconds, so a render can stop at any time with every pixel equally sampled; how it is cut into passes, tiles and
 //! threads changes no bit of the picture, for each pixel's samples are added in order.
 
+use crate::clear;
 use crate::kernel::{self, Job};
 use crate::ledger::{self, Ledger};
 use crate::settings::Settings;
@@ -169,7 +170,11 @@ fn run(
     let seconds = (watch.start.elapsed() - looking).as_secs_f64();
     let kernel = format!("{name}/{}", scene.world.kernel().name());
     let stopped = watch.stopped(spp);
-    let ledger = Ledger { lights_culled: ledger::culled(scene), ..Ledger::default() };
+    let ledger = Ledger {
+        lights_culled: ledger::culled(scene),
+        lights_unreachable: clear::unreachable(&job),
+        ..Ledger::default()
+    };
     let stats = Stats { seconds, spp, stopped, threads, kernel, ledger, ..Stats::default() };
     finish(&job, tiles, stats, pilot.spread)
 }

@@ -13,6 +13,32 @@ use glam::Vec3;
 pub(crate) trait Visibility: Copy + Send + Sync {
     fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit>;
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool;
+    /// The nearest of the hits that `counts` names.
+    fn closest_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> Option<Hit>;
+    /// Whether there is any of the hits that `counts` names.
+    fn blocked_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> bool;
+}
+
+/// A ray through a scene, for queries that count only some of the surfaces.
+#[derive(Clone, Copy)]
+pub(crate) struct Query<'a> {
+    pub scene: &'a Scene,
+    pub ray: &'a Ray,
+    pub time: f32,
+    pub key: Key,
+}
+
+/// The hits that `counts` names, of those that count for `inner`.
+struct Where<'a, I, F> {
+    inner: I,
+    counts: &'a F,
+}
+
+impl<I: Filter, F: Fn(&Hit) -> bool> Filter for Where<'_, I, F> {
+    const OPAQUE: bool = false;
+    fn accept(&self, hit: &Hit) -> bool {
+        (self.counts)(hit) && (I::OPAQUE || self.inner.accept(hit))
+    }
 }
 
 /// Every surface stops every ray.
@@ -28,6 +54,12 @@ impl Visibility for Solid {
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, _: Key) -> bool {
         scene.world.blocked(ray, time, &Opaque)
     }
+    fn closest_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> Option<Hit> {
+        at.scene.world.closest(at.ray, at.time, &Where { inner: Opaque, counts })
+    }
+    fn blocked_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> bool {
+        at.scene.world.blocked(at.ray, at.time, &Where { inner: Opaque, counts })
+    }
 }
 
 /// Alpha MASK and BLEND, and back-face culling when asked for.
@@ -42,6 +74,14 @@ impl Visibility for Cutout {
     }
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool {
         scene.world.blocked(ray, time, &self.filter(scene, ray, time, key))
+    }
+    fn closest_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> Option<Hit> {
+        let inner = self.filter(at.scene, at.ray, at.time, at.key);
+        at.scene.world.closest(at.ray, at.time, &Where { inner, counts })
+    }
+    fn blocked_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> bool {
+        let inner = self.filter(at.scene, at.ray, at.time, at.key);
+        at.scene.world.blocked(at.ray, at.time, &Where { inner, counts })
     }
 }
 
