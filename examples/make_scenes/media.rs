@@ -82,7 +82,7 @@ pub fn panes() -> Document {
         doc.object("clear pane", &Shape::quads(&[corners.map(DVec3::from_array)]), clear);
     }
     let smoke = doc.material(matter("smoke", 1.0, [0.6, 0.5, 0.7], 0.0));
-    block(&mut doc, "smoke", [-2.4, 0.0, 0.0], [-1.5, 0.9, 0.8], smoke);
+    block(&mut doc, "smoke", [-2.4, 0.02, 0.0], [-1.5, 0.9, 0.8], smoke);
     let white = doc.material(lambert("block", [0.7; 3]));
     block(&mut doc, "block", [-0.2, 0.0, 0.1], [0.3, 0.6, 0.6], white);
     let light = doc.material(emitter("light", [18.0, 16.0, 13.0]));

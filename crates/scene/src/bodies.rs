@@ -43,11 +43,19 @@ struct Volume {
     factor: f64,
 }
 
+/// An object that bounds a volume.
+struct Part {
+    object: usize,
+    /// Among the volumes.
+    volume: usize,
+    /// Its box when the shutter opens.
+    world: Option<(DVec3, DVec3)>,
+}
+
 /// Finds the bodies among the objects, ranks them and tells each object which one it bounds. Materials are those of the
 /// scene: absorption per render unit.
 pub(crate) struct Finder {
-    /// Of each object that bounds a volume: the object, its body as a number of its own, and its box in the world.
-    parts: Vec<(usize, usize, Option<(DVec3, DVec3)>)>,
+    parts: Vec<Part>,
     volumes: Vec<Volume>,
 }
 
@@ -72,7 +80,8 @@ impl Finder {
                 finder.volumes.push(Volume { first: i, node, priority, own, factor });
                 group_of_last = Some(part.group);
             }
-            finder.parts.push((i, finder.volumes.len() - 1, part.bounds(exposure)));
+            let volume = finder.volumes.len() - 1;
+            finder.parts.push(Part { object: i, volume, world: part.bounds(exposure) });
         }
         finder
     }
@@ -100,7 +109,7 @@ impl Finder {
             let of = material(&objects[self.volumes[volume].first]);
             bodies.all.push(Body { ior: of.base.ior, sigma_a: of.sigma_a });
         }
-        for &(i, volume, world) in &self.parts {
+        for &Part { object: i, volume, world } in &self.parts {
             objects[i].body = rank[volume];
             let (mine, first) = (material(&objects[i]), material(&objects[self.volumes[volume].first]));
             let same = |m: &TexturedMaterial| (m.base.ior, m.sigma_a, m.priority);
