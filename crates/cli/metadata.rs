@@ -75,6 +75,9 @@ fn settings_text(
     if !settings.soft_terminator {
         lines.push("no-soft-terminator = true".into());
     }
+    if settings.transparent_shadows {
+        lines.push("transparent-shadows = true".into());
+    }
     if let Some(clamp) = settings.clamp {
         lines.push(format!("clamp = {clamp}"));
     }

@@ -119,6 +119,9 @@ pub struct RenderOptions {
     /// Let flat facets with smooth normals shadow themselves: the light's edge then runs along the facets
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Sampling")]
     pub no_soft_terminator: Option<bool>,
+    /// Let shadow rays pass smooth solid glass straight on, losing what is reflected and absorbed: an approximation without caustics
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Sampling")]
+    pub transparent_shadows: Option<bool>,
     /// Pixel filter: box, box:RADIUS, tent, gaussian, mitchell or blackman-harris [default: box]
     #[arg(long, value_name = "NAME", help_heading = "Sampling")]
     pub filter: Option<Filter>,

@@ -6,6 +6,7 @@
 mod classics;
 mod document;
 mod effects;
+mod media;
 mod normals;
 mod places;
 mod plain;
@@ -30,6 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("soft_shadow", effects::soft_shadow()),
         ("blurred_reflection", effects::blurred_reflection(&checker)),
         ("depth_of_field", effects::depth_of_field()),
+        ("nested_media", media::nested_media()),
+        ("panes", media::panes()),
         ("all_effects", effects::all_effects(&checker)),
         ("normal_maps", normals::normal_maps(&png_bytes(&normals::studs())?)),
         ("coincident", places::coincident()),
@@ -42,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         dapple_imaging::write::hdr(&folder.join(name), &sky)?;
         println!("{name}");
     }
-    for (name, text) in plain::SIDECARS.into_iter().chain(effects::SIDECARS) {
+    for (name, text) in plain::SIDECARS.into_iter().chain(effects::SIDECARS).chain(media::SIDECARS) {
         std::fs::write(folder.join(name), text)?;
         println!("{name}");
     }

@@ -23,6 +23,10 @@ pub(crate) struct Arrival {
     pub time: f32,
     /// Mirrors and clear glass alone lie between the camera and here: what is shadeless shows. Elsewhere it lights nothing.
     pub is_seen: bool,
+    /// How far the ray's origin is from `p`: the way has passed surfaces that let it go straight on, as a shadow ray does.
+    pub gone: f32,
+    /// The way has been bent, where shadow rays go straight on: they stand for what it would find.
+    pub bent: bool,
 }
 
 /// What else could have found the light that a ray meets.
@@ -45,7 +49,14 @@ impl Arrival {
         lights_are_points: false,
         time: 0.0,
         is_seen: true,
+        gone: 0.0,
+        bent: false,
     };
+
+    /// On through a smooth surface, `distance` farther, in the direction that it came if that is not bent.
+    pub fn through(self, distance: f32, bent: bool) -> Self {
+        Self { gone: self.gone + distance, bent: self.bent || bent, ..self }
+    }
 }
 
 /// Radiance of the environment along `d`.
@@ -79,6 +90,7 @@ pub(crate) fn surface(
     match scene.light_of(hit) {
         Some(_) if arrival.lights_are_points => Vec3::ZERO,
         Some(light) => {
+            let distance = distance + arrival.gone;
             let reached = Reached { wi: -wo, distance, n: surface.ng, at: Vec2::new(hit.u, hit.v) };
             radiance * bsdf_weight(scene, light, arrival, &reached, strategy)
         }
@@ -103,6 +115,7 @@ fn bsdf_weight(scene: &Scene, light: u32, arrival: &Arrival, reached: &Reached, 
         Rival::Each { points, aiming } => points * of.pdf_at(aiming, arrival.p, reached, arrival.time),
     };
     match strategy {
+        _ if arrival.bent && pdf > 0.0 => 0.0,
         Strategy::LightOnly if pdf > 0.0 => 0.0,
         _ => mis::power(arrival.pdf, pdf),
     }

@@ -5,6 +5,7 @@
 //! pixel is equally sampled. Only the first pass is left as it is: some pixels have samples, others none. How a render is
 //! cut into passes, tiles and threads changes no bit of the picture, for each pixel's samples are added in order.
 
+use crate::clear;
 use crate::kernel::{self, Job};
 use crate::ledger::{self, Ledger};
 use crate::settings::Settings;
@@ -197,7 +198,11 @@ fn passes(
     let kernel = format!("{name}/{}", scene.world.kernel().name());
     let stopped = watch.was_told(spp) && !enough;
     let timed_out = !stopped && !enough && settings.samples().is_none_or(|limit| spp < limit);
-    let ledger = Ledger { lights_culled: ledger::culled(scene), ..Ledger::default() };
+    let ledger = Ledger {
+        lights_culled: ledger::culled(scene),
+        lights_unreachable: clear::unreachable(&job),
+        ..Ledger::default()
+    };
     let stats = Stats { seconds, spp, stopped, timed_out, threads, kernel, ledger, ..Stats::default() };
     finish(&job, tiles, stats, pilot.spread)
 }

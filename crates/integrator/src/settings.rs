@@ -74,6 +74,10 @@ pub struct Settings {
     /// round surface it stands for [Hanika 2021]; otherwise it ends at a hard edge along the facets. Flat surfaces, spheres
     /// and disks do not change. *Approximation*: what is in the way is looked for from above the facet.
     pub soft_terminator: bool,
+    /// Shadow rays pass smooth surfaces of solid clear matter straight on, losing what is reflected and absorbed.
+    /// *Approximation*: light is not bent there, so that there are no caustics; paths that would show the same light by
+    /// way of refraction are left out. Thin walls and boundaries between equal indices are passed in any case, exactly.
+    pub transparent_shadows: bool,
     /// Which of the two strategies for direct light take part; for tests and teaching.
     pub strategy: Strategy,
     /// Path tracer with `Sobol` or `Random` points: after the first [`crate::PILOT`] samples, further ones go where the
@@ -120,6 +124,7 @@ impl Default for Settings {
             general: false,
             clamp: None,
             soft_terminator: true,
+            transparent_shadows: false,
             strategy: Strategy::Both,
             adaptive: false,
             spread: None,

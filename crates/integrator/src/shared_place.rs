@@ -60,6 +60,22 @@ pub(crate) fn is_hidden<V: Visibility>(
     }
 }
 
+/// The part of the shadow ray `ray` on which something may stand between `o` and a sampled point of a light, if in the
+/// light's own place the light is there.
+#[inline(never)]
+pub(crate) fn way<V: Visibility>(
+    places: &SharedPlaces,
+    (light, sample): (usize, &LightSample),
+    o: Vec3,
+    ray: Ray,
+    around: &Around<'_, V>,
+) -> Option<Ray> {
+    match Target::new(places, around.scene, light, sample, o, around.time) {
+        None => Some(ray),
+        Some(target) => target.is_seen(around).then(|| target.way()),
+    }
+}
+
 /// A surface that may be the one in a place.
 #[derive(Clone, Copy)]
 struct Candidate {

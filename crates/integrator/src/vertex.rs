@@ -1,6 +1,7 @@
 //! From a hit to a vertex of numbers: where, which way, what of, how much it emits.
 
 use crate::kernel::Job;
+use crate::medium::Boundary;
 use crate::normals::{Tilt, leans};
 use crate::terminator::over_the_facet;
 use crate::visibility::Visibility;
@@ -27,9 +28,21 @@ pub(crate) struct Vertex {
 }
 
 impl Vertex {
-    /// At a hit of `ray`, seen from `wo`, without the blur of the lobes that are switched off.
-    pub fn new(job: &Job<'_>, (ray, wo): (&Ray, Vec3), hit: &Hit, surface: &Surface, time: f32) -> Self {
-        let shading = job.scene.shading(hit, surface, time);
+    /// At a hit of `ray`, seen from `wo`, without the blur of the lobes that are switched off. `boundary`: the media on both
+    /// sides, where the surface lies between two.
+    pub fn new(
+        job: &Job<'_>,
+        (ray, wo): (&Ray, Vec3),
+        hit: &Hit,
+        surface: &Surface,
+        (time, boundary): (f32, Option<&Boundary>),
+    ) -> Self {
+        let mut shading = job.scene.shading(hit, surface, time);
+        if let Some(boundary) = boundary
+            && let Some(ior) = boundary.ior(job.media.bodies, surface.ng.dot(wo) > 0.0)
+        {
+            shading.material.ior = ior;
+        }
         let (frame, tilt) = if shading.frame.z == surface.ng {
             (shading.frame, None)
         } else if leans(shading.frame.z, surface.ng) {
@@ -155,6 +168,7 @@ impl Vertex {
 /// What is around a vertex, for rays that leave it.
 #[derive(Clone, Copy)]
 pub(crate) struct Around<'a, V> {
+    pub job: &'a Job<'a>,
     pub scene: &'a Scene,
     pub visibility: V,
     /// Seconds within the shutter.

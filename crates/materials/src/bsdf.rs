@@ -132,6 +132,24 @@ impl Bsdf {
         self.turn(wi) == -self.wo
     }
 
+    /// What of the light from straight behind a smooth surface passes it towards `wo` without being bent: at a thin wall and
+    /// where the indices of both sides are equal. Zero elsewhere.
+    pub fn straight(&self) -> Vec3 {
+        match &self.body {
+            Body::Layers(layers) => layers.straight(self.wo),
+            _ => Vec3::ZERO,
+        }
+    }
+
+    /// As [`Self::straight`], where light is bent: what of it is not reflected, as if it went straight on. *Approximation*:
+    /// the angle counts on the side of the lower index, so that there is no total internal reflection.
+    pub fn straightened(&self) -> Vec3 {
+        match &self.body {
+            Body::Layers(layers) => layers.straightened(self.wo.z),
+            _ => Vec3::ZERO,
+        }
+    }
+
     /// Lobes that carry weight.
     pub fn lobes(&self) -> Lobes {
         self.live

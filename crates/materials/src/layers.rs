@@ -115,6 +115,24 @@ impl Layers {
         self.diffuse.map_or(Vec3::ZERO, |diffuse| diffuse.albedo())
     }
 
+    /// Clear matter with a smooth surface.
+    fn smooth(&self) -> Option<&ClearLayer> {
+        self.clear.as_ref().filter(|_| self.live.contains(Lobe::DeltaTransmission))
+    }
+
+    /// What passes a smooth surface without being bent.
+    pub fn straight(&self, wo: Vec3) -> Vec3 {
+        self.smooth()
+            .filter(|clear| clear.interface.keeps_direction())
+            .map_or(Vec3::ZERO, |clear| clear.delta_weight(wo))
+    }
+
+    /// What passes a smooth surface, its bending left out.
+    pub fn straightened(&self, mu: f32) -> Vec3 {
+        self.smooth()
+            .map_or(Vec3::ZERO, |clear| clear.tint * clear.interface.from_thinner().transmittance(mu))
+    }
+
     /// Sum of the layers' albedos.
     pub fn albedo(&self, mu: f32) -> Vec3 {
         self.albedos(mu).into_iter().sum()

@@ -5,6 +5,7 @@
 //! here draws a random number or knows how light is transported.
 #![forbid(unsafe_code)]
 mod bake;
+pub mod bodies;
 pub mod builder;
 pub mod builtin;
 mod channels;
@@ -26,6 +27,7 @@ pub mod scene;
 pub mod space;
 pub mod survey;
 mod tangent;
+pub use bodies::{Bodies, Body};
 pub use builder::{CameraPose, SceneBuilder};
 pub use coincident::SharedPlaces;
 pub use error::{SceneError, Warning};

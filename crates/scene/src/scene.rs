@@ -1,6 +1,6 @@
 //! The checked scene: everything a tracer reads. Render space throughout (see [`crate::space`]).
 use crate::{
-    AlphaMode, SharedPlaces, Space, Survey, TexturedMaterial, Warning,
+    AlphaMode, Bodies, SharedPlaces, Space, Survey, TexturedMaterial, Warning,
     emission::{AreaLights, Emitter},
 };
 use dapple_camera::{Camera, Shutter};
@@ -21,6 +21,8 @@ pub struct Object {
     pub first_light: u32,
     /// Its material looks up textures.
     pub textured: bool,
+    /// The body whose boundary it is, as an index into [`Bodies::all`]; `u32::MAX` = none.
+    pub body: u32,
 }
 
 /// A camera and the name to ask for it by.
@@ -46,6 +48,8 @@ pub struct Scene {
     pub world: World,
     /// One per world object.
     pub objects: Vec<Object>,
+    /// Volumes that light travels through, the one that wins where they overlap first.
+    pub bodies: Bodies,
     /// Materials by index.
     pub materials: Vec<TexturedMaterial>,
     /// Textures by index.
@@ -78,8 +82,6 @@ pub struct Shading {
     pub frame: Frame,
     /// Factors times textures.
     pub material: Material,
-    /// Absorption coefficient of the inside per render unit.
-    pub sigma_a: Vec3,
     /// Shadeless: emits its base colour and scatters nothing.
     pub unlit: bool,
 }
@@ -107,7 +109,6 @@ impl Scene {
         Shading {
             frame: Frame::from_z(surface.ns),
             material: material.untextured(&self.world, hit),
-            sigma_a: material.sigma_a,
             unlit: material.unlit,
         }
     }
@@ -123,7 +124,6 @@ impl Scene {
         Shading {
             frame: self.frame(material, hit, surface, time),
             material: material.at(&self.world, &self.textures, hit),
-            sigma_a: material.sigma_a,
             unlit: material.unlit,
         }
     }

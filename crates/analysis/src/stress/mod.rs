@@ -12,6 +12,7 @@ mod hits;
 mod leaving;
 mod lights;
 mod many;
+mod media;
 mod motion;
 mod paths;
 mod places;
@@ -62,7 +63,7 @@ pub enum Check {
 /// One entry of the catalogue.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
-    /// A01 to D17.
+    /// A01 to D18.
     pub id: &'static str,
     /// What it is about.
     pub title: &'static str,
@@ -123,6 +124,7 @@ pub fn catalogue() -> Vec<Case> {
         lights::CASES,
         many::CASES,
         places::CASES,
+        media::CASES,
         sky::CASES,
         gloss::CASES,
         bsdf::CASES,
@@ -168,7 +170,7 @@ mod tests {
 
     #[test]
     fn every_id_is_there_once() {
-        let families = [('A', 24), ('B', 20), ('C', 18), ('D', 18)];
+        let families = [('A', 24), ('B', 20), ('C', 18), ('D', 19)];
         let expected: Vec<String> =
             families.iter().flat_map(|(f, n)| (1..=*n).map(move |i| format!("{f}{i:02}"))).collect();
         let ids: Vec<&str> = catalogue().iter().map(|case| case.id).collect();
@@ -187,7 +189,7 @@ mod tests {
         let ids = |p: &str| select(p).map(|all| all.iter().map(|c| c.id).collect::<Vec<_>>());
         assert_eq!(ids("a03, D01"), Ok(vec!["A03", "D01"]));
         assert_eq!(ids("B*").unwrap().len(), 20);
-        assert_eq!(ids("*").unwrap().len(), 80);
+        assert_eq!(ids("*").unwrap().len(), 81);
         for bad in ["", "A99", "A03,", "Z*", "A3"] {
             assert!(ids(bad).is_err(), "{bad}");
         }

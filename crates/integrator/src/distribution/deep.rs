@@ -9,7 +9,7 @@
 use super::Tree;
 use crate::emission::Arrival;
 use crate::ledger::{Cut, FAINT};
-use crate::medium::Medium;
+use crate::medium::MediumStack;
 use crate::path::Follow;
 use crate::places::Place;
 use crate::visibility::Visibility;
@@ -29,7 +29,8 @@ pub(super) struct Branch {
     pub arrival: Arrival,
     /// Where it arrives.
     pub place: Place,
-    pub medium: Option<Medium>,
+    /// The bodies that it goes through.
+    pub stack: MediumStack,
     /// Its share in the pixel point.
     pub beta: Vec3,
     /// What the radiance that it brings counts in the radiance that leaves the vertex.
@@ -66,7 +67,7 @@ impl<V: Visibility, F: Follow> Tree<'_, V, F> {
         self.nested += 1;
         let (mut sum, mut through, mut next) = (DVec3::ZERO, Vec3::ONE, first);
         loop {
-            let radiance = self.li(&next.ray, &next.arrival, next.place, next.medium, next.beta);
+            let radiance = self.li(&next.ray, &next.arrival, next.place, &next.stack, next.beta);
             sum += (through * radiance).as_dvec3();
             let Some(held) = self.held.take() else { break };
             through *= held.factor;

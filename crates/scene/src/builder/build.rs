@@ -2,7 +2,9 @@
 use super::{CameraPose, Geometry, SceneBuilder, placed::Placed};
 use crate::{
     AlphaMode, NamedCamera, Object, Scene, SceneError, SharedPlaces, Space, Survey, TexturedMaterial,
-    Warning, bake, channels, constants,
+    Warning, bake,
+    bodies::Finder,
+    channels, constants,
     emission::{AreaLights, Form, Movement},
     framing,
     moving::{self, OwnSpaces},
@@ -41,6 +43,7 @@ impl SceneBuilder {
         let mut cameras = self.cameras(&space)?;
         let mut lights = punctual::lights(&self.punctual, &space, &self.exposure)
             .map_err(|(i, what)| self.invalid(format!("light {i}"), what))?;
+        let bodies = Finder::new(&self.placed, &self.materials, &self.exposure);
         let (world, mut objects, seen) = self.world(&space)?;
         if cameras.is_empty() {
             cameras.push(self.framed(&world, &seen)?);
@@ -48,6 +51,9 @@ impl SceneBuilder {
         for m in &mut self.materials {
             m.sigma_a = (m.sigma_a.as_dvec3() / space.scale).as_vec3();
         }
+        let whole = |i: usize| seen[i].1.as_ref().map(|movement| movement.whole);
+        let (bodies, warnings) = bodies.rank(&mut objects, &self.materials, &space, whole);
+        self.warnings.extend(warnings);
         let mut area = self.area_lights(&world, &mut objects, &seen);
         // Left out, light still decides what is seen where surfaces share a place.
         let is_light = |m: usize| if self.reads.light { self.materials[m].is_light() } else { emitted[m] };
@@ -72,6 +78,7 @@ impl SceneBuilder {
             space,
             world,
             objects,
+            bodies,
             materials: self.materials,
             textures: self.textures,
             light_choice: LightChoice::new(&lights, radius),
@@ -162,14 +169,14 @@ impl SceneBuilder {
         let mut entry =
             Entry { space, world: WorldBuilder::default(), own: OwnSpaces::default(), dropped: 0, mended: 0 };
         let (mut objects, mut seen) = (Vec::new(), Vec::new());
-        for (i, Placed { name, material, geometry }) in
+        for (i, Placed { name, material, geometry, .. }) in
             std::mem::take(&mut self.placed).into_iter().enumerate()
         {
             let entered = entry.enter(self, geometry, material);
             seen.push(entered.map_err(|what| self.invalid(format!("object {i} '{name}'"), what))?);
             let textured =
                 self.materials.get(material as usize).is_some_and(|m| m.textures().next().is_some());
-            objects.push(Object { name, material, first_light: u32::MAX, textured });
+            objects.push(Object { name, material, first_light: u32::MAX, textured, body: u32::MAX });
         }
         let Entry { world, dropped, mended, .. } = entry;
         if dropped > 0 {
