@@ -44,7 +44,7 @@ impl Follow for FirstHit {
         self.hits += 1;
         self.albedo +=
             if vertex.shading.unlit { vertex.shading.material.base_color } else { vertex.bsdf.albedo() };
-        self.normal += vertex.frame.z * side;
+        self.normal += vertex.shading.frame.z * side;
         self.p += vertex.surface.p;
     }
 
