@@ -189,7 +189,7 @@ fn measure(scene: &Scene, tracer: Tracer, settings: &Settings) -> (f64, f64) {
         1,
     );
     let settings = Settings {
-        size: (24, 24),
+        size: (12, 12),
         spp: Some(64),
         plans: dapple_integrator::Plans {
             pixel: dapple_sampling::Plan { nx: 8, ny: 8, pattern: Pattern::Random },

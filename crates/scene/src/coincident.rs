@@ -34,7 +34,10 @@ impl SharedPlaces {
         }
         let (numbers, points): (Vec<usize>, Vec<(DVec3, DVec3)>) =
             punctual.iter().enumerate().filter_map(|(i, light)| Some((i, light.positions()?))).unzip();
-        let surfaces = world.coincident(|object| emits[object as usize], &points, origin_error(space))?;
+        let shines =
+            |object, primitive| area.of(&Hit { t: 0.0, u: 0.0, v: 0.0, primitive, object }).is_some();
+        let surfaces =
+            world.coincident(|object| emits[object as usize], shines, &points, origin_error(space))?;
         let count = area.lights.len();
         let mut shared: Vec<bool> = (0..count as u32).map(|i| area.is_on(i, &surfaces)).collect();
         shared.resize(count + punctual.len(), false);

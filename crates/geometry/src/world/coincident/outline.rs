@@ -12,7 +12,7 @@ pub(super) struct Outline {
 #[derive(Clone, Debug)]
 pub(super) enum Shape {
     /// Flat and convex, with its unit normal.
-    Flat(Polygon, DVec3),
+    Flat(Box<Polygon>, DVec3),
     Sphere {
         centre: DVec3,
         radius: f64,
@@ -120,7 +120,7 @@ impl Outline {
         let reach = error.length();
         match (&self.shape, &other.shape) {
             (Shape::Box, _) | (_, Shape::Box) | (Shape::Point(_), Shape::Point(_)) => true,
-            (Shape::Flat(a, n), Shape::Flat(b, m)) => overlap((a, *n), (b, *m), error),
+            (Shape::Flat(a, n), Shape::Flat(b, m)) => overlap((&**a, *n), (&**b, *m), error),
             (Shape::Flat(a, n), Shape::Point(q)) | (Shape::Point(q), Shape::Flat(a, n)) => {
                 a.distance(*n, *q) <= reach
             }
@@ -216,7 +216,7 @@ mod tests {
 
     fn triangle(corners: [DVec3; 3]) -> Outline {
         let n = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
-        Outline { shape: Shape::Flat(Polygon::new(&corners), n), error: ERROR }
+        Outline { shape: Shape::Flat(Box::new(Polygon::new(&corners)), n), error: ERROR }
     }
 
     fn square(z: f64, size: f64) -> [Outline; 2] {
@@ -278,7 +278,7 @@ mod tests {
             floor.meets(&point(-1.0)) && !floor.meets(&point(-0.99)) && ball(0.0, 1.0).meets(&point(1.0))
         );
         let disk = Polygon::around_disk(DVec3::NEG_Z, DVec3::X, DVec3::Y, 0.5);
-        let disk = Outline { shape: Shape::Flat(disk, DVec3::Z), error: ERROR };
+        let disk = Outline { shape: Shape::Flat(Box::new(disk), DVec3::Z), error: ERROR };
         assert!(disk.meets(&floor) && floor.meets(&disk));
     }
 }

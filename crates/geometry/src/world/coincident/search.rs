@@ -30,10 +30,19 @@ struct Item {
 
 const POINT: u32 = u32::MAX;
 
+impl Item {
+    /// Whether it may shine somewhere; what is asked about as a whole may.
+    fn shines(self, shines: &dyn Fn(u32, u32) -> bool) -> bool {
+        self.object == POINT || self.primitive == WHOLE || shines(self.object, self.primitive)
+    }
+}
+
 /// What goes through the tree.
 struct Visitor {
     item: Item,
     is_emitter: bool,
+    /// An emitter, but dark.
+    is_dull: bool,
     /// Its corners, if it is a triangle.
     own: Option<[DVec3; 3]>,
     bounds: Aabb,
@@ -44,6 +53,8 @@ struct Node {
     /// Leaf: its emitters. Inner: empty, the first child follows, the second is `second`.
     items: std::ops::Range<usize>,
     second: usize,
+    /// The object that all emitters below belong to, if none of them shines.
+    only: Option<u32>,
     /// All emitters below are known to share a place.
     done: bool,
 }
@@ -64,19 +75,21 @@ pub(super) struct Search<'a> {
 
 impl World {
     /// The primitives and `points` (given as boxes that they stay in) that share a place with an emitter or, of points,
-    /// with a surface; `emits` says which objects emit. None when there are none. `origin_error`: bound per axis of the
+    /// with a surface; `emits` says which objects emit, `shines` which of their primitives do so somewhere: primitives of one
+    /// object that do not are not compared with each other. None when there are none. `origin_error`: bound per axis of the
     /// error with which coordinates came into the world. What moves shares a place with everything on its way.
     pub fn coincident(
         &self,
         emits: impl Fn(u32) -> bool,
+        shines: impl Fn(u32, u32) -> bool,
         points: &[(DVec3, DVec3)],
         origin_error: Vec3,
     ) -> Option<Box<Coincident>> {
-        let mut search = Search::new(self, emits, points, origin_error);
+        let mut search = Search::new(self, (emits, &shines), points, origin_error);
         if search.emitters.is_empty() {
             return None;
         }
-        search.run();
+        search.run(&shines);
         let result = search.result;
         let none = result.starts.iter().all(|start| *start == NONE) && !result.points.contains(&true);
         (!none).then(|| Box::new(result))
@@ -86,7 +99,7 @@ impl World {
 impl<'a> Search<'a> {
     fn new(
         world: &'a World,
-        emits: impl Fn(u32) -> bool,
+        (emits, shines): (impl Fn(u32) -> bool, &dyn Fn(u32, u32) -> bool),
         points: &'a [(DVec3, DVec3)],
         origin_error: Vec3,
     ) -> Self {
@@ -118,7 +131,7 @@ impl<'a> Search<'a> {
         search.found = vec![false; search.emitters.len()];
         let count = search.emitters.len();
         if count > 0 {
-            search.split(0..count);
+            search.split(0..count, shines);
         }
         search
     }
@@ -131,13 +144,16 @@ impl<'a> Search<'a> {
     }
 
     /// Writes the subtree over some of the emitters: halves by number along the longest axis.
-    fn split(&mut self, range: std::ops::Range<usize>) {
+    fn split(&mut self, range: std::ops::Range<usize>, shines: &dyn Fn(u32, u32) -> bool) {
         let of = &mut self.emitters[range.clone()];
         let bounds = of.iter().fold(Aabb::EMPTY, |b, (_, c)| b.union(*c));
         let index = self.nodes.len();
         let leaf = of.len() <= LEAF;
         let items = if leaf { range.clone() } else { 0..0 };
-        self.nodes.push(Node { bounds, items, second: 0, done: false });
+        let object = of[0].0.object;
+        let is_dull = leaf && of.iter().all(|(item, _)| item.object == object && !item.shines(shines));
+        let only = is_dull.then_some(object);
+        self.nodes.push(Node { bounds, items, second: 0, only, done: false });
         if leaf {
             return;
         }
@@ -147,12 +163,15 @@ impl<'a> Search<'a> {
         of.select_nth_unstable_by(middle, |(_, a), (_, b)| {
             (a.lo[axis] + a.hi[axis]).total_cmp(&(b.lo[axis] + b.hi[axis]))
         });
-        self.split(range.start..range.start + middle);
-        self.nodes[index].second = self.nodes.len();
-        self.split(range.start + middle..range.end);
+        self.split(range.start..range.start + middle, shines);
+        let second = self.nodes.len();
+        self.nodes[index].second = second;
+        self.split(range.start + middle..range.end, shines);
+        let (first, second) = (self.nodes[index + 1].only, self.nodes[second].only);
+        self.nodes[index].only = first.filter(|_| first == second);
     }
 
-    fn run(&mut self) {
+    fn run(&mut self, shines: &dyn Fn(u32, u32) -> bool) {
         for object in 0..self.world.objects.len() as u32 {
             let whole = self.object_bounds(object);
             if !(whole.is_finite() && self.is_near(0, &whole)) {
@@ -163,7 +182,8 @@ impl<'a> Search<'a> {
                 let item = Item { object, primitive };
                 let mut is_found = self.result.contains(object, primitive);
                 let (own, bounds) = (self.triangle(item), self.bounds(item));
-                self.visit(0, &Visitor { item, is_emitter, own, bounds }, &mut is_found);
+                let is_dull = is_emitter && !item.shines(shines);
+                self.visit(0, &Visitor { item, is_emitter, is_dull, own, bounds }, &mut is_found);
                 if self.budget == 0 {
                     return self.everything();
                 }
@@ -184,11 +204,15 @@ impl<'a> Search<'a> {
 
     /// Compares a primitive with the emitters below a node.
     fn visit(&mut self, node: usize, visitor: &Visitor, is_found: &mut bool) {
-        let Visitor { item, is_emitter, own, bounds } = visitor;
+        let Visitor { item, is_emitter, is_dull, own, bounds } = visitor;
         let item = *item;
         self.budget = self.budget.saturating_sub(1);
         let at = &self.nodes[node];
-        if (at.done && *is_found) || self.budget == 0 || !meet(&at.bounds, bounds) {
+        if (*is_dull && at.only == Some(item.object))
+            || (at.done && *is_found)
+            || self.budget == 0
+            || !meet(&at.bounds, bounds)
+        {
             return;
         }
         let (second, items) = (at.second, at.items.clone());
@@ -350,7 +374,7 @@ impl<'a> Search<'a> {
                     object.surface(&Ray::new(Vec3::ZERO, Vec3::Z), time.into(), &hit).p_error.as_dvec3()
                 });
                 (
-                    Form::Flat(Polygon::new(&corners), n.normalize_or_zero()),
+                    Form::Flat(Box::new(Polygon::new(&corners)), n.normalize_or_zero()),
                     error.into_iter().fold(DVec3::ZERO, DVec3::max),
                 )
             }
@@ -370,7 +394,7 @@ fn standing(shape: &Shape) -> Form {
             let frame = Frame::from_z(d.normal.normalize_or(Vec3::Z));
             let (x, y) = (frame.x.as_dvec3(), frame.y.as_dvec3());
             let outline = Polygon::around_disk(d.centre.as_dvec3(), x, y, d.radius.into());
-            Form::Flat(outline, frame.z.as_dvec3())
+            Form::Flat(Box::new(outline), frame.z.as_dvec3())
         }
     }
 }
