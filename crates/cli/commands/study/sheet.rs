@@ -67,7 +67,7 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
     let sheet = Sheet { arguments, asked, options, loaded, view };
     let plans = sheet.checked()?;
     let reference = match given {
-        Some(files) => Some(Reference::given(&files, plans[0].settings.rect())?),
+        Some(files) => Some(Reference::given(&files, &plans[0].settings)?),
         None => None,
     };
     interrupt::listen();

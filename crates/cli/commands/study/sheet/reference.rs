@@ -3,6 +3,7 @@
 use crate::error::Failure;
 use dapple_analysis::converge::Reference as Pictures;
 use dapple_analysis::metrics::SizeMismatch;
+use dapple_integrator::Settings;
 use dapple_integrator::camera::PixelRect;
 use dapple_integrator::imaging::{Picture, Window, Windowed, read};
 use std::path::Path;
@@ -34,9 +35,10 @@ impl Reference {
         Self { pictures: Pictures::Halves(halves), said }
     }
 
-    /// The pixels `rect` of the files that were given.
-    pub fn given(files: &Given, rect: PixelRect) -> Result<Self, Failure> {
-        let picture = |(path, file): &(&Path, Windowed)| fitting(path, file, rect);
+    /// The pixels that `settings` renders, of the files that were given.
+    pub fn given(files: &Given, settings: &Settings) -> Result<Self, Failure> {
+        let (rect, size) = (settings.rect(), settings.size);
+        let picture = |(path, file): &(&Path, Windowed)| fitting(path, file, rect, size);
         let first = picture(&files.first)?;
         let path = files.first.0.display();
         Ok(match &files.half {
@@ -94,20 +96,20 @@ impl<'a> Given<'a> {
     }
 }
 
-/// The pixels `rect` of a file that holds them, or a file that is just as large as they are.
-fn fitting(path: &Path, file: &Windowed, rect: PixelRect) -> Result<Picture, Failure> {
+/// The pixels `rect` of a file of the full picture, which is `size` large, or a file that is just as large as they are.
+fn fitting(path: &Path, file: &Windowed, rect: PixelRect, size: (u32, u32)) -> Result<Picture, Failure> {
     let (width, height) = (rect.width() as usize, rect.height() as usize);
-    if file.full_size == (width, height) {
-        return Ok(file.covering(Window::full(file.full_size), &path.display().to_string())?);
-    }
-    let wanted = Window { x: rect.x0 as usize, y: rect.y0 as usize, width, height };
-    let crop = file.window == wanted;
-    let inside = file.part(wanted).filter(|_| crop);
-    inside.ok_or_else(|| {
-        let (w, h) = file.full_size;
-        let said = format!("the reference has {w}x{h} pixels and the cells have {width}x{height}");
-        Failure::Arguments(format!("{}: {said}", path.display()))
-    })
+    let wanted = match file.full_size {
+        full if full == (size.0 as usize, size.1 as usize) => {
+            Window { x: rect.x0 as usize, y: rect.y0 as usize, width, height }
+        }
+        full if full == (width, height) => Window::full(full),
+        (w, h) => {
+            let said = format!("the reference has {w}x{h} pixels and the cells have {width}x{height}");
+            return Err(Failure::Arguments(format!("{}: {said}", path.display())));
+        }
+    };
+    Ok(file.covering(wanted, &path.display().to_string())?)
 }
 
 #[cfg(test)]
@@ -122,6 +124,26 @@ mod tests {
         };
         let pixels = (0..4096).map(|i| Vec3::splat(level + noise * sign(i ^ (seed << 16)))).collect();
         Picture { width: 64, height: 64, pixels }
+    }
+
+    #[test]
+    fn crops_are_taken_where_they_belong() {
+        let rect = PixelRect { x0: 8, y0: 4, x1: 24, y1: 12 };
+        let of = |full: (usize, usize), window: Window| {
+            let picture = Picture::filled(window.width, window.height, Vec3::ONE);
+            let file = Windowed { picture, window, full_size: full };
+            fitting(Path::new("r.exr"), &file, rect, (64, 64)).map(|p| (p.width, p.height))
+        };
+        let crop = Window { x: 8, y: 4, width: 16, height: 8 };
+        for (full, window) in
+            [((64, 64), Window::full((64, 64))), ((64, 64), crop), ((16, 8), Window::full((16, 8)))]
+        {
+            assert_eq!(of(full, window).unwrap(), (16, 8));
+        }
+        // Half of what is needed; another size.
+        let half = Window { width: 8, ..crop };
+        assert!(of((64, 64), half).unwrap_err().to_string().contains("8,4 to 16,12"));
+        assert!(of((32, 32), Window::full((32, 32))).unwrap_err().to_string().contains("32x32"));
     }
 
     /// The reference's own noise is not in the errors; what it hides is called so.
