@@ -1,7 +1,8 @@
 //! `dapple render`: check everything, load, render, write, report — in this order.
 
 use crate::error::Failure;
-use crate::error_watch::{ErrorWatch, Estimate};
+use crate::error_watch::ErrorWatch;
+use crate::known::Known;
 use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::output::Outputs;
@@ -40,13 +41,17 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     say_no_picture(&options);
     interrupt::listen();
     tracing::info!(?settings, "rendering");
-    let (outcome, error) = draw(&loaded, view, &settings, &options)?;
+    let (outcome, known) = draw(&loaded, view, &settings, &options)?;
     let outcome = finish(outcome, &options, &loaded, view, &settings);
     outputs.write(&outcome, &outcome.film.mean())?;
     say_bad_samples(&outcome.stats, scene, typed);
     say_stopped(&outcome.stats);
-    tell(&options, &Report::new(&loaded, &settings, &outcome.stats, error, &outputs));
-    Ok(if outcome.stats.stopped { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS })
+    let unmet = options.error_limit.is_some() && !known.reliable;
+    if unmet {
+        say_unmet(&outcome.stats, &known);
+    }
+    tell(&options, &Report::new(&loaded, &settings, &outcome.stats, &known, &outputs));
+    Ok(if outcome.stats.stopped || unmet { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS })
 }
 
 /// The options as settings of the integrator.
@@ -114,7 +119,7 @@ fn draw(
     view: &NamedCamera,
     settings: &Settings,
     options: &RenderOptions,
-) -> Result<(Outcome, (Option<Estimate>, f64)), Failure> {
+) -> Result<(Outcome, Known), Failure> {
     let bar = Bar::new(RenderOptions::is(options.quiet));
     let (scene, camera) = (&loaded.scene, &view.camera);
     let mut watch = ErrorWatch::new((scene, camera, settings), options, &bar)?;
@@ -123,9 +128,9 @@ fn draw(
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let outcome = render_watched(scene, camera, settings, &progress, &mut |at| watch.look(at));
-    let error = if tells_error(options) { watch.finish(&outcome) } else { (None, 0.0) };
+    let known = if tells_error(options) { watch.finish(&outcome) } else { Known::unasked() };
     bar.finish();
-    Ok((outcome, error))
+    Ok((outcome, known))
 }
 
 /// Whether anyone hears of the error: to find it out takes time.
@@ -168,6 +173,12 @@ fn say_stopped(stats: &Stats) {
         let spp = stats.spp;
         report::say(&format!("stopped early: the pictures hold {spp} samples of every pixel"));
     }
+}
+
+/// A limit that nobody knows to hold is not met.
+fn say_unmet(stats: &Stats, known: &Known) {
+    let (spp, why) = (stats.spp, &known.why);
+    report::say(&format!("--error-limit is not known to hold after {spp} samples per pixel: {why}"));
 }
 
 fn tell(options: &RenderOptions, told: &Report) {

@@ -25,6 +25,7 @@ pub mod ledger;
 mod medium;
 mod needs;
 mod path;
+pub mod peak;
 mod places;
 pub mod plan;
 pub mod render;
@@ -32,6 +33,7 @@ pub mod replay;
 mod sample;
 pub mod settings;
 pub mod spread;
+pub mod tail;
 mod terminator;
 mod tile;
 pub mod variances;
@@ -42,6 +44,7 @@ pub use aov::Aov;
 pub use effects::{Combine, Effect, Plans};
 pub use forecast::{Forecast, forecast};
 pub use ledger::Ledger;
+pub use peak::{Peak, peak};
 pub use plan::{RenderPlan, plan};
 pub use render::{
     BadSample, Checkpoint, Look, Outcome, Progress, Stats, render, render_pixels, render_watched,
@@ -49,6 +52,7 @@ pub use render::{
 pub use replay::{PathVertex, replay};
 pub use settings::{Method, Settings};
 pub use spread::{PILOT, Spread};
+pub use tail::Tail;
 pub use variances::{Variances, variances};
 
 #[cfg(doctest)]

@@ -8,6 +8,7 @@ use crate::kernel::{self, Job};
 use crate::ledger::{self, Ledger};
 use crate::settings::Settings;
 use crate::spread::Spread;
+use crate::tail::Tail;
 use crate::tile::Tile;
 use dapple_camera::{Camera, Film};
 use dapple_imaging::Layers;
@@ -87,6 +88,8 @@ pub struct Outcome {
     pub stats: Stats,
     /// Which pixels got how many samples, where not all got the same.
     pub spread: Option<Arc<Spread>>,
+    /// The samples that deviate most from their pixels.
+    pub tail: Tail,
 }
 
 /// Most bad samples reported by place.
@@ -186,7 +189,7 @@ fn finish(job: &Job<'_>, tiles: Vec<Tile>, mut stats: Stats, spread: Option<Arc<
     }
     stats.samples = film.samples();
     let layers = layers::compose(job, &film, &tiles);
-    Outcome { film, layers, stats, spread }
+    Outcome { film, layers, stats, spread, tail: checkpoint::tail(&tiles) }
 }
 
 /// Decides how long each pass is, when to stop, and tells how far things are.

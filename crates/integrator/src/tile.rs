@@ -7,6 +7,7 @@ use crate::path::Follow;
 use crate::render::BadSample;
 use crate::settings::Settings;
 use crate::spread::Spread;
+use crate::tail::Tail;
 use crate::vertex::Vertex;
 use dapple_camera::{Film, PixelRect};
 use glam::{DVec3, Vec3};
@@ -125,6 +126,7 @@ pub(crate) struct Tile {
     pub bad: Vec<BadSample>,
     pub bad_count: u64,
     pub ledger: Ledger,
+    pub tail: Tail,
 }
 
 impl Tile {
@@ -153,6 +155,7 @@ impl Tile {
             bad: Vec::new(),
             bad_count: 0,
             ledger: Ledger::default(),
+            tail: Tail::default(),
         }
     }
 
@@ -199,7 +202,8 @@ impl Tile {
         if !first.ledger.is_clean() {
             self.ledger.merge(&first.ledger);
         }
-        let finite = self.film.add(x, y, value, weight);
+        let (finite, deviation) = self.film.add_measured(x, y, value, weight);
+        self.tail.add(deviation);
         if !finite {
             self.bad_count += 1;
             if self.bad.len() < REMEMBERED {
