@@ -1,6 +1,6 @@
 //! How a render ended: what is said about it, and with which code.
 
-use crate::error_watch::Estimate;
+use crate::known::Known;
 use crate::options::RenderOptions;
 use dapple_integrator::camera::Film;
 use dapple_integrator::{Outcome, Settings};
@@ -21,21 +21,21 @@ pub struct Ending {
 }
 
 impl Ending {
-    /// Of a render by `settings`, whose error is `error` by its own account.
-    pub fn of(
-        options: &RenderOptions,
-        settings: &Settings,
-        outcome: &Outcome,
-        error: Option<&Estimate>,
-    ) -> Self {
+    /// Of a render by `settings`; `known`: its error by its own account.
+    pub fn of(options: &RenderOptions, settings: &Settings, outcome: &Outcome, known: &Known) -> Self {
         let stats = &outcome.stats;
         let by = if stats.stopped { "stopped early" } else { "stopped early by --time-limit" };
-        let early = match options.error_limit.filter(|limit| error.is_none_or(|e| e.bound > *limit)) {
+        let early = match options.error_limit.filter(|limit| known.bound.is_none_or(|bound| bound > *limit)) {
             _ if stats.spp == 0 => Some(format!("{by}: {}", some_pixels(settings, &outcome.film))),
             Some(limit) if stats.timed_out => Some(format!(
                 "{by}: the pictures hold {} samples of every pixel, and their error is {}",
                 stats.spp,
-                above(limit, error)
+                above(limit, known)
+            )),
+            Some(limit) if !stats.stopped => Some(format!(
+                "--error-limit is not reached after {} samples of every pixel: the error is {}",
+                stats.spp,
+                above(limit, known)
             )),
             _ if stats.stopped || (stats.timed_out && settings.samples().is_some()) => {
                 let of = settings.samples().map_or(String::new(), |asked| format!(" of {asked}"));
@@ -69,11 +69,11 @@ impl Ending {
     }
 }
 
-fn above(limit: f64, error: Option<&Estimate>) -> String {
+fn above(limit: f64, known: &Known) -> String {
     let limit = 100.0 * limit;
-    match error {
-        Some(e) => format!("below {:.2} %, not {limit:.2} %", 100.0 * e.bound),
-        None => format!("not known to be below {limit:.2} %"),
+    match known.bound {
+        Some(bound) => format!("below {:.2} %, not {limit:.2} %", 100.0 * bound),
+        None => format!("not known to be below {limit:.2} % ({})", known.why),
     }
 }
 

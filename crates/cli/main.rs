@@ -17,6 +17,7 @@ mod error_watch;
 #[path = "no_error_watch.rs"]
 mod error_watch;
 mod interrupt;
+mod known;
 mod ledger;
 mod load;
 mod machine;

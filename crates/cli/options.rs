@@ -92,7 +92,7 @@ pub struct RenderOptions {
     /// Stop after this much rendering: 30s, 5m, 1h
     #[arg(long, value_name = "TIME", value_parser = values::duration, help_heading = "Sampling")]
     pub time_limit: Option<Seconds>,
-    /// Stop as soon as the relative RMSE of the picture is below X with --confidence; at 64 samples or more
+    /// Stop as soon as the relative RMSE of the picture is known to be below X with --confidence; at 64 samples or more. Where light may be unseen so far no bound can be relied on (error_reliable in --json): the render goes on, without --spp and --time-limit to 16 times the samples at which the bound fell below X and 4096 at least, and ends with code 3
     #[arg(long, value_name = "X", value_parser = values::positive64, help_heading = "Sampling")]
     pub error_limit: Option<f64>,
     /// How sure --error-limit and the stated error bound are [default: 0.95]

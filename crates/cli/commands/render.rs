@@ -2,7 +2,8 @@
 
 use crate::ending::Ending;
 use crate::error::Failure;
-use crate::error_watch::{ErrorWatch, Estimate};
+use crate::error_watch::ErrorWatch;
+use crate::known::Known;
 use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::output::Outputs;
@@ -38,13 +39,13 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     say_no_picture(&options);
     interrupt::listen();
     tracing::info!(?settings, "rendering");
-    let (outcome, error) = draw(&loaded, view, &settings, &options)?;
+    let (outcome, known) = draw(&loaded, view, &settings, &options)?;
     let outcome = finish(outcome, &options, &loaded, view, &settings);
-    let ending = Ending::of(&options, &settings, &outcome, error.0.as_ref());
+    let ending = Ending::of(&options, &settings, &outcome, &known);
     outputs.write(&outcome, &outcome.film.mean(), ending.comment())?;
     say_bad_samples(&outcome.stats, scene, typed);
     ending.line().iter().for_each(|line| report::say(line));
-    let mut report = Report::new(&loaded, &settings, &outcome.stats, error, &outputs);
+    let mut report = Report::new(&loaded, &settings, &outcome.stats, &known, &outputs);
     (report.stopped, report.unsampled_pixels) = (ending.is_early(), ending.unsampled);
     tell(&options, &report);
     Ok(ending.code())
@@ -116,7 +117,7 @@ fn draw(
     view: &NamedCamera,
     settings: &Settings,
     options: &RenderOptions,
-) -> Result<(Outcome, (Option<Estimate>, f64)), Failure> {
+) -> Result<(Outcome, Known), Failure> {
     let bar = Bar::new(RenderOptions::is(options.quiet));
     let (scene, camera) = (&loaded.scene, &view.camera);
     let mut watch = ErrorWatch::new((scene, camera, settings), options, &bar)?;
@@ -126,9 +127,9 @@ fn draw(
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let outcome = render_watched(scene, camera, timed, &progress, &mut |at| watch.look(at));
-    let error = if tells_error(options) { watch.finish(&outcome) } else { (None, 0.0) };
+    let known = if tells_error(options) { watch.finish(&outcome) } else { Known::unasked() };
     bar.finish();
-    Ok((outcome, error))
+    Ok((outcome, known))
 }
 
 /// The settings with what of the time limit is for rendering: the rest is needed to measure the error.

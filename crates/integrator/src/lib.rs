@@ -28,6 +28,7 @@ mod medium;
 mod needs;
 mod normals;
 mod path;
+pub mod peak;
 mod places;
 pub mod plan;
 pub mod render;
@@ -37,6 +38,7 @@ pub mod settings;
 mod shared_place;
 mod shadow;
 pub mod spread;
+pub mod tail;
 mod terminator;
 mod tile;
 pub mod variances;
@@ -47,6 +49,7 @@ pub use aov::Aov;
 pub use effects::{Combine, Effect, Plans};
 pub use forecast::{Forecast, forecast};
 pub use ledger::Ledger;
+pub use peak::{Peak, peak};
 pub use plan::{RenderPlan, plan};
 pub use render::{
     BadSample, Checkpoint, Look, Outcome, Progress, Stats, render, render_pixels, render_pixels_until,
@@ -55,6 +58,7 @@ pub use render::{
 pub use replay::{PathVertex, replay};
 pub use settings::{Method, Settings};
 pub use spread::{PILOT, Spread};
+pub use tail::Tail;
 pub use variances::{Variances, variances};
 
 #[cfg(doctest)]

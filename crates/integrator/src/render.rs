@@ -10,6 +10,7 @@ use crate::kernel::{self, Job};
 use crate::ledger::{self, Ledger};
 use crate::settings::Settings;
 use crate::spread::Spread;
+use crate::tail::Tail;
 use crate::tile::Tile;
 use dapple_camera::{Camera, Film};
 use dapple_imaging::Layers;
@@ -93,6 +94,8 @@ pub struct Outcome {
     pub stats: Stats,
     /// Which pixels got how many samples, where not all got the same.
     pub spread: Option<Arc<Spread>>,
+    /// The samples that deviate most from their pixels.
+    pub tail: Tail,
 }
 
 /// Of a worker, bytes: several times what a tree of rays takes even without optimisation; only what is used is memory.
@@ -219,7 +222,7 @@ fn finish(job: &Job<'_>, tiles: Vec<Tile>, mut stats: Stats, spread: Option<Arc<
     }
     stats.samples = film.samples();
     let layers = layers::compose(job, &film, &tiles, stats.spp == 0);
-    Outcome { film, layers, stats, spread }
+    Outcome { film, layers, stats, spread, tail: checkpoint::tail(&tiles) }
 }
 
 #[cfg(feature = "parallel")]

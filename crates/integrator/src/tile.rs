@@ -7,6 +7,7 @@ use crate::path::Follow;
 use crate::render::BadSample;
 use crate::settings::Settings;
 use crate::spread::Spread;
+use crate::tail::Tail;
 use crate::vertex::Vertex;
 use dapple_camera::{Film, PixelRect};
 use glam::{DVec3, Vec3};
@@ -131,6 +132,7 @@ pub(crate) struct Tile {
     pub bad: Vec<BadSample>,
     pub bad_count: u64,
     pub ledger: Ledger,
+    pub tail: Tail,
 }
 
 impl Tile {
@@ -161,6 +163,7 @@ impl Tile {
             bad: Vec::new(),
             bad_count: 0,
             ledger: Ledger::default(),
+            tail: Tail::default(),
         }
     }
 
@@ -236,7 +239,8 @@ impl Tile {
         if !first.ledger.is_clean() {
             self.ledger.merge(&first.ledger);
         }
-        let finite = self.film.add(x, y, value, weight);
+        let (finite, deviation) = self.film.add_measured(x, y, value, weight);
+        self.tail.add(deviation);
         if !finite {
             self.bad_count += 1;
             if self.bad.len() < REMEMBERED {
