@@ -1,6 +1,7 @@
 //! `--adaptive`: the same picture, another error.
 
 mod dapple;
+mod fireflies;
 
 use dapple::{run, well};
 use dapple_imaging::read;
@@ -85,5 +86,32 @@ fn what_does_not_go_together() {
         assert_eq!(found.code, 2, "{arguments:?}");
         let line = &found.err;
         assert!(line.lines().count() == 1 && line.contains("--adaptive") && line.contains(named), "{line}");
+    }
+}
+
+/// What `--error-limit` does to the mean of a pixel that few samples make up, by stopping when they look good enough; even
+/// and adaptive. Printed for `docs/error.md`; without any regard to what is unseen it would be off by tens of percent.
+#[test]
+#[ignore = "long: 2400 renders, minutes"]
+fn stopping_by_the_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = fireflies::written(folder.path(), "star", &fireflies::star()).display().to_string();
+    let exact = 1.0 + 499.0 / 64.0;
+    for (limit, more) in [("0.5", &[][..]), ("0.2", &[]), ("0.2", &["--adaptive"])] {
+        let (mut means, mut samples) = (Vec::new(), 0.0);
+        for seed in 0..800 {
+            let seed = seed.to_string();
+            let base =
+                ["render", &file, "--size", "16x12", "--max-bounces", "0", "--pattern", "random", "--json"];
+            let limit = ["--error-limit", limit, "--env-color", "0,0,0", "--seed", &seed, "-o", "a.exr"];
+            let json = well(folder.path(), &[&base[..], &limit, more].concat()).json();
+            samples += json["spp"].as_f64().unwrap() / 800.0;
+            let picture = read::picture(&folder.path().join("a.exr")).unwrap();
+            means.push(f64::from(picture.pixels[4 * 16 + 9].y) / exact);
+        }
+        let found = dapple_analysis::statistics::mean(&means, 0.95).unwrap();
+        let (off, room) = (100.0 * (found.value - 1.0), 50.0 * (found.high - found.low));
+        println!("| {limit} {} | {samples:.0} | {off:+.1} % ± {room:.1} % |", more.join(" "));
+        assert!(off.abs() <= 10.0 + 2.0 * room, "{limit}: {off} ± {room}");
     }
 }

@@ -65,7 +65,7 @@ const PINNED: [(&str, &[&str], &[&str]); 10] = [
             "tracing",
             "tracing-subscriber",
         ],
-        &["dapple-analysis"],
+        &["dapple-analysis", "rustix"],
     ),
 ];
 

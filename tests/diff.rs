@@ -129,6 +129,60 @@ fn every_format_is_read() {
     assert!(equal["psnr"].is_null());
 }
 
+/// A crop holds a part of its picture: only what both files hold is compared, and places are those of the full picture.
+#[test]
+fn crops_are_compared_where_they_overlap() {
+    let folder = tempfile::tempdir().unwrap();
+    let full = (0..24).map(|i| Vec3::splat(1.0 + i as f32 / 16.0)).collect();
+    let full = Picture { width: 6, height: 4, pixels: full };
+    save(folder.path(), "full.exr", &full);
+    let crop = |name: &str, x: usize, y: usize, w: usize, h: usize, change: &dyn Fn(&mut Picture)| {
+        let pixels = (y..y + h).flat_map(|y| (x..x + w).map(move |x| (x, y))).map(|(x, y)| full.at(x, y));
+        let mut part = Picture { width: w, height: h, pixels: pixels.collect() };
+        change(&mut part);
+        let layers = Layers { offset: (x as i32, y as i32), full_size: (6, 4), ..Layers::from(&part) };
+        write::exr(&folder.path().join(name), &layers, write::Depth::Float).unwrap();
+    };
+    crop("same.exr", 1, 1, 3, 2, &|_| {});
+    crop("off.exr", 2, 1, 4, 3, &|p| p.pixels[5].x += 2.0);
+    crop("far.exr", 0, 3, 2, 1, &|_| {});
+    let of = |a: &str, b: &str| well(folder.path(), &["diff", a, b, "--json", "-o", "d.exr"]).json();
+    for (a, b) in [("same.exr", "full.exr"), ("full.exr", "same.exr")] {
+        let json = of(a, b);
+        assert_eq!((&json["mse"], &json["pixels"], &json["relmse"]), (&0.0.into(), &6.into(), &0.0.into()));
+        assert_eq!(json["window"], serde_json::json!([1, 1, 4, 3]));
+    }
+    let json = of("off.exr", "full.exr");
+    assert_eq!(json["max_error_pixel"], serde_json::json!([3, 2]));
+    assert!((json["mse"].as_f64().unwrap() - 4.0 / 36.0).abs() < 1e-12, "{json}");
+    // The map of the differences lies where they are.
+    let map = read::layers(&folder.path().join("d.exr")).unwrap();
+    assert_eq!((map.offset, map.full_size, map.width, map.height), ((2, 1), (6, 4), 4, 3));
+    let both = of("off.exr", "same.exr");
+    assert_eq!((&both["pixels"], &both["max_error"]), (&4.into(), &2.0.into()));
+    let halves = ["diff", "full.exr", "same.exr", "--reference-half", "off.exr"];
+    let text = well(folder.path(), &halves).out;
+    assert!(text.contains("4 pixels") && text.contains("2,1 to 4,3 of 6x4"), "{text}");
+    for arguments in [&["same.exr", "far.exr"][..], &["full.exr", "same.exr", "--reference-half", "far.exr"]]
+    {
+        let found = run(folder.path(), &[&["diff"], arguments].concat());
+        assert_eq!(found.code, 2, "{arguments:?}: {}", found.out);
+        assert!(found.err.contains("far.exr") && found.err.contains("no pixel in common"), "{}", found.err);
+    }
+}
+
+/// A crop that was rendered is equal to that part of the whole picture.
+#[test]
+fn a_rendered_crop_has_no_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let base = ["render", "builtin:cornell", "--size", "24x16", "--spp", "4"];
+    well(folder.path(), &[&base[..], &["-o", "full.exr"]].concat());
+    well(folder.path(), &[&base[..], &["--crop", "5,3,14,11", "-o", "crop.exr"]].concat());
+    let json = well(folder.path(), &["diff", "crop.exr", "full.exr", "--json"]).json();
+    assert_eq!((&json["max_error"], &json["full_size"]), (&0.0.into(), &serde_json::json!([24, 16])));
+    assert!(json["pixels"].as_u64().unwrap() < 24 * 16);
+}
+
 #[test]
 fn what_cannot_be_compared() {
     let folder = tempfile::tempdir().unwrap();

@@ -138,6 +138,9 @@ fn a_sheet_shows_counts_and_estimators() {
     let run = well(folder.path(), &[&sheet[..], &counts].concat());
     assert_eq!(files(folder.path()), ["s.png"]);
     assert!(run.err.contains("reference: path tracer, 256 samples"), "{}", run.err);
+    let first = run.err.lines().find(|line| line.starts_with("forecast:")).unwrap();
+    assert!(first.contains("8 cells about") && first.contains("its reference about"), "{first}");
+    assert!(run.err.find("forecast:") < run.err.find("reference: path"));
     let json = run.json();
     let cells = json["cells"].as_array().unwrap();
     assert_eq!(cells.len(), 8);
@@ -149,6 +152,26 @@ fn a_sheet_shows_counts_and_estimators() {
     assert!(error(5) < error(3) && error(7) < error(3));
     let picture = read::picture(&folder.path().join("s.png")).unwrap();
     assert!(picture.width > 2 * 48 && picture.height > 4 * 32);
+}
+
+/// Under a sky all errors fall with the varied effect's: random points as n^-½, others faster. A whole sky that stood on
+/// one direction would keep them up, on what is seen directly, in blurred mirrors and in smooth ones.
+#[test]
+fn sheets_under_a_sky_fall_with_the_varied_effect() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, vary, size) in [("blurred_reflection", "glossy", "24x15"), ("environment", "light", "16x12")] {
+        let scene = scene(&format!("{name}.gltf"));
+        let sheet =
+            ["sheet", scene.to_str().unwrap(), "--vary", vary, "--size", size, "--yes", "--json", "--quiet"];
+        let counts = ["--counts", "4,64", "--estimators", "random,sobol,stratified,grid", "-o", "s.png"];
+        let json = well(folder.path(), &[&sheet[..], &counts].concat()).json();
+        let error = |i: usize| json["cells"][i]["relative_rmse"].as_f64().unwrap();
+        let slope = |row: usize| (error(2 * row) / error(2 * row + 1)).ln() / 16f64.ln();
+        let slopes = [0, 1, 2, 3].map(slope);
+        assert!((0.42..0.58).contains(&slopes[0]), "{name}: {slopes:?}");
+        // A grid is no better than that where edges run along its cells.
+        assert!(slopes[1..].iter().all(|s| (0.42..1.1).contains(s)), "{name}: {slopes:?}");
+    }
 }
 
 /// Errors are measured against the file: a cell is its own reference.
@@ -175,6 +198,54 @@ fn a_sheet_takes_a_reference() {
     assert_eq!(json["reference"], "r.exr");
     assert_eq!(json["cells"][0]["relative_rmse"], 0.0);
     assert!(json["cells"][1]["relative_rmse"].as_f64().unwrap() > 0.0);
+}
+
+/// The reference's own noise is not in the errors: of a converged cell nothing is left but what the noise hides, with two
+/// noisy halves; with one of them alone its noise is all that is seen.
+#[test]
+fn a_sheet_subtracts_the_noise_of_its_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene("soft_shadow.gltf").display().to_string();
+    let off = ["--method", "distribution", "--pixel", "0", "--diffuse", "0", "--light", "4:random"];
+    for (name, seed) in [("r1.exr", "5"), ("r2.exr", "6")] {
+        let more = ["--size", "128x96", "--seed", seed, "-o", name];
+        well(folder.path(), &[&["render", &scene], &off[..], &more].concat());
+    }
+    let base = ["sheet", &scene, "--vary", "light", "--counts", "4,256", "--estimators", "random", "--json"];
+    let of = |more: &[&str]| well(folder.path(), &[&base[..], more].concat()).json()["cells"].take();
+    let one = of(&["--reference", "r1.exr"]);
+    let two = of(&["--reference", "r1.exr", "--reference-half", "r2.exr"]);
+    let error = |cells: &serde_json::Value, i: usize| cells[i]["relative_rmse"].as_f64();
+    let (noisy, fair) = (error(&one, 0).unwrap(), error(&two, 0).unwrap());
+    // As noisy as the cell: twice the squared error.
+    assert!((noisy / fair - 2f64.sqrt()).abs() < 0.15, "{noisy} {fair}");
+    let best = error(&two, 1).or(two[1]["relative_rmse_below"].as_f64()).unwrap();
+    assert!(best < 0.4 * fair && error(&one, 1).unwrap() > 0.8 * fair, "{best} {fair} {one}");
+}
+
+/// A sheet ends with its time, with the cells that are done and a line about it; so does its reference.
+#[test]
+fn a_sheet_obeys_the_time_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let base = ["sheet", "builtin:cornell", "--vary", "light", "--estimators", "random", "--size", "64x64"];
+    let arguments = ["--counts", "1,4,3000", "--time-limit", "1s", "--json", "-o", "s.png"];
+    let start = std::time::Instant::now();
+    let found = run(folder.path(), &[&base[..], &arguments].concat());
+    assert_eq!(found.code, 3, "{}", found.err);
+    assert!(found.err.contains("--time-limit 1 s") && found.err.contains("stopped early: the sheet holds"));
+    // Without the limit the last cell and the reference for it take minutes.
+    assert!(start.elapsed().as_secs_f64() < 60.0);
+    let json = found.json();
+    let last = &json["cells"][2];
+    assert_eq!((&last["rendered"], &last["relative_rmse"]), (&false.into(), &serde_json::Value::Null));
+    assert_eq!(json["cells"].as_array().unwrap().len(), 3);
+    let picture = read::picture(&folder.path().join("s.png")).unwrap();
+    assert!(picture.width > 3 * 64);
+    // What is done in time is a whole sheet.
+    let enough = ["--counts", "1,2", "--time-limit", "100s", "--json", "-o", "s.png"];
+    let json = well(folder.path(), &[&base[..], &enough].concat()).json();
+    assert!(json["cells"].as_array().unwrap().iter().all(|cell| cell["rendered"] == true));
+    assert!(json["reference_relative_rmse"].as_f64().unwrap() > 0.0);
 }
 
 #[test]

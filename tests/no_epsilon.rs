@@ -1,11 +1,12 @@
 //! No tolerance in scene units stands in the sources: lengths are compared exactly, or against a bound of their own
-//! rounding error.
+//! rounding error. Neither are angles, solid angles or differences of cosines held above a constant: every small number
+//! of the crates that deal with them is named here, with what it is.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Small numbers that are no lengths: file, literal, what it is.
-const DIMENSIONLESS: [(&str, &str, &str); 15] = [
+const DIMENSIONLESS: [(&str, &str, &str); 29] = [
     ("geometry/src/frame.rs", "1e-12", "squared sine"),
     ("geometry/src/motion/pose.rs", "1e-12", "volume over the product of the edges"),
     ("geometry/src/motion/pose.rs", "1e-14", "normal over the square of the size"),
@@ -18,9 +19,23 @@ const DIMENSIONLESS: [(&str, &str, &str); 15] = [
     ("scene/src/gltf/read.rs", "1e-6", "ratio of scales"),
     ("scene/src/moving.rs", "1e-6", "ratio of scales"),
     ("geometry/src/bvh/triangle.rs", "1e-27", "where f32 products underflow and f64 takes over"),
+    ("integrator/src/clear.rs", "2e-4", "ratio of indices of refraction"),
     ("integrator/src/ledger.rs", "1e-30", "throughput"),
     ("integrator/src/vertex.rs", "1e-3", "cosine"),
     ("integrator/src/vertex.rs", "1.0e-3", "cosine"),
+    ("lights/src/area.rs", "1e-3", "solid angle at which two exact ways of sampling change places"),
+    ("lights/src/lanes.rs", "1e-36", "squared length that keeps the weights of a choice finite"),
+    ("lights/src/lanes.rs", "1e-6", "rounding of an f32 cosine; weights of a choice, and only towards more"),
+    ("lights/src/rectangle.rs", "1e-5", "cosine between edges"),
+    ("lights/src/solid_angle.rs", "1e-5", "tangent at which a series takes over, to 3e-11 of its value"),
+    ("materials/src/bsdf.rs", "1e-18", "cosine whose square f32 still holds"),
+    ("materials/src/diffuse.rs", "1e-4", "share of light let through"),
+    ("materials/src/fresnel.rs", "1e-4", "difference of indices"),
+    ("materials/src/layers.rs", "1e-6", "least index of refraction"),
+    ("materials/src/microfacet.rs", "1e-3", "roughness"),
+    ("materials/src/mirror.rs", "1e-4", "blur over the distance"),
+    ("materials/src/mirror.rs", "1e-7", "rounding of unit vectors"),
+    ("materials/src/transmission.rs", "1e-3", "probability"),
 ];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -60,7 +75,7 @@ fn suspects(text: &str) -> Vec<String> {
 fn lengths_are_not_compared_with_constants() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates");
     let mut files = Vec::new();
-    for part in ["geometry", "integrator", "scene", "camera"] {
+    for part in ["geometry", "integrator", "scene", "camera", "lights", "materials", "sampling"] {
         sources(&crates.join(part).join("src"), &mut files);
     }
     assert!(files.len() > 50);
@@ -74,6 +89,39 @@ fn lengths_are_not_compared_with_constants() {
             );
         }
     }
+}
+
+/// Decimal fractions hide from the search above: none may hold up a difference, as `max(0.001)` did that of two cosines.
+#[test]
+fn differences_are_not_held_above_constants() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates");
+    let mut files = Vec::new();
+    for part in ["geometry", "integrator", "scene", "camera", "lights", "materials", "sampling"] {
+        sources(&crates.join(part).join("src"), &mut files);
+    }
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        for line in code.lines().map(|line| line.split("//").next().unwrap_or_default()) {
+            assert!(!holds_up(line), "{}: {line}", file.display());
+        }
+    }
+    assert!(holds_up("1.0 / (cos_inner - cos_outer).max(0.001)") && holds_up("x.max(1e-4)"));
+    assert!(!holds_up("x.max(0.0)") && !holds_up("count.max(1)") && !holds_up("a.max(b)"));
+}
+
+/// `.max(` of a literal between 0 and 1, which is no count of things.
+fn holds_up(line: &str) -> bool {
+    line.split(".max(").skip(1).any(|rest| {
+        let literal: String =
+            rest.chars().take_while(|c| c.is_ascii_digit() || ".e-_".contains(*c)).collect();
+        let value: f64 = literal.replace('_', "").parse().unwrap_or(0.0);
+        rest[literal.len()..].starts_with(')')
+            && value > 0.0
+            && value < 1.0
+            && !line.contains("per_sample")
+            && !line.contains("elapsed")
+    })
 }
 
 #[test]

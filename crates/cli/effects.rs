@@ -119,7 +119,7 @@ fn check_paired(effects: &EffectOptions, pixel: Plan) -> Result<(), Failure> {
 pub fn note_idle(options: &RenderOptions, settings: &Settings, scene: &Scene, camera: &Camera) {
     let effects = &options.effects;
     let say = |what: &str, why: &str| report::say(&format!("note: {what} is left out: {why}"));
-    let present = dapple_integrator::forecast::present(scene, camera);
+    let present = dapple_integrator::forecast::present_in(scene, camera, settings);
     let path = settings.method == Method::Path;
     for (effect, name) in Effect::ALL {
         match effects.plan(effect) {

@@ -1,6 +1,6 @@
 //! What can go wrong, in one line each, and the exit code it gives.
 
-use dapple_integrator::imaging::ImageError;
+use dapple_integrator::imaging::{ImageError, Window};
 use dapple_integrator::scene::SceneError;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -27,6 +27,12 @@ pub enum Failure {
     #[cfg(feature = "report")]
     #[error("{0}")]
     Size(#[from] dapple_analysis::metrics::SizeMismatch),
+    /// Crops of one picture that have no pixel in common.
+    #[error(
+        "{}, {}: have no pixel in common: one holds {}, the other {}; render the same --crop",
+        .image.display(), .other.display(), .windows[0], .windows[1]
+    )]
+    NoOverlap { image: PathBuf, other: PathBuf, windows: Box<[Window; 2]> },
     /// A check that was asked for and did not hold.
     #[error("{0}")]
     Check(String),

@@ -1,7 +1,7 @@
 //! Ctrl-C, and a scheduler's request to end: has somebody asked the render to stop?
 //!
-//! The first request lets the pass under way finish, so that every pixel has the same number of samples, and the
-//! pictures are written; the second one ends the process at once.
+//! The first request ends the render within a sample and takes back what the pass under way has added, so that every pixel
+//! has the same number of samples, and the pictures are written; the second one ends the process at once.
 
 use crate::report;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,7 +17,7 @@ pub fn listen() {
         if ASKED.swap(true, Ordering::Relaxed) {
             std::process::exit(KILLED);
         }
-        report::say("stopping after this pass, then writing; once more to stop at once");
+        report::say("stopping, then writing what all pixels have; once more to stop at once");
     });
     if let Err(error) = heard {
         tracing::debug!(%error, "interrupts are not listened for");

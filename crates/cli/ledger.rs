@@ -34,6 +34,14 @@ pub struct Ledger {
     roulette_off: bool,
     /// `--ambient` stands in for interreflection.
     ambient: bool,
+    /// Bodies forgotten where more than 16 lie within each other: throughput of the paths.
+    nested: Line,
+    /// Shadow rays lost among more than 256 clear surfaces: radiance.
+    panes: Line,
+    /// `--transparent-shadows` lets shadow rays pass smooth solid matter straight on.
+    transparent_shadows: bool,
+    /// Point, spot and distant lights whose light a mirror or refraction sends on: that part of it nothing finds.
+    lights_unreachable: u64,
     /// Lights that shine but are neither aimed at nor met by rays.
     lights_culled: u64,
 }
@@ -43,21 +51,48 @@ impl Ledger {
     pub fn new(settings: &Settings, stats: &Stats) -> Self {
         let ambient = settings.ambient != Vec3::ZERO;
         Self {
-            clean: stats.ledger.is_clean() && stats.bad_sample_count == 0 && !ambient,
+            clean: stats.ledger.is_clean()
+                && stats.bad_sample_count == 0
+                && !ambient
+                && !settings.transparent_shadows,
             clamped: stats.ledger.clamped.into(),
             not_finite: Line { count: stats.bad_sample_count, energy: None },
             depth_cut: stats.ledger.depth.into(),
             faint: stats.ledger.faint.into(),
             roulette_off: !settings.roulette,
             ambient,
+            nested: stats.ledger.nested.into(),
+            panes: stats.ledger.panes.into(),
+            transparent_shadows: settings.transparent_shadows,
+            lights_unreachable: stats.ledger.lights_unreachable,
             lights_culled: stats.ledger.lights_culled,
         }
     }
 
-    /// A line for people about what a clamp took away.
-    pub fn summary(&self) -> Option<String> {
-        let Line { count, energy } = &self.clamped;
-        let took = energy.map_or(String::new(), |e| format!(", which took away radiance {e:.3e} in sum"));
-        (*count > 0).then(|| format!("clamped: {count} samples{took}"))
+    /// Lines for people about what is not as the light would have it.
+    pub fn summary(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        if let Line { count: count @ 1.., energy } = self.clamped {
+            let took = energy.map_or(String::new(), |e| format!(", which took away radiance {e:.3e} in sum"));
+            lines.push(format!("clamped: {count} samples{took}"));
+        }
+        if self.transparent_shadows {
+            lines.push(
+                "transparent shadows: shadow rays pass smooth glass straight on, an approximation".into(),
+            );
+        }
+        if self.lights_unreachable > 0 {
+            let count = self.lights_unreachable;
+            lines.push(format!(
+                "light left out: {count} point, spot or distant lights shine on mirrors or through glass, if at all, where nothing finds what these send on"
+            ));
+        }
+        if let Line { count: count @ 1.., .. } = self.nested {
+            lines.push(format!("bodies forgotten: {count} times more than 16 lay within each other"));
+        }
+        if let Line { count: count @ 1.., .. } = self.panes {
+            lines.push(format!("shadow rays lost: {count} met more than 256 clear surfaces"));
+        }
+        lines
     }
 }

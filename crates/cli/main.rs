@@ -10,6 +10,7 @@ mod args;
 mod commands;
 mod default_light;
 mod effects;
+mod ending;
 mod error;
 #[cfg(feature = "report")]
 mod error_watch;
@@ -18,6 +19,7 @@ mod error_watch;
 mod error_watch;
 mod inputs;
 mod interrupt;
+mod known;
 mod ledger;
 mod load;
 mod machine;

@@ -56,7 +56,8 @@ fn settings_text(
     ];
     match settings.method {
         Method::Path => {
-            lines.push(format!("spp = {}", stats.spp));
+            // Of a first round that was not finished: the samples that some pixels have.
+            lines.push(format!("spp = {}", stats.spp.max(1)));
             lines.push(format!("pattern = \"{}\"", settings.pattern));
             lines.push(format!("adaptive = {}", settings.adaptive));
         }
@@ -73,6 +74,9 @@ fn settings_text(
     }
     if !settings.soft_terminator {
         lines.push("no-soft-terminator = true".into());
+    }
+    if settings.transparent_shadows {
+        lines.push("transparent-shadows = true".into());
     }
     if let Some(clamp) = settings.clamp {
         lines.push(format!("clamp = {clamp}"));

@@ -1,6 +1,7 @@
 //! In place of the error watch where the feature `report` is left out: renders do not know their own error.
 
 use crate::error::Failure;
+use crate::known::Known;
 use crate::options::RenderOptions;
 use crate::progress::Bar;
 use dapple_integrator::camera::Camera;
@@ -8,17 +9,15 @@ use dapple_integrator::scene::Scene;
 use dapple_integrator::{Checkpoint, Outcome, Settings};
 use std::ops::ControlFlow;
 
-/// Nothing is known.
-#[derive(Clone, Copy, Debug)]
-pub struct Estimate {
-    pub error: f64,
-    pub bound: f64,
-}
-
 /// Looks at nothing.
 pub struct ErrorWatch;
 
 impl ErrorWatch {
+    /// Nothing is measured.
+    pub fn share_of_time(_: &Settings) -> f64 {
+        0.0
+    }
+
     /// Fails if errors are asked for.
     pub fn new(_: (&Scene, &Camera, &Settings), options: &RenderOptions, _: &Bar) -> Result<Self, Failure> {
         let asked = [("--error-limit", options.error_limit.is_some()), ("--log", options.log.is_some())];
@@ -36,7 +35,10 @@ impl ErrorWatch {
     }
 
     /// Not known, and found out in no time.
-    pub fn finish(self, _: &Outcome) -> (Option<Estimate>, f64) {
-        (None, 0.0)
+    pub fn finish(self, _: &Outcome) -> Known {
+        Known {
+            why: "this dapple was built without knowledge of errors (feature report)".into(),
+            ..Known::default()
+        }
     }
 }

@@ -92,7 +92,7 @@ pub struct RenderOptions {
     /// Stop after this much rendering: 30s, 5m, 1h
     #[arg(long, value_name = "TIME", value_parser = values::duration, help_heading = "Sampling")]
     pub time_limit: Option<Seconds>,
-    /// Stop as soon as the relative RMSE of the picture is below X with --confidence; at 64 samples or more
+    /// Stop as soon as the relative RMSE of the picture is known to be below X with --confidence; at 64 samples or more. Where light may be unseen so far no bound can be relied on (error_reliable in --json): the render goes on, without --spp and --time-limit to 16 times the samples at which the bound fell below X and 4096 at least, and ends with code 3
     #[arg(long, value_name = "X", value_parser = values::positive64, help_heading = "Sampling")]
     pub error_limit: Option<f64>,
     /// How sure --error-limit and the stated error bound are [default: 0.95]
@@ -119,6 +119,9 @@ pub struct RenderOptions {
     /// Let flat facets with smooth normals shadow themselves: the light's edge then runs along the facets
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Sampling")]
     pub no_soft_terminator: Option<bool>,
+    /// Let shadow rays pass smooth solid glass straight on, losing what is reflected and absorbed: an approximation without caustics
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Sampling")]
+    pub transparent_shadows: Option<bool>,
     /// Pixel filter: box, box:RADIUS, tent, gaussian, mitchell or blackman-harris [default: box]
     #[arg(long, value_name = "NAME", help_heading = "Sampling")]
     pub filter: Option<Filter>,

@@ -40,12 +40,15 @@ impl Outputs {
         Ok(Self { files, depth, tone, exposure })
     }
 
-    /// Writes them all.
-    pub fn write(&self, outcome: &Outcome, picture: &Picture) -> Result<(), Failure> {
+    /// Writes them all; a PNG says `comment` about itself.
+    pub fn write(&self, outcome: &Outcome, picture: &Picture, comment: Option<&str>) -> Result<(), Failure> {
         for (path, format) in &self.files {
             match format {
                 Format::Exr => write::exr(path, &outcome.layers, self.depth)?,
-                Format::Png => write::png(path, picture, self.tone, self.exposure.unwrap_or(0.0))?,
+                Format::Png => {
+                    let exposure = self.exposure.unwrap_or(0.0);
+                    write::png_with_comment(path, picture, self.tone, exposure, comment)?;
+                }
                 Format::Hdr => write::hdr(path, picture)?,
             }
         }

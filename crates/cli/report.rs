@@ -1,6 +1,6 @@
 //! What is said after a render: results on standard output, a summary for people on standard error.
 
-use crate::error_watch::Estimate;
+use crate::known::Known;
 use crate::ledger::Ledger;
 use crate::load::Loaded;
 use crate::machine;
@@ -55,11 +55,20 @@ pub struct Report {
     pub width: u32,
     pub height: u32,
     pub spp: u32,
+    /// Before it had all that was asked for.
     pub stopped: bool,
+    /// Pixels without any sample, where time or an interrupt ended the first round.
+    pub unsampled_pixels: usize,
     /// Expected relative RMSE of the picture; null where it cannot be known.
     pub error_estimate: Option<f64>,
-    /// Upper bound of the relative RMSE.
+    /// Upper bound of the relative RMSE; null where it cannot be relied on.
     pub error_bound: Option<f64>,
+    /// Whether a bound can be stated.
+    pub error_reliable: bool,
+    /// Why, or why not.
+    pub error_why: String,
+    #[serde(skip)]
+    pub error_summary: String,
     /// Wall time of finding that out, beside `render_seconds`.
     pub error_seconds: f64,
     pub seed: u64,
@@ -86,7 +95,7 @@ impl Report {
         loaded: &Loaded,
         settings: &Settings,
         stats: &Stats,
-        (error, error_seconds): (Option<Estimate>, f64),
+        known: &Known,
         outputs: &Outputs,
     ) -> Self {
         let is_path = settings.method == Method::Path;
@@ -110,9 +119,13 @@ impl Report {
             height: settings.size.1,
             spp: stats.spp,
             stopped: stats.stopped,
-            error_estimate: error.map(|e| e.error),
-            error_bound: error.map(|e| e.bound),
-            error_seconds,
+            unsampled_pixels: 0,
+            error_estimate: known.error,
+            error_bound: known.bound,
+            error_reliable: known.reliable,
+            error_why: known.why.clone(),
+            error_summary: known.summary(),
+            error_seconds: known.seconds,
             seed: settings.seed,
             threads: stats.threads,
             method: crate::values::method_name(settings.method),
@@ -128,10 +141,7 @@ impl Report {
 
     /// Two lines for people.
     pub fn summary(&self) -> String {
-        let error = match (self.error_estimate, self.error_bound) {
-            (Some(e), Some(b)) => format!("; error about {:.2} %, below {:.2} %", 100.0 * e, 100.0 * b),
-            _ => String::new(),
-        };
+        let error = &self.error_summary;
         format!(
             "{}x{}, {} samples per pixel ({}, {}, seed {}), {} threads, {}\n\
              loaded in {:.2} s, built in {:.2} s, rendered in {:.2} s: {:.1} M rays, {:.2} Mrays/s; peak {:.0} MB{error}",

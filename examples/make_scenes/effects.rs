@@ -147,7 +147,7 @@ pub fn all_effects(checker: &[u8]) -> Document {
 }
 
 /// A square in the plane y = 0.
-fn floor(half: f64) -> Shape {
+pub fn floor(half: f64) -> Shape {
     let corners = [[-half, 0.0, half], [half, 0.0, half], [half, 0.0, -half], [-half, 0.0, -half]];
     Shape::quads(&[corners.map(DVec3::from_array)])
 }
@@ -164,7 +164,7 @@ fn checkered_floor(doc: &mut Document, checker: &[u8], half: f64) -> usize {
 }
 
 /// A rectangle of half sides `u` and `v` about `centre` whose front faces `target`.
-fn facing(centre: DVec3, target: DVec3, u: f64, v: f64) -> [DVec3; 4] {
+pub fn facing(centre: DVec3, target: DVec3, u: f64, v: f64) -> [DVec3; 4] {
     let n = (target - centre).normalize();
     let right = DVec3::Y.cross(n).normalize();
     let frame = DMat3::from_cols(right * u, n.cross(right) * v, n);

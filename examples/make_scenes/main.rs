@@ -6,6 +6,9 @@
 mod classics;
 mod document;
 mod effects;
+mod media;
+mod normals;
+mod places;
 mod plain;
 mod shape;
 mod sky;
@@ -28,7 +31,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("soft_shadow", effects::soft_shadow()),
         ("blurred_reflection", effects::blurred_reflection(&checker)),
         ("depth_of_field", effects::depth_of_field()),
+        ("nested_media", media::nested_media()),
+        ("panes", media::panes()),
         ("all_effects", effects::all_effects(&checker)),
+        ("normal_maps", normals::normal_maps(&png_bytes(&normals::studs())?)),
+        ("coincident", places::coincident()),
+        ("coplanar", places::coplanar()),
     ] {
         std::fs::write(folder.join(name).with_extension("gltf"), document.to_text())?;
         println!("{name}.gltf");
@@ -37,14 +45,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         dapple_imaging::write::hdr(&folder.join(name), &sky)?;
         println!("{name}");
     }
-    for (name, text) in plain::SIDECARS.into_iter().chain(effects::SIDECARS) {
+    for (name, text) in plain::SIDECARS.into_iter().chain(effects::SIDECARS).chain(media::SIDECARS) {
         std::fs::write(folder.join(name), text)?;
         println!("{name}");
     }
     Ok(())
 }
 
-/// A picture of black and white as the bytes of a PNG file.
+/// A picture as the bytes of a PNG file, encoded as sRGB.
 fn png_bytes(picture: &dapple_imaging::Picture) -> Result<Vec<u8>, Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let path: &Path = &folder.path().join("texture.png");

@@ -7,17 +7,25 @@
 //! tracer as it is set. Independent points have a squared error ∝ 1/n; the path tracer's other points are rendered at two
 //! counts, and the line through both in logarithms is followed to the wanted error. *Approximation*: that the rate
 //! stays; the interval grows with the distance.
+//!
+//! All this is done in independent groups of blocks, from whose differences the intervals follow. As long as an interval is
+//! wide the pilot goes on, with twice as many groups, or with larger counts, nearer to the wanted ones; how far is a number
+//! of rays, so that the same call says the same on every machine, and time, if the settings grant it some. An interval that
+//! is not known even then is not told.
 
 mod pilot;
+mod wanted;
 
-use crate::estimate::blocks;
 use crate::statistics;
 use dapple_integrator::camera::Camera;
-use dapple_integrator::forecast::present;
+use dapple_integrator::forecast::present_in;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Combine, Effect, Method, Plans, Settings, Variances};
 use pilot::Pilot;
+use std::time::{Duration, Instant};
+pub use wanted::NARROW;
+use wanted::Wanted;
 
 /// What carries which part of the variance, and what that costs.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -52,33 +60,37 @@ pub struct Prediction {
     pub options: String,
     /// Samples per pixel, or points over the pixel's area.
     pub samples: f64,
-    /// Ends of their confidence interval.
-    pub samples_ci: [f64; 2],
+    /// Ends of their confidence interval; `None` where they are more than a factor [`statistics::WIDEST`] apart.
+    pub samples_ci: Option<[f64; 2]>,
     /// Rays of the whole picture.
     pub rays: f64,
     /// Seconds of rendering, at the speed of the pilot.
     pub seconds: f64,
     /// With the interval of the samples, and half as much again for the pilot's short time.
-    pub seconds_ci: [f64; 2],
+    pub seconds_ci: Option<[f64; 2]>,
+    /// Whether the ends are within a factor of [`NARROW`]; if not, a longer pilot is needed.
+    pub is_narrow: bool,
 }
 
 /// The most points by which one integral is split.
 const MOST: f64 = 64.0;
 
-/// Counts of the path tracer's pilot; Sobol points gain evenly over factors of four.
-const COUNTS: [u32; 2] = [16, 64];
-
-/// How uncertain it is that a rate stays: one standard deviation of the exponent.
-const RATE: f64 = 0.1;
-
-/// How much a short pilot may be off in time.
-const SPEED: f64 = 1.5;
-
-/// The budget for a picture of `settings` with relative RMSE `limit`.
-pub fn budget(scene: &Scene, camera: &Camera, settings: &Settings, limit: f64, confidence: f64) -> Budget {
+/// The budget for a picture of `settings` with relative RMSE `limit`. With `time`, a pilot whose intervals are wide goes on
+/// for so long.
+pub fn budget(
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+    limit: f64,
+    confidence: f64,
+    time: Option<Duration>,
+) -> Budget {
+    let start = Instant::now();
     let pilot = Pilot::new(scene, camera, settings);
-    let variances = pilot.variances();
-    let shares = shares(&variances, &present(scene, camera), confidence);
+    let present = present_in(scene, camera, settings);
+    let wanted = Wanted { limit, confidence, start, time };
+    let variances = wanted.variances(&pilot, &present);
+    let shares = shares(&variances, &present, confidence);
     let tree = Settings { method: Method::Distribution, ..settings.clone() };
     let tree = Settings {
         combine: Combine::Nested,
@@ -86,13 +98,11 @@ pub fn budget(scene: &Scene, camera: &Camera, settings: &Settings, limit: f64, c
         plans: plans(&tree.plans, &sum(&variances)),
         ..tree
     };
-    let wanted = Wanted { limit, z: statistics::normal(0.5 + 0.5 * confidence) };
-    let predictions =
-        vec![wanted.path(&pilot, settings), wanted.tree(&pilot, &tree, &present(scene, camera))];
+    let predictions = vec![wanted.path(&pilot, settings), wanted.tree(&pilot, &tree, &present)];
     Budget { error_limit: limit, mean: pilot.mean, effects: shares, predictions }
 }
 
-/// All blocks together.
+/// All together.
 fn sum(all: &[Variances]) -> Variances {
     let mut sum = Variances { parts: [0.0; 7], rest: 0.0, mean: 0.0, rays: 0.0, more_rays: [0.0; 7] };
     for one in all {
@@ -105,7 +115,7 @@ fn sum(all: &[Variances]) -> Variances {
 }
 
 fn shares(all: &[Variances], present: &[Effect], confidence: f64) -> Vec<Share> {
-    let z = statistics::normal(0.5 + 0.5 * confidence);
+    let z = reach(all.len(), confidence);
     let share = |name: &str, part: &dyn Fn(&Variances) -> f64| {
         let ratio = |all: &[Variances]| {
             let (part, total): (f64, f64) =
@@ -125,6 +135,11 @@ fn shares(all: &[Variances], present: &[Effect], confidence: f64) -> Vec<Share> 
     let rest = share("holes", &|v: &Variances| v.rest);
     shares.extend((rest.share > 0.0).then_some(rest));
     shares
+}
+
+/// Standard errors from a value to the ends of its interval, where the standard error comes from so many groups.
+fn reach(groups: usize, confidence: f64) -> f64 {
+    statistics::student(0.5 + 0.5 * confidence, groups.saturating_sub(1).max(1) as f64)
 }
 
 /// The standard error of a statistic of independent parts, by leaving out one after the other [Efron 1982].
@@ -158,108 +173,9 @@ fn plans(set: &Plans, v: &Variances) -> Plans {
     plans
 }
 
-/// The error that is to be reached.
-struct Wanted {
-    limit: f64,
-    /// Standard deviations to the ends of an interval.
-    z: f64,
-}
-
-impl Wanted {
-    /// Sum over three channels of the mean squared error.
-    fn square(&self, mean: f64) -> f64 {
-        3.0 * (self.limit * mean).powi(2)
-    }
-
-    /// The path tracer with the settings' points.
-    fn path(&self, pilot: &Pilot<'_>, settings: &Settings) -> Prediction {
-        let path = Settings { method: Method::Path, ..settings.clone() };
-        let at = |n: u32| pilot.errors(&Settings { spp: Some(n), ..path.clone() });
-        let pairs: Vec<[f64; 2]> =
-            at(COUNTS[0]).into_iter().zip(at(COUNTS[1])).map(|(a, b)| [a, b]).collect();
-        let target = self.square(pilot.mean);
-        let log_n = |pairs: &[[f64; 2]]| {
-            let n = pilot.chosen() as f64 / pairs.len().max(1) as f64;
-            let [a, b] = [0, 1].map(|i| n * pairs.iter().map(|p| p[i]).sum::<f64>());
-            follow([a, b], target, path.pattern).0
-        };
-        let [a, b] = [0, 1].map(|i| pairs.iter().map(|p| p[i]).sum::<f64>());
-        let (middle, rate) = follow([a, b], target, path.pattern);
-        let reach =
-            if path.pattern == Pattern::Random { 0.0 } else { libm::log(b / target) / (rate * rate) * RATE };
-        let error = libm::hypot(jackknife(&pairs, &log_n), reach);
-        let samples = [middle, middle - self.z * error, middle + self.z * error].map(libm::exp);
-        let options =
-            format!("--method path --pattern {} --spp {:.0}", path.pattern, samples[0].ceil().max(1.0));
-        prediction("path", options, samples, pilot.path_cost)
-    }
-
-    /// The distribution tracer with random points, as many over the pixel as it takes.
-    fn tree(&self, pilot: &Pilot<'_>, settings: &Settings, present: &[Effect]) -> Prediction {
-        const N: u32 = 4;
-        let pixel = |n: u32| {
-            let plan =
-                if settings.plans.is_off(Effect::Pixel) { Plan::OFF } else { Plan::new(n, Pattern::Random) };
-            Settings { plans: Plans { pixel: plan, ..settings.plans }, ..settings.clone() }
-        };
-        let errors = pilot.errors(&pixel(N));
-        let target = self.square(pilot.mean);
-        let log_n = |errors: &[f64]| {
-            let n = pilot.chosen() as f64 / errors.len().max(1) as f64;
-            libm::log(f64::from(N) * n * errors.iter().sum::<f64>() / target)
-        };
-        let (middle, error) = (log_n(&errors), jackknife(&errors, &log_n));
-        let samples = [middle, middle - self.z * error, middle + self.z * error].map(libm::exp);
-        let mut options = "--method distribution".to_string();
-        for (effect, name) in Effect::ALL {
-            let count = settings.plans.of(effect).count();
-            options += &match (effect, count) {
-                (Effect::Pixel, 1..) => format!(" --pixel {:.0}:random", samples[0].ceil().max(1.0)),
-                (_, 0) => format!(" --{name} 0"),
-                _ if present.contains(&effect) => format!(" --{name} {count}:random"),
-                _ => String::new(),
-            };
-        }
-        prediction("distribution", options, samples, pilot.cost(&pixel(1)))
-    }
-}
-
-/// The logarithm of the count at which squared errors that are `a` and `b` at [`COUNTS`] come down to `target`, and the
-/// exponent by which they fall.
-fn follow([a, b]: [f64; 2], target: f64, pattern: Pattern) -> (f64, f64) {
-    let counts = COUNTS.map(f64::from);
-    if pattern == Pattern::Random {
-        return (libm::log(0.5 * (a * counts[0] + b * counts[1]) / target), 1.0);
-    }
-    let rate = (libm::log(a / b) / libm::log(counts[1] / counts[0])).clamp(0.75, 1.75);
-    (libm::log(counts[1]) + libm::log(b / target) / rate, rate)
-}
-
-/// `cost`: rays and seconds of one sample of every pixel.
-fn prediction(method: &str, options: String, [n, low, high]: [f64; 3], cost: (f64, f64)) -> Prediction {
-    Prediction {
-        method: method.into(),
-        options,
-        samples: n,
-        samples_ci: [low, high],
-        rays: n * cost.0,
-        seconds: n * cost.1,
-        seconds_ci: [low * cost.1 / SPEED, high * cost.1 * SPEED],
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn lines_are_followed() {
-        for (rate, pattern) in [(1.0, Pattern::Random), (1.0, Pattern::Sobol), (1.5, Pattern::Sobol)] {
-            let v = |n: f64| 7.0 * n.powf(-rate);
-            let (log_n, found) = follow([v(16.0), v(64.0)], v(1000.0), pattern);
-            assert!((log_n - 1000f64.ln()).abs() < 1e-9 && (found - rate).abs() < 1e-9);
-        }
-    }
 
     /// The standard error of a mean is s/√n.
     #[test]

@@ -8,10 +8,12 @@
 //! before the counts whose squared error would be below the reference's own.
 
 mod clock;
+mod difference;
 mod measure;
 mod reference;
 
 pub use clock::{Clock, allowance};
+pub use difference::{Apart, apart};
 pub use measure::{Allowance, Measurement, measure};
 pub use reference::Reference;
 

@@ -3,6 +3,10 @@
 //! A [`Curve`] is one seed of one method: errors at growing sample counts. Everything said about a method is worked
 //! out for each seed alone and then averaged over seeds, so that intervals show how much seeds differ.
 
+mod equal;
+
+pub use equal::{EqualCost, equal_costs};
+
 use crate::statistics::{self, Interval};
 
 /// What was measured at one sample count.
@@ -10,13 +14,13 @@ use crate::statistics::{self, Interval};
 pub struct Point {
     /// Samples per pixel.
     pub samples: f64,
-    /// Wall time of rendering, seconds.
+    /// Wall time of rendering, seconds; 0 where it was too short to be measured.
     pub seconds: f64,
-    /// Processor time of all threads, seconds.
+    /// Processor time of all threads, seconds; 0 where it was too short to be measured.
     pub cpu_seconds: f64,
     /// Mean squared error.
     pub mse: f64,
-    /// Mean squared error relative to R² + ε.
+    /// Mean squared error relative to R² + ε ([`crate::metrics`]).
     pub relmse: f64,
     /// RMSE divided by the mean of the reference.
     pub relative_rmse: f64,
@@ -115,31 +119,30 @@ pub fn seconds_to(seeds: &[Curve], error: Error, target: f64) -> Option<Interval
     statistics::geometric_mean(&all?, statistics::CONFIDENCE)
 }
 
-/// How many times fewer seconds `seeds` needs than `first` for the same error.
+/// How many times cheaper `seeds` is than `first` for the same error.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SpeedUp {
-    /// Seconds of `first` over seconds of the other.
+    /// Cost of `first` over cost of the other.
     pub ratio: Interval,
     /// The relative RMSE at which they are compared.
     pub at_error: f64,
 }
 
 /// Compared at the smallest error that both reach with every seed; seeds are paired in order.
-pub fn speed_up(first: &[Curve], seeds: &[Curve]) -> Option<SpeedUp> {
+pub fn speed_up(first: &[Curve], seeds: &[Curve], over: Over) -> Option<SpeedUp> {
     let error = Error::RelativeRmse;
     let last = |curve: &Curve| curve.last().map(|p| p.error(error));
     let reached = |all: &[Curve]| all.iter().filter_map(last).reduce(f64::max);
     // A hair above, so that the seed that defines it gets there too.
     let target = f64::max(reached(first)?, reached(seeds)?) * (1.0 + 1e-9);
-    let seconds = |curve: &Curve| cost_to(curve, Over::Seconds, error, target);
-    let ratios: Vec<f64> =
-        first.iter().zip(seeds).filter_map(|(a, b)| Some(seconds(a)? / seconds(b)?)).collect();
+    let cost = |curve: &Curve| cost_to(curve, over, error, target);
+    let ratios: Vec<f64> = first.iter().zip(seeds).filter_map(|(a, b)| Some(cost(a)? / cost(b)?)).collect();
     let ratio = statistics::geometric_mean(&ratios, statistics::CONFIDENCE)?;
     Some(SpeedUp { ratio, at_error: target })
 }
 
-/// Cost and error over seeds at each sample count that at least two of them (or the only one) have: the mean cost, and
-/// the geometric mean of the error with its interval.
+/// Cost and error over seeds at each sample count that at least two of them (or the only one) have: the mean cost, 0 where
+/// that of a seed was too small to be measured, and the geometric mean of the error with its interval.
 pub fn band(seeds: &[Curve], over: Over, error: Error) -> Vec<(f64, Interval)> {
     let mut counts: Vec<f64> = seeds.iter().flatten().map(|p| p.samples).collect();
     counts.sort_by(f64::total_cmp);
@@ -149,8 +152,8 @@ pub fn band(seeds: &[Curve], over: Over, error: Error) -> Vec<(f64, Interval)> {
         let points: Vec<&Point> = seeds.iter().filter_map(|c| c.iter().find(|p| p.samples == n)).collect();
         let costs: Vec<f64> = points.iter().map(|p| p.cost(over)).collect();
         let errors: Vec<f64> = points.iter().map(|p| p.error(error)).collect();
-        // Of seconds the mean: processor time may be 0, for systems count it in hundredths.
-        let cost = statistics::mean(&costs, statistics::CONFIDENCE)?.value;
+        let measured = costs.iter().all(|c| *c > 0.0);
+        let cost = if measured { statistics::mean(&costs, statistics::CONFIDENCE)?.value } else { 0.0 };
         let error = statistics::geometric_mean(&errors, statistics::CONFIDENCE)?;
         (points.len() >= enough).then_some((cost, error))
     };
@@ -163,7 +166,7 @@ mod tests {
     use dapple_testkit::Rng;
 
     /// MSE = c N^s times a lognormal factor; a sample takes `second` seconds.
-    fn curves(seeds: u64, s: f64, c: f64, second: f64, noise: f64) -> Vec<Curve> {
+    pub(super) fn curves(seeds: u64, s: f64, c: f64, second: f64, noise: f64) -> Vec<Curve> {
         (0..seeds).map(|seed| curve(seed, s, c, second, noise)).collect()
     }
 
@@ -223,14 +226,14 @@ mod tests {
     fn speed_up_and_efficiency() {
         let slow = curves(5, -1.0, 1.0, 0.03, 0.0);
         let fast = curves(5, -1.0, 1.0, 0.01, 0.0);
-        let found = speed_up(&slow, &fast).unwrap();
+        let found = speed_up(&slow, &fast, Over::Seconds).unwrap();
         assert!((found.ratio.value - 3.0).abs() < 1e-6, "{found:?}");
-        assert!((speed_up(&fast, &fast).unwrap().ratio.value - 1.0).abs() < 1e-12);
+        assert!((speed_up(&fast, &fast, Over::Seconds).unwrap().ratio.value - 1.0).abs() < 1e-12);
         // relMSE · seconds = ¼ N⁻¹ · 0.01 N.
         let found = efficiency(&fast).unwrap();
         assert!((found.value - 400.0).abs() < 1e-9 && found.high - found.low < 1e-6, "{found:?}");
         let noisy = (curves(8, -1.0, 1.0, 0.03, 0.1), curves(8, -1.0, 1.0, 0.01, 0.2));
-        let found = speed_up(&noisy.0, &noisy.1).unwrap().ratio;
+        let found = speed_up(&noisy.0, &noisy.1, Over::CpuSeconds).unwrap().ratio;
         assert!(found.contains(3.0) && found.high / found.low < 2.5, "{found:?}");
     }
 
@@ -244,5 +247,7 @@ mod tests {
         let more = Point { samples: 512.0, ..uneven[0][8] };
         uneven[0].push(more);
         assert_eq!(band(&uneven, Over::Samples, Error::Mse).len(), 9);
+        uneven[1][3].seconds = 0.0;
+        assert_eq!(band(&uneven, Over::Seconds, Error::Mse)[3].0, 0.0);
     }
 }

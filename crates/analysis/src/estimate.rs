@@ -14,15 +14,19 @@
 //!   is the sum of all changes to come, V_k = D²_{k+1} + D²_{k+2} + … Independent points have V ∝ 1/n, hence V_k = D_k².
 //!   For Sobol points the ratio of changes is measured. *Approximation*: that they go on falling as they did.
 //!
-//! What no sample has seen cannot be in an estimate: bright events that are expected fewer than some thirty times in the
-//! whole picture make estimates and bounds too low.
+//! What no sample has seen cannot be in an estimate. [`unseen`] bounds it by what the scene can hold, and [`Verdict`]
+//! says whether the bound can be relied on.
 
 pub(crate) mod blocks;
 mod doublings;
 mod replicate;
+mod unseen;
+mod verdict;
 
 pub use doublings::Doublings;
-pub use replicate::replicate;
+pub use replicate::{replicate, replicate_until, replicated_share};
+pub use unseen::{Hidden, Unseen, unseen};
+pub use verdict::{SHARE, Verdict};
 
 use crate::statistics;
 use dapple_integrator::camera::Film;
@@ -50,12 +54,10 @@ impl Estimate {
 }
 
 impl Estimate {
-    /// How many times the samples are at which a bound is expected to be `limit`, for squared errors that fall with the
-    /// samples by the exponent `rate`. This bound is of the confidence `of[0]`, that one of `of[1]`, as wide in proportion.
-    pub fn growth(&self, limit: f64, rate: f64, of: [f64; 2]) -> f64 {
+    /// The bound of the confidence `of[1]`, where this one is of `of[0]`: as wide in proportion.
+    pub fn bound_of(&self, of: [f64; 2]) -> f64 {
         let [this, other] = of.map(statistics::normal);
-        let width = libm::pow(self.bound / self.error, other / this);
-        libm::pow(self.error * width / limit, 2.0 / rate)
+        self.error * libm::pow(self.bound / self.error, other / this)
     }
 }
 
@@ -110,15 +112,12 @@ fn sum_and_spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// A bound of one and a half times the error is at the limit when the error is two thirds of it.
+    /// Twice the standard deviations: 1.5² in place of 1.5.
     #[test]
-    fn samples_grow_as_errors_fall() {
+    fn surer_bounds_are_wider() {
         let found = Estimate { error: 0.04, bound: 0.06 };
-        let growth = |rate, of| found.growth(0.02, rate, of);
-        assert!((growth(1.0, [0.95, 0.95]) - 9.0).abs() < 1e-9);
-        assert!((growth(2.0, [0.95, 0.95]) - 3.0).abs() < 1e-9);
-        // Twice the standard deviations: 1.5² in place of 1.5.
+        assert!((found.bound_of([0.95, 0.95]) - 0.06).abs() < 1e-12);
         let twice = [statistics::CONFIDENCE, 0.999_498_54];
-        assert!((growth(2.0, twice) - 4.5).abs() < 1e-4, "{}", growth(2.0, twice));
+        assert!((found.bound_of(twice) - 0.09).abs() < 1e-6, "{}", found.bound_of(twice));
     }
 }

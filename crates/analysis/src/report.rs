@@ -2,6 +2,7 @@
 //!
 //! The page holds its plots as SVG and its pictures as PNG in data URIs; it opens from disk, without a network.
 
+mod equal;
 mod table;
 mod words;
 
@@ -36,8 +37,8 @@ pub fn chart(results: &Results, scene: &str, over: Over) -> Chart {
     series.extend(guide(&series, over));
     let (x_label, unit) = match over {
         Over::Samples => ("samples per pixel, or points of the effect that varies", "samples"),
-        Over::Seconds => ("seconds of rendering", "seconds"),
-        Over::CpuSeconds => ("seconds of all processors", "processor seconds"),
+        Over::Seconds => ("seconds of rendering (wall time)", "seconds"),
+        Over::CpuSeconds => ("processor seconds of rendering, all threads together", "processor seconds"),
     };
     Chart {
         title: format!("{}: error against {unit}", file_name(scene)),
@@ -49,13 +50,18 @@ pub fn chart(results: &Results, scene: &str, over: Over) -> Chart {
 
 /// Through the first point of the first line, falling as the root of the cost.
 fn guide(series: &[Series], over: Over) -> Option<Series> {
-    let (x, start) = series.iter().find_map(|s| s.points.first().copied())?;
+    let shown = |p: &&(f64, Interval)| p.0 > 0.0;
+    let (x, start) = series.iter().find_map(|s| s.points.iter().find(shown).copied())?;
     let end = series.iter().flat_map(|s| &s.points).map(|p| p.0).fold(x, f64::max);
     let at = |x_end: f64| {
         let value = start.value * (x / x_end).sqrt();
         (x_end, Interval { value, low: value, high: value })
     };
-    let name = if over == Over::Samples { "samples^-1/2" } else { "seconds^-1/2" };
+    let name = match over {
+        Over::Samples => "samples^-1/2",
+        Over::Seconds => "seconds^-1/2",
+        Over::CpuSeconds => "CPU s^-1/2",
+    };
     (end > x).then(|| Series { name: name.into(), points: vec![at(x), at(end)], guide: true })
 }
 
@@ -83,14 +89,13 @@ pub fn html(results: &Results, pictures: &[Vec<Shown>]) -> String {
 fn section(results: &Results, scene: &str, index: usize, pictures: &[Shown]) -> String {
     let said = summary(results, scene);
     let said: String = said.iter().map(|line| format!("<li>{}</li>\n", marked(line))).collect();
-    let plots = [Over::Seconds, Over::Samples].map(|over| chart(results, scene, over).svg());
+    let plot = |over| format!("<figure>{}</figure>\n", chart(results, scene, over).svg());
+    let plots = [Over::Seconds, Over::CpuSeconds, Over::Samples].map(plot).concat();
     format!(
-        "<section>\n<h2>{}</h2>\n<ul class=\"words\">\n{said}</ul>\n<div class=\"plots\">\n<figure>{}</figure>\n\
-         <figure>{}</figure>\n</div>\n{}{}</section>\n",
+        "<section>\n<h2>{}</h2>\n<ul class=\"words\">\n{said}</ul>\n<div class=\"plots\">\n{plots}</div>\n{}{}{}</section>\n",
         escaped(file_name(scene)),
-        plots[0],
-        plots[1],
         table::runs(results, scene),
+        equal::tables(results, scene),
         viewer(index, pictures),
     )
 }
@@ -122,8 +127,8 @@ fn viewer(index: usize, pictures: &[Shown]) -> String {
         "<h3>Pictures</h3>\n<div class=\"viewer\" id=\"viewer-{index}\" tabindex=\"0\">\n<div class=\"bar\">{buttons}\
          <label><input type=\"checkbox\"> where the errors are</label></div>\n<div class=\"stage\">{images}</div>\n\
          <p class=\"note\">Flip through with the buttons or the arrow keys. Each run is shown at its last sample count, \
-         first seed. Errors: root of each pixel's relative squared error, from 0.001 (black) to 1 (yellow), \
-         logarithmic.</p>\n</div>\n"
+         first seed. Errors: root of each pixel's squared error over R² + 0.01, R its reference, from 0.001 (black) to 1 \
+         (yellow), logarithmic.</p>\n</div>\n"
     )
 }
 
@@ -221,7 +226,7 @@ mod tests {
         let shown = Shown { label: "a \"b\"".into(), picture: vec![1, 2, 3], errors: Some(vec![4]) };
         let page = html(&results(0.01, -1.5), &[vec![shown]]);
         assert!(page.contains("data:image/png;base64,AQID") && page.contains("box &lt;1&gt;"));
-        assert_eq!(page.matches("<svg").count(), 2);
+        assert_eq!(page.matches("<svg").count(), 3);
         for outside in ["src=\"http", "href=", "url(", "@import", "fetch("] {
             assert!(!page.contains(outside), "{outside}");
         }
@@ -233,5 +238,26 @@ mod tests {
         let chart = chart(&results(0.01, -1.5), "box <1>", Over::Samples);
         assert_eq!(chart.series.len(), 3);
         assert!(chart.series[2].guide && chart.series[2].points.len() == 2);
+    }
+
+    /// Interval that no seed or too wide a spread leaves unknown is called so, and nowhere are its ends.
+    #[test]
+    fn unknown_intervals_are_not_printed() {
+        let mut results = results(0.01, -1.0);
+        for (i, seed) in results.runs[1].seeds.iter_mut().enumerate() {
+            let factor = [1.0, 30.0, 0.02, 9.0, 0.1][i];
+            seed.points.iter_mut().for_each(|p| p.seconds *= factor);
+        }
+        results.sum_up();
+        let s = &results.runs[1].summary;
+        assert!(s.speed_up.is_some() && s.speed_up_ci.is_none() && s.efficiency_ci.is_none());
+        let page = html(&results, &[]);
+        assert!(page.contains("not known"), "{page}");
+        let said = summary(&results, "box <1>").join(" ");
+        assert!(said.contains("not known") && !said.contains("Fastest"), "{said}");
+        results.runs[1].seeds.truncate(1);
+        results.sum_up();
+        assert!(summary(&results, "box <1>").join(" ").contains("not known"));
+        assert!(!html(&results, &[]).contains("inf"));
     }
 }

@@ -3,13 +3,13 @@
 //! The schema is described in `docs/results.md`. What is derived from curves is worked out again when writing, and not
 //! believed when reading.
 
-use crate::curve::{self, Curve, Error, Over, Point};
+use crate::curve::{self, Curve, EqualCost, Error, Over, Point};
 use crate::statistics::Interval;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The version of the schema.
-pub const SCHEMA: u32 = 1;
+/// The version of the schema. 2: relMSE has the reference's own pixel below it; processor seconds, start-up, equal times.
+pub const SCHEMA: u32 = 2;
 
 /// Relative RMSEs to which the seconds are told.
 pub const TARGETS: [f64; 3] = [1e-1, 1e-2, 1e-3];
@@ -33,8 +33,28 @@ pub struct Results {
     pub references: Vec<ReferenceRecord>,
     /// Each method on each scene.
     pub runs: Vec<RunRecord>,
+    /// How far the references of a scene are from one another.
+    #[serde(default)]
+    pub differences: Vec<Difference>,
     /// What there was no time for, in words.
     pub left_out: Vec<String>,
+}
+
+/// Two references of one scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Difference {
+    /// The scene as it was named.
+    pub scene: String,
+    /// What both are called.
+    pub names: [String; 2],
+    /// Root of their mean squared difference, without the noise of those that come in halves, over the mean of the first;
+    /// null where their sizes differ.
+    pub relative_rmse: Option<f64>,
+    /// The relative RMSE of both means together that their halves account for.
+    pub noise: f64,
+    /// Whether the difference is more than noise, at four standard errors; null where one of them comes as one picture,
+    /// whose noise is not known.
+    pub beyond_noise: Option<bool>,
 }
 
 /// A computer.
@@ -57,11 +77,14 @@ pub struct ReferenceRecord {
     pub scene: String,
     /// Tells apart what is to be seen: scene, view, effects.
     pub key: String,
-    /// "two halves" or the file.
+    /// What it is called on the page; one of a scene is called "reference".
+    #[serde(default)]
+    pub name: String,
+    /// Who made it and how: a part of a sentence.
     pub kind: String,
-    /// Samples per pixel of each half; 0 for a file.
+    /// Samples per pixel of each half; 0 where it is one picture.
     pub samples: u32,
-    /// Its own mean squared error; 0 for a file, which is taken as exact.
+    /// Its own mean squared error; 0 for one picture, which is taken as exact.
     pub mse: f64,
     /// The same as relative RMSE.
     pub relative_rmse: f64,
@@ -84,7 +107,7 @@ pub struct RunRecord {
     pub key: String,
     /// The key of its reference.
     pub reference: String,
-    /// path or distribution.
+    /// path, distribution or external.
     pub method: String,
     /// Of the points.
     pub pattern: String,
@@ -96,6 +119,15 @@ pub struct RunRecord {
     pub most: Option<u32>,
     /// Why curves end where they do, in words; empty where time ended them.
     pub ends: String,
+    /// What its seconds are, in words.
+    #[serde(default)]
+    pub timing: String,
+    /// Wall seconds of a command before it renders, which were subtracted.
+    #[serde(default)]
+    pub startup_seconds: Option<f64>,
+    /// Its processor seconds before it renders, which were subtracted.
+    #[serde(default)]
+    pub startup_cpu_seconds: Option<f64>,
     /// FLIP of the last picture of the first seed.
     pub flip: Option<f64>,
     /// Names of its pictures.
@@ -117,14 +149,15 @@ pub struct Seed {
 }
 
 /// What follows from the curves of a run. Lists go over the counts that at least two seeds have; intervals are of
-/// 95 % over seeds.
+/// 95 % over seeds, and null where they are not known: of one seed, or (of slopes: never) with ends more than a factor
+/// [`crate::statistics::WIDEST`] apart.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Summary {
     /// Samples per pixel, or points of the effect that varies.
     pub samples: Vec<f64>,
-    /// Wall seconds of rendering, means over seeds.
+    /// Wall seconds of rendering, means over seeds; 0 where they are too short to be measured.
     pub seconds: Vec<f64>,
-    /// Processor seconds.
+    /// Processor seconds, likewise.
     pub cpu_seconds: Vec<f64>,
     /// Geometric means over seeds.
     pub mse: Vec<f64>,
@@ -154,19 +187,61 @@ pub struct Summary {
     pub speed_up_ci: Option<[f64; 2]>,
     /// The relative RMSE at which they are compared.
     pub speed_up_at: Option<f64>,
+    /// As `speed_up`, in processor seconds.
+    pub cpu_speed_up: Option<f64>,
+    /// Its interval.
+    pub cpu_speed_up_ci: Option<[f64; 2]>,
+    /// The relative RMSE at which they are compared.
+    pub cpu_speed_up_at: Option<f64>,
+    /// The run after the same times as the others of its scene.
+    pub equal_time: Vec<Equal>,
+    /// The same after the same processor times.
+    pub equal_cpu_time: Vec<Equal>,
 }
 
-fn ends(interval: Interval) -> [f64; 2] {
-    [interval.low, interval.high]
+/// A run after some time.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Equal {
+    /// Seconds, of the wall or of processors.
+    pub seconds: f64,
+    /// Geometric mean over seeds, between measured points.
+    pub relative_rmse: f64,
+    /// Its interval.
+    pub relative_rmse_ci: Option<[f64; 2]>,
+    /// Efficiency over that of the scene's first run at this time: the inverse ratio of squared errors.
+    pub efficiency_ratio: Option<f64>,
+    /// Its interval.
+    pub efficiency_ratio_ci: Option<[f64; 2]>,
+}
+
+impl From<&EqualCost> for Equal {
+    fn from(at: &EqualCost) -> Self {
+        Self {
+            seconds: at.cost,
+            relative_rmse: at.error.value,
+            relative_rmse_ci: at.error.known_ends(),
+            efficiency_ratio: at.efficiency.map(|e| e.value),
+            efficiency_ratio_ci: at.efficiency.and_then(|e| e.known_ends()),
+        }
+    }
+}
+
+fn ends(interval: Interval) -> Option<[f64; 2]> {
+    (interval.low.is_finite() && interval.high.is_finite()).then_some([interval.low, interval.high])
+}
+
+fn known(interval: Interval) -> Option<[f64; 2]> {
+    interval.known_ends()
 }
 
 impl Summary {
-    /// From the curves of a run and of its scene's first run.
+    /// From the curves of a run and of its scene's first run; without the times that need all runs.
     pub fn of(seeds: &[Curve], first: &[Curve]) -> Self {
         let slope = curve::slope(seeds, Over::Samples, Error::Mse);
         let slope_seconds = curve::slope(seeds, Over::Seconds, Error::Mse);
         let efficiency = curve::efficiency(seeds);
-        let speed_up = curve::speed_up(first, seeds);
+        let speed_up = curve::speed_up(first, seeds, Over::Seconds);
+        let cpu_speed_up = curve::speed_up(first, seeds, Over::CpuSeconds);
         let band = |over, error| curve::band(seeds, over, error);
         let errors = |error| band(Over::Samples, error).iter().map(|p| p.1.value).collect::<Vec<_>>();
         let to = TARGETS.map(|t| (t.to_string(), curve::seconds_to(seeds, Error::RelativeRmse, t)));
@@ -178,16 +253,20 @@ impl Summary {
             relmse: errors(Error::Relmse),
             relative_rmse: errors(Error::RelativeRmse),
             slope: slope.map(|s| s.value),
-            slope_ci: slope.map(ends),
+            slope_ci: slope.and_then(ends),
             slope_seconds: slope_seconds.map(|s| s.value),
-            slope_seconds_ci: slope_seconds.map(ends),
+            slope_seconds_ci: slope_seconds.and_then(ends),
             efficiency: efficiency.map(|e| e.value),
-            efficiency_ci: efficiency.map(ends),
+            efficiency_ci: efficiency.and_then(known),
             seconds_to: to.iter().map(|(t, s)| (t.clone(), s.map(|s| s.value))).collect(),
-            seconds_to_ci: to.iter().map(|(t, s)| (t.clone(), s.map(ends))).collect(),
+            seconds_to_ci: to.iter().map(|(t, s)| (t.clone(), s.and_then(known))).collect(),
             speed_up: speed_up.map(|s| s.ratio.value),
-            speed_up_ci: speed_up.map(|s| ends(s.ratio)),
+            speed_up_ci: speed_up.and_then(|s| known(s.ratio)),
             speed_up_at: speed_up.map(|s| s.at_error),
+            cpu_speed_up: cpu_speed_up.map(|s| s.ratio.value),
+            cpu_speed_up_ci: cpu_speed_up.and_then(|s| known(s.ratio)),
+            cpu_speed_up_at: cpu_speed_up.map(|s| s.at_error),
+            ..Self::default()
         }
     }
 }
@@ -207,6 +286,23 @@ impl Results {
             let curves = run.curves();
             let first = first.entry(run.scene.clone()).or_insert_with(|| curves.clone());
             run.summary = Summary::of(&curves, first);
+        }
+        let scenes: Vec<String> = self.scenes().iter().map(|s| s.to_string()).collect();
+        scenes.iter().for_each(|scene| self.equal(scene));
+    }
+
+    /// Compares the runs of a scene after equal times.
+    fn equal(&mut self, scene: &str) {
+        let curves: Vec<Vec<Curve>> = self.of_scene(scene).map(RunRecord::curves).collect();
+        let at = |over| {
+            curve::equal_costs(&curves, over)
+                .into_iter()
+                .map(|all| all.iter().map(Equal::from).collect::<Vec<_>>())
+        };
+        let (mut wall, mut cpu) = (at(Over::Seconds), at(Over::CpuSeconds));
+        for run in self.runs.iter_mut().filter(|run| run.scene == scene) {
+            run.summary.equal_time = wall.next().unwrap_or_default();
+            run.summary.equal_cpu_time = cpu.next().unwrap_or_default();
         }
     }
 
@@ -284,6 +380,10 @@ mod tests {
         assert!((fast.speed_up.unwrap() - 2.0).abs() < 1e-6);
         assert!((fast.seconds_to["0.1"].unwrap() - 1.0).abs() < 1e-9);
         assert_eq!(fast.seconds_to["0.001"], None);
+        // Twice as fast per sample; as many samples per processor second.
+        assert!((fast.equal_time[0].efficiency_ratio.unwrap() - 2.0).abs() < 1e-6);
+        assert!((fast.equal_cpu_time[0].efficiency_ratio.unwrap() - 1.0).abs() < 1e-6);
+        assert!((fast.cpu_speed_up.unwrap() - 1.0).abs() < 1e-6);
         assert_eq!((fast.samples.len(), fast.seconds[8]), (9, 2.56));
         assert_eq!(results.csv().lines().count(), 1 + 2 * 5 * 9);
         assert!(results.csv().lines().nth(1).unwrap().starts_with("\"a, b\",slow,0,1,0.02,1,1,1,1"));

@@ -21,6 +21,17 @@ impl Interval {
         self.low <= x && x <= self.high
     }
 
+    /// Whether this interval of a positive quantity says anything: its ends are at most a factor [`WIDEST`] apart. That
+    /// of a single repetition, which has no end, does not.
+    pub fn is_known(&self) -> bool {
+        self.low > 0.0 && self.high <= WIDEST * self.low
+    }
+
+    /// Lower and upper end, if they say anything about a positive quantity.
+    pub fn known_ends(&self) -> Option<[f64; 2]> {
+        self.is_known().then_some([self.low, self.high])
+    }
+
     fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self { value: f(self.value), low: f(self.low), high: f(self.high) }
     }
@@ -28,6 +39,10 @@ impl Interval {
 
 /// Confidence of intervals unless said otherwise.
 pub const CONFIDENCE: f64 = 0.95;
+
+/// Largest ratio of the ends of an interval that is told: a quantity that may be ten times larger or smaller than said is
+/// not known.
+pub const WIDEST: f64 = 100.0;
 
 /// The mean of independent numbers ± t·s/√k. One number has an interval without end; none has no mean.
 pub fn mean(values: &[f64], confidence: f64) -> Option<Interval> {
@@ -163,6 +178,16 @@ mod tests {
         assert_eq!(geometric_mean(&[1.0, 0.0], 0.95), None);
         assert_eq!(mean(&[7.0], 0.95).unwrap().high, f64::INFINITY);
         assert_eq!(median(&[3.0, 1.0, 2.0, 9.0]), Some(2.5));
+    }
+
+    #[test]
+    fn wide_intervals_are_not_known() {
+        let ends = |low: f64, high: f64| Interval { value: 1.0, low, high }.known_ends();
+        assert_eq!(ends(0.1, 10.0), Some([0.1, 10.0]));
+        assert_eq!(ends(0.1, 10.1), None);
+        assert_eq!(ends(0.0, 1.0), None);
+        assert_eq!(mean(&[7.0], 0.95).unwrap().known_ends(), None);
+        assert_eq!(ends(f64::NAN, f64::NAN), None);
     }
 
     /// 95 % of the intervals of five normal numbers hold the truth: ± 4 standard errors of 4000 trials.

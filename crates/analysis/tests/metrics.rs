@@ -106,10 +106,49 @@ fn two_halves_take_the_noise_of_the_reference_out() {
     assert!((fair.mse - mse).abs() < 4.0 * mse * (10.0 / n).sqrt(), "{}", fair.mse);
     let left = halves_mse(halves).unwrap();
     assert!((left - mse).abs() < 4.0 * mse * (2.0 / n).sqrt(), "{left}");
-    // relMSE: against the true levels, mean of σ²/(R² + ε); both halves smoothed leave little noise in R.
+}
+
+/// relMSE is mean (I − R)²/(R² + ε), with R of the same pixel, whether the reference comes as one picture, as a noisy one
+/// or as two halves: on bright and dark pixels side by side, where a level of the neighbourhood would be another measure.
+#[test]
+fn relmse_is_one_measure() {
+    const NOISE: f64 = 0.1;
+    const REFERENCE: f64 = 0.01;
+    let truth = |i: usize| if (i % SIDE + i / SIDE).is_multiple_of(2) { 0.1 } else { 10.0 };
+    let mut rng = Rng::new(11);
+    let mut drawn = |noise: f64| {
+        let one = |i: usize, rng: &mut Rng| {
+            Vec3::from([0; 3].map(|_: i32| (truth(i) * (1.0 + noise * rng.normal())) as f32))
+        };
+        Picture { width: SIDE, height: SIDE, pixels: (0..SIDE * SIDE).map(|i| one(i, &mut rng)).collect() }
+    };
+    let (exact, image) = (drawn(0.0), drawn(NOISE));
+    let halves = [0; 2].map(|_| drawn(REFERENCE));
+    let scale = Scale::default();
+    let of = |r: f64| 0.5 * (NOISE * r) * (NOISE * r) / (r * r + scale.epsilon);
+    let expected = of(0.1) + of(10.0);
+    // A square of a normal number varies by √2 of its mean; the two kinds of pixels have 2/3 and 1/3 of the sum.
+    let deviation = expected * (2.0 * (4.0 + 1.0) / 9.0 * 2.0 / (3 * SIDE * SIDE) as f64).sqrt();
+    let single = compare(&image, &exact, &scale).unwrap().overall.relmse;
+    assert!((single - expected).abs() < 4.0 * deviation, "{single} for {expected}");
+    let fair = compare_halves(&image, [&halves[0], &halves[1]], &scale).unwrap().overall.relmse;
+    // Two halves that are equal are one exact reference, to the last bit; two noisy ones add their noise to each term.
+    assert_eq!(compare_halves(&image, [&exact, &exact], &scale).unwrap().overall.relmse, single);
+    assert!((fair - single).abs() < 0.01 * single, "{fair} for {single}");
+    let noisy = compare(&image, &halves[0], &scale).unwrap().overall.relmse;
+    let share = (REFERENCE / NOISE) * (REFERENCE / NOISE);
+    assert!((noisy - single * (1.0 + share)).abs() < 0.01 * single, "{noisy} for {single}");
+}
+
+/// With halves as noisy as a quarter of the picture's standard deviation, relMSE is free of their noise to 3 %.
+#[test]
+fn relmse_is_free_of_the_noise_of_halves() {
+    const SIGMA: f64 = 0.1;
+    let mut rng = Rng::new(8);
+    let image = noisy(SIGMA, &mut rng);
+    let halves = [0; 2].map(|_| noisy(0.25 * SIGMA * std::f64::consts::SQRT_2, &mut rng));
+    let fair = compare_halves(&image, [&halves[0], &halves[1]], &Scale::default()).unwrap().overall.relmse;
     let levels = (0..SIDE).map(|x| f64::from(level(x)));
-    let truth = levels.map(|r| mse / (r * r + 0.01)).sum::<f64>() / SIDE as f64;
-    assert!((fair.relmse - truth).abs() < 0.05 * truth, "{} for {truth}", fair.relmse);
-    let naive = plain.relmse / truth;
-    assert!((1.9..2.3).contains(&naive), "{naive}");
+    let truth = levels.map(|r| SIGMA * SIGMA / (r * r + 0.01)).sum::<f64>() / SIDE as f64;
+    assert!((fair - truth).abs() < 0.03 * truth, "{fair} for {truth}");
 }

@@ -55,13 +55,16 @@ struct Pixel {
     m2: DVec3,
 }
 impl Pixel {
-    /// mean += δ/n, m2 += δ·(x − mean). Exact for constants at any n. [Welford 1962]
+    /// mean += δ/n, m2 += δ·(x − mean); returns what m2 grows by, summed over channels. Exact for constants at any n.
+    /// [Welford 1962]
     #[inline]
-    fn add(&mut self, x: DVec3) {
+    fn add(&mut self, x: DVec3) -> f64 {
         self.n += 1;
         let delta = x - self.mean;
         self.mean += delta * (1.0 / self.n as f64);
-        self.m2 += delta * (x - self.mean);
+        let more = delta * (x - self.mean);
+        self.m2 += more;
+        more.element_sum()
     }
     /// Union of two disjoint sample sets. [Chan 1979]
     fn merge(&mut self, other: &Self) {
@@ -113,12 +116,16 @@ impl Film {
     /// `x, y` in the full picture; a pixel that the film does not cover is left alone.
     #[inline]
     pub fn add(&mut self, x: u32, y: u32, value: Vec3, weight: f32) -> bool {
+        self.add_measured(x, y, value, weight).0
+    }
+
+    /// As [`Film::add`]; also returns by how much the pixel's sum of squared deviations grew, all channels together.
+    #[inline]
+    pub fn add_measured(&mut self, x: u32, y: u32, value: Vec3, weight: f32) -> (bool, f64) {
         let value = value.as_dvec3() * weight as f64;
         let finite = value.is_finite();
-        if let Some(i) = self.index(x, y) {
-            self.pixels[i].add(if finite { value } else { DVec3::ZERO });
-        }
-        finite
+        let grown = self.index(x, y).map(|i| self.pixels[i].add(if finite { value } else { DVec3::ZERO }));
+        (finite, grown.unwrap_or_default())
     }
 
     /// Copies the pixels of a tile in, replacing what was there; pixels outside this film are dropped.

@@ -14,16 +14,26 @@ pub enum Study {
     /// Hold both tracers and every estimator against closed forms
     Verify(VerifyArgs),
     /// Measure how far a picture is from a reference
+    ///
+    /// Measures are means over pixels and channels of linear radiance, I the picture, R the reference: mse of (I - R)^2, relmse
+    /// of (I - R)^2 / (R^2 + epsilon) with R of the same channel of the same pixel, mape of |I - R| / (|R| + epsilon), smape of
+    /// |I - R| / (|I| + |R| + epsilon); relative_rmse is the root of mse over the mean of R. With --reference-half the square is
+    /// (I - R1)(I - R2), which is free of the noise of both, and any other R is their mean. These are the measures of
+    /// `dapple converge` and `dapple sheet` too. Of crops (.exr) the pixels that all files hold are compared.
     Diff(DiffArgs),
     /// Measure how much error is left after how many seconds, method against method
     Converge(Box<ConvergeArgs>),
     /// Say what makes the error of a picture, and what a picture of --error-limit will cost
+    ///
+    /// From a pilot of the picture, which goes on while intervals are wider than a factor of 4: up to a fixed number of rays, or
+    /// for --time-limit if that is longer. An interval whose ends are more than a factor of 100 apart is not known.
     Budget(Box<BudgetArgs>),
     /// Render one effect with several counts and estimators side by side
     ///
     /// By the distribution tracer. Every other effect that no option mentions is off, so that what is seen and measured is
     /// the varied one; only where reflections or refractions are varied do lights keep their points. Cells are 256 pixels
-    /// high unless --size or a --reference says otherwise.
+    /// high unless --size or a --reference says otherwise. What it will cost is said beforehand; at the end of --time-limit,
+    /// which covers the reference too, the sheet is written with the cells that are done, the cheapest first (exit code 3).
     Sheet(Box<SheetArgs>),
 }
 
@@ -35,7 +45,10 @@ pub fn reworded(command: clap::Command) -> clap::Command {
             sheet.mut_arg("output", |a| a.help("Where to write the sheet, a .png [default: sheet.png]"))
         })
         .mut_subcommand("converge", |converge| {
-            converge.mut_arg("output", |a| a.value_name("DIR").help(said).required(true))
+            let seed =
+                "The first seed of the runs; further ones follow it, and references have theirs [default: 1]";
+            let output = |a: clap::Arg| a.value_name("DIR").help(said).required(true);
+            converge.mut_arg("output", output).mut_arg("seed", |a| a.help(seed))
         })
 }
 
@@ -80,7 +93,7 @@ pub struct DiffArgs {
     /// Exit with code 1 if the measure exceeds X; may be repeated
     #[arg(long, value_name = "MEASURE=X")]
     pub fail_above: Vec<Threshold>,
-    /// Added to squared levels in relmse, to levels in mape and smape
+    /// Added to R^2 in relmse, to R in mape and smape
     #[arg(long, value_name = "X", default_value_t = 0.01, value_parser = values::positive64)]
     pub epsilon: f64,
     /// Signal peak of psnr
@@ -119,9 +132,19 @@ pub struct ConvergeArgs {
     /// What the pictures should be, taken as exact [default: rendered here, as two independent halves]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
-    /// Another renderer: a name and a command with {scene}, {spp}, {out} and, if it can, {seed}; may be repeated
+    /// Another renderer: a name and a command with {scene}, {spp}, {out} and, if it can, {seed}, {threads} and {time}; may be
+    /// repeated
+    ///
+    /// The command writes a picture of {spp} samples per pixel to {out}. Its seconds are of rendering: if it has {time}, it
+    /// writes into that file the seconds that it rendered and, if it likes, its processor seconds, as two numbers; else its
+    /// start-up is measured by runs at one sample per pixel and subtracted. It is held against a reference of its own, rendered
+    /// by the same command, unless there is --shared-reference.
     #[arg(long, value_name = "NAME=COMMAND", allow_hyphen_values = true)]
     pub external: Vec<String>,
+    /// Hold everything against one reference, that of the first run or of --reference: what two renderers, or two options, show
+    /// differently is then an error too
+    #[arg(long)]
+    pub shared_reference: bool,
     /// The integral whose count grows in runs of the distribution tracer
     #[arg(long, value_name = "EFFECT", default_value = "pixel", value_parser = values::effect)]
     pub vary: Effect,
@@ -150,9 +173,13 @@ pub struct SheetArgs {
     /// One row each: grid, random, stratified, sobol
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "grid,random,stratified")]
     pub estimators: Vec<Pattern>,
-    /// Measure errors against this picture [default: one by the path tracer, with 16 times the samples of the largest cell]
+    /// Measure errors against this picture, taken as exact [default: two halves by the path tracer, with 16 times the samples of
+    /// the largest cell]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
+    /// A second, independent render of the reference: then the errors do not contain the reference's own noise
+    #[arg(long, value_name = "FILE", requires = "reference")]
+    pub reference_half: Option<PathBuf>,
     #[command(flatten)]
     pub options: RenderOptions,
 }

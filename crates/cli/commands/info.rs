@@ -68,7 +68,7 @@ fn kind(light: &dapple_integrator::lights::Light) -> &'static str {
         Light::Spot(_) => "spot",
         Light::Moving(_) => "moving",
         Light::Distant(_) => "distant",
-        Light::Area(_) => "area",
+        Light::Area(_) | Light::Patterned(_) => "area",
         Light::Environment(_) => "environment",
     }
 }

@@ -6,7 +6,7 @@ use crate::load::{self, Source};
 use crate::options::RenderOptions;
 use crate::{effects, report, settings_file, values};
 use clap::ArgMatches;
-use dapple_integrator::forecast::{Forecast, Row, present};
+use dapple_integrator::forecast::{Forecast, Row, present_in};
 use dapple_integrator::{Effect, Method, Settings, forecast};
 use serde_json::{Value, json};
 
@@ -25,7 +25,7 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
     let told = Told {
         settings: &settings,
-        present: present(&loaded.scene, &view.camera),
+        present: present_in(&loaded.scene, &view.camera, &settings),
         forecast: forecast(&loaded.scene, &view.camera, &settings),
     };
     if RenderOptions::is(options.json) {
@@ -52,6 +52,9 @@ impl Told<'_> {
         for (depth, row) in self.forecast.rows.iter().enumerate() {
             let cells = columns.iter().map(|name| count(cell(row, name))).collect::<String>();
             lines.push(format!("{depth:>5}{}{cells}", count(row.arriving)));
+        }
+        if self.forecast.deeper > 0.0 {
+            lines.push(format!("{:>5}{}", "more", count(self.forecast.deeper)));
         }
         let (total, [w, h]) = (self.forecast.total(), self.pixels());
         let picture = total * f64::from(w) * f64::from(h);
@@ -114,7 +117,7 @@ impl Told<'_> {
         json!({
             "method": values::method_name(self.settings.method), "combine": combine,
             "outer": { "pixel": pixel, "lens": lens, "time": time },
-            "depths": depths.collect::<Vec<_>>(),
+            "depths": depths.collect::<Vec<_>>(), "deeper": self.forecast.deeper,
             "rays_per_pixel": self.forecast.total(), "is_upper_bound": true, "width": w, "height": h,
             "effects": self.present.iter().map(Effect::to_string).collect::<Vec<_>>(),
         })

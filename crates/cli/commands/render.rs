@@ -1,8 +1,10 @@
 //! `dapple render`: check everything, load, render, write, report — in this order.
 
+use crate::ending::Ending;
 use crate::error::{self, Failure};
-use crate::error_watch::{ErrorWatch, Estimate};
+use crate::error_watch::ErrorWatch;
 use crate::inputs::Inputs;
+use crate::known::Known;
 use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::output::Outputs;
@@ -19,9 +21,6 @@ use std::time::Duration;
 
 /// Most bad samples whose command is printed.
 const SHOWN: usize = 5;
-
-/// Exit code of a render that was stopped early.
-const STOPPED: u8 = 3;
 
 /// No limit of time.
 const CENTURY: Duration = Duration::from_secs(3_200_000_000);
@@ -46,13 +45,16 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     interrupt::listen();
     expose(&mut outputs, &loaded, view, &settings, &options);
     tracing::info!(?settings, "rendering");
-    let (outcome, error) = draw(&loaded, view, &settings, &options)?;
+    let (outcome, known) = draw(&loaded, view, &settings, &options)?;
     let outcome = finish(outcome, &options, &loaded, view, &settings);
-    outputs.write(&outcome, &outcome.film.mean())?;
+    let ending = Ending::of(&options, &settings, &outcome, &known);
+    outputs.write(&outcome, &outcome.film.mean(), ending.comment())?;
     say_bad_samples(&outcome.stats, scene, typed);
-    say_stopped(&outcome.stats);
-    tell(&options, &Report::new(&loaded, &settings, &outcome.stats, error, &outputs));
-    Ok(if outcome.stats.stopped { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS })
+    ending.line().iter().for_each(|line| report::say(line));
+    let mut report = Report::new(&loaded, &settings, &outcome.stats, &known, &outputs);
+    (report.stopped, report.unsampled_pixels) = (ending.is_early(), ending.unsampled);
+    tell(&options, &report);
+    Ok(ending.code())
 }
 
 /// The options as settings of the integrator.
@@ -76,6 +78,7 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         general: options.is_general(),
         clamp: options.clamp,
         soft_terminator: !RenderOptions::is(options.no_soft_terminator),
+        transparent_shadows: RenderOptions::is(options.transparent_shadows),
         cull_backfaces: RenderOptions::is(options.cull_backfaces),
         adaptive: RenderOptions::is(options.adaptive),
         ..default
@@ -136,18 +139,26 @@ fn draw(
     view: &NamedCamera,
     settings: &Settings,
     options: &RenderOptions,
-) -> Result<(Outcome, (Option<Estimate>, f64)), Failure> {
+) -> Result<(Outcome, Known), Failure> {
     let bar = Bar::new(RenderOptions::is(options.quiet));
     let (scene, camera) = (&loaded.scene, &view.camera);
     let mut watch = ErrorWatch::new((scene, camera, settings), options, &bar)?;
+    let timed = &in_time(settings, options);
     let progress = |progress| {
         bar.show(&progress);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let outcome = render_watched(scene, camera, settings, &progress, &mut |at| watch.look(at));
-    let error = if tells_error(options) { watch.finish(&outcome) } else { (None, 0.0) };
+    let outcome = render_watched(scene, camera, timed, &progress, &mut |at| watch.look(at));
+    let known = if tells_error(options) { watch.finish(&outcome) } else { Known::unasked() };
     bar.finish();
-    Ok((outcome, error))
+    Ok((outcome, known))
+}
+
+/// The settings with what of the time limit is for rendering: the rest is needed to measure the error.
+fn in_time(settings: &Settings, options: &RenderOptions) -> Settings {
+    let share = if tells_error(options) { ErrorWatch::share_of_time(settings) } else { 0.0 };
+    let time_limit = settings.time_limit.map(|limit| limit.mul_f64(1.0 - share));
+    Settings { time_limit, ..settings.clone() }
 }
 
 /// Whether anyone hears of the error: to find it out takes time.
@@ -182,13 +193,6 @@ fn say_bad_samples(stats: &Stats, scene: Option<&str>, typed: &ArgMatches) {
     report::say(&format!("warning: {count} samples were not finite and count as black; to see their paths:"));
     for bad in stats.bad_samples.iter().take(SHOWN) {
         report::say(&format!("  {}", retrace::command(scene, (bad.x, bad.y), bad.sample, typed)));
-    }
-}
-
-fn say_stopped(stats: &Stats) {
-    if stats.stopped {
-        let spp = stats.spp;
-        report::say(&format!("stopped early: the pictures hold {spp} samples of every pixel"));
     }
 }
 

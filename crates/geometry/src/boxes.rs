@@ -173,6 +173,11 @@ impl BoxTree {
         self.nodes.first().map(|n| n.bounds)
     }
 
+    /// The box with an index.
+    pub fn bounds_of(&self, index: usize) -> Option<Aabb> {
+        self.boxes.get(index).copied()
+    }
+
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.nodes) + size_of_val(&*self.order) + size_of_val(&*self.boxes)
     }

@@ -2,7 +2,7 @@
 //!
 //! Shapes are surfaces, not solids: they are hit from both sides, and a ray may start on or inside them.
 //! A shape with a non-finite number or a radius that is not positive is never hit.
-use crate::{Frame, Ray, boxes::Aabb, surface::unit_or};
+use crate::{Frame, Ray, boxes::Aabb, offset::gamma, surface::unit_or};
 use glam::{DVec3, Vec2, Vec3};
 
 /// All points at distance `radius` from `centre`; front side outward.
@@ -92,6 +92,28 @@ impl Shape {
                 let turns = libm::atan2f(v, u) / TAU;
                 Vec2::new(if turns < 0.0 { turns + 1.0 } else { turns }, Vec2::new(u, v).length())
             }
+        }
+    }
+
+    /// Bound per axis of what the rounding of its own numbers moves its surface by.
+    pub(crate) fn coordinate_error(&self) -> DVec3 {
+        let (centre, radius) = match self {
+            Self::Sphere(s) => (s.centre, s.radius),
+            Self::Disk(d) => (d.centre, d.radius),
+        };
+        (centre.as_dvec3().abs() + DVec3::splat(radius.into())) * f64::from(gamma(4))
+    }
+
+    /// Surface coordinates for `u` in \[0, 1\]², even in area.
+    pub(crate) fn even_coordinates(&self, u: Vec2) -> Vec2 {
+        let (sin, cos) = libm::sincosf(std::f32::consts::TAU * u.x);
+        match self {
+            Self::Sphere(_) => {
+                let z = 1.0 - 2.0 * u.y;
+                let r = (1.0 - z * z).max(0.0).sqrt();
+                octahedral(Vec3::new(r * cos, r * sin, z).as_dvec3())
+            }
+            Self::Disk(_) => Vec2::new(cos, sin) * u.y.sqrt(),
         }
     }
 

@@ -11,7 +11,8 @@ use glam::{DVec3, Vec3};
 pub struct Surface {
     /// Position, render space.
     pub p: Vec3,
-    /// Where rays start: the position, but clear of the edges of its triangle.
+    /// Where rays start: the position, but clear of the edges of its triangle ([`crate::World::surface`]: of those at
+    /// which something stands).
     pub start: Vec3,
     /// Bound of |computed − exact| per axis.
     pub p_error: Vec3,
@@ -120,18 +121,21 @@ pub fn geometric_normal(corners: &[Vec3; 3]) -> Vec3 {
 
 /// From the point with barycentrics (u, v) of a facet to the smooth surface that the normals of its corners span above it:
 /// Σ bᵢ·max(0, (vᵢ − p)·nᵢ)·nᵢ [Hanika 2021]. Zero where the normals span nothing above the facet, as they do on a flat or
-/// a hollow one. `up` is a normal of the facet on the side that is asked about.
+/// a hollow one, and where they lean one way without spreading: Σ bᵢ(vᵢ − p)·nᵢ, which a common lean leaves as it is, must
+/// exceed the rounding of normals in f32. `up` is a normal of the facet on the side that is asked about.
 pub(crate) fn lift(corners: [DVec3; 3], normals: [DVec3; 3], u: f32, v: f32, up: DVec3) -> DVec3 {
     let (u, v) = (f64::from(u), f64::from(v));
     let b = [1.0 - u - v, u, v];
     let sum = |x: [DVec3; 3]| x[0] * b[0] + x[1] * b[1] + x[2] * b[2];
     let (p, side) = (sum(corners), sum(normals).dot(up).signum());
-    let mut lift = DVec3::ZERO;
+    let (mut lift, mut bulge, mut size) = (DVec3::ZERO, 0.0, 0.0);
     for i in 0..3 {
-        let n = unit_or(normals[i], DVec3::ZERO) * side;
-        lift += n * (b[i] * (corners[i] - p).dot(n).max(0.0));
+        let (n, way) = (unit_or(normals[i], DVec3::ZERO) * side, corners[i] - p);
+        lift += n * (b[i] * way.dot(n).max(0.0));
+        bulge += b[i] * way.dot(n);
+        size += b[i] * way.length();
     }
-    lift
+    if bulge > f64::from(gamma(8)) * size { lift } else { DVec3::ZERO }
 }
 
 /// Cross product of two edges: along the normal of the counter-clockwise side.
@@ -156,7 +160,8 @@ const LEAST_CLEAR: f64 = 0.5;
 /// edges both ways are added, which leaves the share 1 − cos of their angle of the clearance. An offset of one error bound
 /// then stays before any neighbour at more than 20° (a wider angle where only less clearance is left); nearer to a sharper
 /// concave edge, a ray can still be let out. *Approximation*: rays from that near to an edge start up to eight error bounds
-/// beside their position, in its plane; the position itself stays. On a triangle too thin for it, so do they.
+/// beside their position, in its plane; the position itself stays. On a triangle too thin for it, so do they. Seen in a
+/// mirror, a light no wider than that would lose flux, so [`crate::World::surface`] takes back what no wall calls for.
 #[inline(always)]
 fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DVec3) -> DVec3 {
     let [a, b, c] = corners;

@@ -1,5 +1,6 @@
 //! What can go wrong with a picture file? Each error names the file and what to do about it.
 
+use crate::window::Partial;
 use std::path::PathBuf;
 
 /// A picture that cannot be read or written.
@@ -74,6 +75,9 @@ pub enum ImageError {
         /// Channels that would have to be held in memory.
         channels: u64,
     },
+    /// A crop where more of the picture is needed.
+    #[error("{0}")]
+    Partial(Box<Partial>),
     /// The extension of an output says no known format.
     #[error("{}: unknown extension; use .exr, .png or .hdr", .0.display())]
     UnknownExtension(PathBuf),

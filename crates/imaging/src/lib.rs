@@ -14,6 +14,7 @@ pub mod sheet;
 pub mod text;
 pub mod texture;
 pub mod tone;
+pub mod window;
 pub mod write;
 
 pub use error::ImageError;
@@ -21,6 +22,7 @@ pub use picture::{Layer, Layers, MetaValue, Picture};
 pub use read::Rgba8;
 pub use texture::{Channels, Encoding, Interpolation, Sampler, Texture, Wrap};
 pub use tone::{Tone, UnknownTone};
+pub use window::{Window, Windowed};
 
 #[cfg(all(doctest, feature = "exr", feature = "png"))]
 #[doc = include_str!("../README.md")]

@@ -15,7 +15,7 @@ mod exr;
 #[cfg(feature = "png")]
 mod raster;
 
-use crate::{ImageError, Layers, Picture};
+use crate::{ImageError, Layers, Picture, Windowed};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, ErrorKind, Read, Seek};
 use std::path::Path;
@@ -45,6 +45,16 @@ pub fn picture(path: &Path) -> Result<Picture, ImageError> {
     match kind {
         Kind::Exr => exr_picture(file, &name),
         kind => raster_picture(file, kind, &name),
+    }
+}
+
+/// As [`picture`], but of an EXR only what is there: its data window, cut to the display window. All of any other file.
+pub fn windowed(path: &Path) -> Result<Windowed, ImageError> {
+    let name = path.display().to_string();
+    let (kind, file) = open(path, &name)?;
+    match kind {
+        Kind::Exr => exr_windowed(file, &name),
+        kind => Ok(raster_picture(file, kind, &name)?.into()),
     }
 }
 
@@ -176,6 +186,11 @@ fn exr_picture(file: impl BufRead + Seek, name: &str) -> Result<Picture, ImageEr
 }
 
 #[cfg(feature = "exr")]
+fn exr_windowed(file: impl BufRead + Seek, name: &str) -> Result<Windowed, ImageError> {
+    guarded(name, || exr::windowed(file, name))
+}
+
+#[cfg(feature = "exr")]
 fn exr_layers(file: impl BufRead + Seek, name: &str) -> Result<Layers, ImageError> {
     guarded(name, || exr::layers(file, name))
 }
@@ -202,6 +217,11 @@ fn exr_is_grey(_: impl BufRead + Seek, name: &str) -> Result<bool, ImageError> {
 
 #[cfg(not(feature = "exr"))]
 fn exr_picture(_: impl BufRead + Seek, name: &str) -> Result<Picture, ImageError> {
+    Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
+}
+
+#[cfg(not(feature = "exr"))]
+fn exr_windowed(_: impl BufRead + Seek, name: &str) -> Result<Windowed, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
 }
 

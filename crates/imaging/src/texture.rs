@@ -192,7 +192,7 @@ impl Texture {
 
     /// The decoded texel in column `x` and row `y`; both must be within [`size`](Self::size).
     #[inline]
-    fn texel(&self, x: usize, y: usize) -> Vec4 {
+    pub fn texel(&self, x: usize, y: usize) -> Vec4 {
         let at = (y * self.width + x) * self.stride;
         let bytes = &self.bytes[at..at + 4];
         // Below 4 anyway; said so, it is not asked.

@@ -73,15 +73,38 @@ pub fn exr(path: &Path, _layers: &Layers, _depth: Depth) -> Result<(), ImageErro
 }
 
 /// Writes an 8-bit PNG of [`code_values`]: exposure in stops, tone curve, rounding to nearest.
-#[cfg(feature = "png")]
 pub fn png(path: &Path, picture: &Picture, tone: Tone, exposure: f32) -> Result<(), ImageError> {
+    png_with_comment(path, picture, tone, exposure, None)
+}
+
+/// As [`png`], with a text of the keyword `Comment`; of it only what is ASCII.
+#[cfg(feature = "png")]
+pub fn png_with_comment(
+    path: &Path,
+    picture: &Picture,
+    tone: Tone,
+    exposure: f32,
+    comment: Option<&str>,
+) -> Result<(), ImageError> {
     check_size(path, picture)?;
-    rgb8(path, picture.width, picture.height, code_values(picture, tone, exposure))
+    let data = code_values(picture, tone, exposure);
+    let plain = png::encode(path, picture.width, picture.height, &data)?;
+    let bytes = match comment {
+        Some(comment) => png::with_comment(plain, comment),
+        None => plain,
+    };
+    replace(path, &bytes)
 }
 
 /// Writes an 8-bit PNG; this build leaves the format out, so it always fails.
 #[cfg(not(feature = "png"))]
-pub fn png(path: &Path, _picture: &Picture, _tone: Tone, _exposure: f32) -> Result<(), ImageError> {
+pub fn png_with_comment(
+    path: &Path,
+    _picture: &Picture,
+    _tone: Tone,
+    _exposure: f32,
+    _comment: Option<&str>,
+) -> Result<(), ImageError> {
     Err(feature_off(path, "PNG", "png"))
 }
 

@@ -173,6 +173,26 @@ fn a_data_window_larger_than_the_display_is_cut() {
 }
 
 #[test]
+fn a_crop_knows_what_it_holds() {
+    let (_folder, path) = folder();
+    let before = layers(tame);
+    write::exr(&path, &before, Depth::Float).unwrap();
+    let (found, beauty) = (read::windowed(&path).unwrap(), before.picture("").unwrap());
+    assert_eq!((found.window.x, found.window.y, found.full_size), (5, 9, (64, 50)));
+    assert_eq!(found.picture, beauty);
+    // Larger than the display window: cut to it.
+    let larger = Layers { offset: (-3, -4), full_size: (20, 21), ..layers(tame) };
+    write::exr(&path, &larger, Depth::Float).unwrap();
+    let found = read::windowed(&path).unwrap();
+    assert_eq!((found.window, found.full_size), (dapple_imaging::Window::full((20, 21)), (20, 21)));
+    assert_eq!(found.picture, read::picture(&path).unwrap());
+    let outside = Layers { offset: (64, 0), full_size: (64, 50), ..layers(tame) };
+    write::exr(&path, &outside, Depth::Float).unwrap();
+    let said = read::windowed(&path).unwrap_err().to_string();
+    assert!(said.contains("outside of its display window"), "{said}");
+}
+
+#[test]
 fn luminance_and_prefixed_colour_are_found() {
     let (_folder, path) = folder();
     let channel = |name: &str, v: f32| (name.to_string(), vec![v; 6]);

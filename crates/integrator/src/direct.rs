@@ -1,22 +1,38 @@
 //! Next-event estimation: light that falls directly on a vertex, found by aiming at a light.
 
-use crate::medium::Medium;
+use crate::ledger::Cut;
+use crate::medium::MediumStack;
+use crate::path::Follow;
 use crate::settings::Strategy;
+use crate::shadow::{Passage, Way};
+use crate::shared_place;
 use crate::vertex::{Around, Vertex};
 use crate::visibility::Visibility;
-use dapple_geometry::{Ray, offset::offset_origin};
+use dapple_geometry::Ray;
+use dapple_geometry::offset::{UNIT_ROUNDOFF, offset_origin};
 use dapple_lights::{Aiming, Light, LightSample};
 use dapple_materials::{Lobe, Lobes};
 use dapple_sampling::{mis, warp};
 use glam::{Vec2, Vec3};
+use std::cell::Cell;
 
 /// The way from a vertex to a light, and what may stand in it.
 pub(crate) struct Beam<'a, V> {
     pub around: Around<'a, V>,
     pub vertex: &'a Vertex,
-    /// What the way leads through, if that absorbs.
-    pub medium: Option<Medium>,
+    pub media: Sides<'a>,
     pub strategy: Strategy,
+    /// Surfaces that a path from the vertex may still pass.
+    pub reach: u32,
+    /// Light lost among too many clear surfaces.
+    pub lost: Cell<Vec3>,
+}
+
+/// The bodies on both sides of a vertex, as seen from where the path came.
+#[derive(Clone, Copy)]
+pub(crate) struct Sides<'a> {
+    pub near: &'a MediumStack,
+    pub far: &'a MediumStack,
 }
 
 /// One attempt of the path tracer to find light.
@@ -41,14 +57,16 @@ impl<V: Visibility> Beam<'_, V> {
         let light = &scene.lights[chosen.index];
         let Some(sample) = light.sample_as(aim.aiming, p, aim.u, self.around.time) else { return Vec3::ZERO };
         let pdf = sample.pdf * chosen.pmf;
-        let f_cos = self.received(light, &sample, pdf, aim.followed);
+        let f_cos = |alone| self.received(light, &sample, pdf, aim.followed, alone);
         self.arriving(chosen.index, &sample, pdf, f_cos, rays)
     }
 
-    /// f·cosθ towards a light sample of density `pdf`, what is followed weighted against being found that way.
-    fn received(&self, light: &Light, sample: &LightSample, pdf: f32, followed: Lobes) -> Vec3 {
+    /// f·cosθ towards a light sample of density `pdf`, what is followed weighted against being found that way unless the light
+    /// sample is `alone`.
+    #[inline(always)]
+    fn received(&self, light: &Light, sample: &LightSample, pdf: f32, followed: Lobes, alone: bool) -> Vec3 {
         let (f_cos, bsdf_pdf) = self.vertex.f_cos_and_pdf(sample.wi, followed);
-        let mut sum = f_cos * self.weight(sample.delta, pdf, bsdf_pdf);
+        let mut sum = f_cos * self.weight(sample.delta, pdf, if alone { 0.0 } else { bsdf_pdf });
         if followed != Lobes::ALL {
             let (f_cos, rest_pdf) = self.vertex.f_cos_and_pdf(sample.wi, Lobes::ALL.without(followed));
             let found = matches!(light, Light::Environment(_));
@@ -57,21 +75,25 @@ impl<V: Visibility> Beam<'_, V> {
         sum
     }
 
-    /// What of the light sample's radiance leaves the vertex, unless something stands in the way; `f_cos` weighted.
+    /// What of the light sample's radiance leaves the vertex, unless something stands in the way. `weighted`: f·cosθ towards
+    /// it, weighted against rays that find the same light, or as if there were none.
+    #[inline(always)]
     pub fn arriving(
         &self,
         light: usize,
         sample: &LightSample,
         pdf: f32,
-        f_cos: Vec3,
+        weighted: impl Fn(bool) -> Vec3,
         rays: &mut u64,
     ) -> Vec3 {
+        let f_cos = weighted(false);
         if f_cos == Vec3::ZERO {
             return Vec3::ZERO;
         }
         let radiance = match &sample.point {
             Some(point) if !sample.delta => {
-                self.around.scene.light_radiance(light as u32, point, sample.radiance)
+                let time = self.around.time;
+                self.around.scene.light_radiance(light as u32, point, sample.radiance, time)
             }
             _ => sample.radiance,
         };
@@ -82,15 +104,66 @@ impl<V: Visibility> Beam<'_, V> {
         let Some(o) = self.vertex.origin(sample.wi, &self.around) else { return Vec3::ZERO };
         let ray = shadow_ray(o, sample);
         *rays += 1;
-        if self.around.blocked(&ray) {
-            return Vec3::ZERO;
+        if self.around.job.plain_shadows {
+            let is_hidden = match shared_place::of(self.around.scene) {
+                None => self.around.blocked(&ray),
+                Some(places) => shared_place::is_hidden(places, (light, sample), o, &ray, &self.around),
+            };
+            return if is_hidden { Vec3::ZERO } else { value };
         }
-        value * self.through(sample.distance)
+        let ray = match shared_place::of(self.around.scene) {
+            None => Some(ray),
+            Some(places) => shared_place::way(places, (light, sample), o, ray, &self.around),
+        };
+        let Some(ray) = ray else { return Vec3::ZERO };
+        self.through(&ray, sample, value, &|| weighted(true) * radiance / pdf)
+    }
+
+    /// What comes through of `value`, or where no path takes the same way, of what the light sample is worth `alone`.
+    #[inline(never)]
+    fn through(&self, ray: &Ray, sample: &LightSample, value: Vec3, alone: &impl Fn() -> Vec3) -> Vec3 {
+        let Some(way) = self.way(ray, sample.wi, sample.distance, value) else { return Vec3::ZERO };
+        let is_alone = way.passed > 0 && !sample.delta && self.is_alone(&way);
+        way.transmittance * if is_alone { alone() } else { value }
+    }
+
+    /// The way along a shadow ray towards `wi`, if light comes through; `value`: what then arrives at most.
+    fn way(&self, ray: &Ray, wi: Vec3, distance: f32, value: Vec3) -> Option<Way> {
+        let ng = self.vertex.surface.ng;
+        let is_far = wi.dot(ng) * self.vertex.wo.dot(ng) < 0.0;
+        let stack = if is_far { self.media.far } else { self.media.near };
+        match self.around.passage(ray, stack, distance) {
+            Passage::Open(way) => Some(way),
+            Passage::Blocked => None,
+            Passage::Lost => {
+                self.lost.set(self.lost.get() + value);
+                None
+            }
+        }
+    }
+
+    /// Whether no path finds the light on this way: it would be bent, or have more bounces than are followed.
+    fn is_alone(&self, way: &Way) -> bool {
+        way.bent || way.passed > self.reach
+    }
+
+    /// Writes down what was lost, for a path of throughput `beta`.
+    pub fn tell<F: Follow>(&self, beta: Vec3, follow: &mut F) {
+        let lost = self.lost.get();
+        if lost != Vec3::ZERO {
+            follow.cut(Cut::Panes, beta * lost);
+        }
     }
 
     /// Light of the environment on a diffuse lobe that is not followed, found in a direction even in cosine. `aimed`
-    /// gives the density of aiming there, for a density of the environment's own.
-    pub fn sky_on_diffuse(&self, u: Vec2, aimed: impl Fn(usize, f32) -> f32, rays: &mut u64) -> Vec3 {
+    /// gives the density of aiming there, for a density of the environment's own; of such directions there are `points`.
+    pub fn sky_on_diffuse(
+        &self,
+        u: Vec2,
+        points: f32,
+        aimed: impl Fn(usize, f32) -> f32,
+        rays: &mut u64,
+    ) -> Vec3 {
         let Some(index) = self.around.scene.environment else { return Vec3::ZERO };
         let (Light::Environment(environment), true) =
             (&self.around.scene.lights[index as usize], self.vertex.bsdf.lobes().contains(Lobe::Diffuse))
@@ -106,20 +179,13 @@ impl<V: Visibility> Beam<'_, V> {
         let Some(o) = self.vertex.origin(wi, &self.around) else { return Vec3::ZERO };
         let ray = Ray::new(o, wi);
         *rays += 1;
-        if self.around.blocked(&ray) {
-            return Vec3::ZERO;
-        }
+        let Some(way) = self.way(&ray, wi, f32::INFINITY, value) else { return Vec3::ZERO };
         let weight = match self.strategy {
-            Strategy::Both => mis::power(pdf, aimed(index as usize, environment.pdf(wi))),
+            Strategy::Both => mis::power(points * pdf, aimed(index as usize, environment.pdf(wi))),
             Strategy::LightOnly if environment.is_sampled() => 0.0,
             _ => 1.0,
         };
-        value * (weight * self.through(f32::INFINITY))
-    }
-
-    /// What is left of light after `distance`.
-    fn through(&self, distance: f32) -> Vec3 {
-        self.medium.map_or(Vec3::ONE, |medium| medium.transmittance(distance))
+        value * (weight * way.transmittance)
     }
 
     /// Weight of a light sample against the BSDF finding the same light.
@@ -133,12 +199,18 @@ impl<V: Visibility> Beam<'_, V> {
     }
 }
 
+/// Where shadow rays end. From origin to target a direction is rounded by half an ulp per axis, so that its end lies up to
+/// |n|·|d|·2⁻²⁴ before or behind the target, measured along the light's normal; by that, the light would shadow its own
+/// samples where its coordinates, and with them its error box, are small against the distance. Covers it for all but the
+/// last 4° to the light's plane.
+const END: f32 = 1.0 - 16.0 * UNIT_ROUNDOFF;
+
 /// From `o` to outside the light's error box; t = 1 is the light.
 fn shadow_ray(o: Vec3, sample: &LightSample) -> Ray {
     match &sample.point {
         Some(point) => {
             let target = offset_origin(point.p, point.p_error, point.n, -sample.wi);
-            Ray { o, d: target - o, t_max: 1.0 }
+            Ray { o, d: target - o, t_max: END }
         }
         None if sample.distance.is_finite() => Ray { o, d: sample.wi, t_max: sample.distance },
         None => Ray::new(o, sample.wi),

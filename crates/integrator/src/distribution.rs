@@ -7,14 +7,17 @@
 //! Where a light's points and a lobe's directions can both find the same light, they are weighted by the power heuristic
 //! with their counts [Veach 1997, §9.2.2].
 
-use crate::direct::Beam;
+use crate::direct::{Beam, Sides};
+use crate::distribution::deep::{Branch, DEEP};
 use crate::effects::{Effect, Plans};
 use crate::emission::{self, Arrival, Rival};
+use crate::interface::meet;
 use crate::kernel::Job;
 use crate::ledger::{Cut, FAINT};
-use crate::medium::Medium;
+use crate::medium::MediumStack;
 use crate::path::{Follow, cut_short};
 use crate::places::Place;
+use crate::shared_place;
 use crate::vertex::{Around, Scattered, Vertex};
 use crate::visibility::Visibility;
 use dapple_geometry::Ray;
@@ -22,6 +25,9 @@ use dapple_lights::{Aiming, Light, LightSample};
 use dapple_materials::{Lobe, Lobes};
 use dapple_sampling::{Dimension, Key, Pattern, Plan};
 use glam::{Vec2, Vec3};
+use std::cell::Cell;
+
+mod deep;
 
 /// The lobes that are one integral each, and the effect that gives its points when it is not a smooth one.
 const GROUPS: [(Lobes, Effect); 3] = [
@@ -36,7 +42,6 @@ const TIME: u32 = 4;
 
 /// Where all points are the same.
 const ONE: Plan = Plan { nx: 1, ny: 1, pattern: Pattern::Grid };
-const ONE_AT_RANDOM: Plan = Plan { nx: 1, ny: 1, pattern: Pattern::Random };
 
 /// Point `index` of the pixel (x, y): its radiance, and the weight the pixel filter gives it.
 #[inline(always)]
@@ -68,12 +73,17 @@ pub(crate) fn pixel_point<V: Visibility, F: Follow>(
         let lens = place.point_2d(plans.lens, Dimension::Lens, 0, l);
         let on_lens = place.within(LENS, l).again(Effect::Lens, again);
         for t in 0..times {
+            if job.is_stopped() {
+                return (Vec3::ZERO, weight);
+            }
             let u = on_lens.point_1d(plans.time, Dimension::Time, t);
             let time = job.time(u);
             let ray = job.camera_ray((x, y), offset, lens, time);
-            let mut tree = Tree { job, visibility, time, follow, rays };
+            let mut tree = Tree { job, visibility, time, follow, rays, held: None, nested: 0 };
             let place = on_lens.within(TIME, t).again(Effect::Time, again);
-            sum += tree.li(&ray, &Arrival::CAMERA, place, None, Vec3::ONE);
+            let start =
+                if job.media.is_empty() { MediumStack::EMPTY } else { job.media.at(job.scene, &ray, time) };
+            sum += tree.li(&ray, &Arrival::CAMERA, place, &start, Vec3::ONE);
         }
     }
     (sum / (lenses * times) as f32, weight)
@@ -87,26 +97,52 @@ struct Tree<'a, V, F> {
     time: f32,
     follow: &'a mut F,
     rays: &'a mut u64,
+    /// Of the deep vertex last met, the ray that is traced next: see `deep.rs`.
+    held: Option<Branch>,
+    /// Branches of deep vertices that are being traced, each within the one before.
+    nested: u32,
 }
 
 impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     /// Radiance along `ray`, which arrives at `place`; `beta` is its share in the pixel point, for who follows.
-    fn li(&mut self, ray: &Ray, arrival: &Arrival, place: Place, medium: Option<Medium>, beta: Vec3) -> Vec3 {
+    fn li(&mut self, ray: &Ray, arrival: &Arrival, place: Place, stack: &MediumStack, beta: Vec3) -> Vec3 {
+        if self.job.is_stopped() {
+            return Vec3::ZERO;
+        }
         *self.rays += 1;
         let (scene, settings) = (self.job.scene, self.job.settings);
         let key = place.ray_key(Dimension::Alpha, 0, 0);
-        let Some(hit) = self.visibility.closest(scene, ray, self.time, key) else {
-            let le = emission::escaped(scene, ray.d.normalize(), arrival, settings.strategy);
-            self.follow.escaped(place.depth, beta, le, ray.d);
-            return le;
-        };
-        let surface = scene.world.surface(ray, self.time, &hit);
         let length = ray.d.length();
-        let (distance, wo) = (hit.t * length, -ray.d / length);
-        let absorbed = medium.map_or(Vec3::ONE, |medium| medium.transmittance(distance));
+        let met;
+        let (mut near, mut absorbed, mut boundary) = (stack, Vec3::ONE, None);
+        let (mut hit, mut surface);
+        let distance;
+        if self.job.media.is_empty() {
+            let Some(nearest) = self.visibility.closest(scene, ray, self.time, key) else {
+                return self.escaped(ray, arrival, place, beta);
+            };
+            hit = nearest;
+            surface = scene.world.surface(ray, self.time, &hit);
+            if let Some(places) = shared_place::of(scene) {
+                shared_place::settle(places, ray, (&mut hit, &mut surface), &self.around(key));
+            }
+            distance = hit.t * length;
+        } else {
+            met = meet(&self.around(key), ray, stack);
+            (near, absorbed) = (&met.stack, met.transmittance);
+            if met.overflows {
+                self.follow.cut(Cut::Nested, beta * absorbed);
+            }
+            let Some(at) = &met.at else {
+                return absorbed * self.escaped(ray, arrival, place, beta * absorbed);
+            };
+            (hit, surface, distance) = (at.0, at.1, met.distance);
+            boundary = at.2.as_ref();
+        }
+        let wo = -ray.d / length;
         let beta = beta * absorbed;
         let le = emission::surface(scene, &hit, &surface, wo, distance, arrival, settings.strategy);
-        let vertex = Vertex::new(self.job, (ray, wo), &hit, &surface, self.time);
+        let vertex = Vertex::new(self.job, (ray, wo), &hit, &surface, (self.time, boundary));
         self.follow.vertex(place.depth, &vertex, beta, le);
         if vertex.shading.unlit || place.depth >= self.job.bounces {
             cut_short(&vertex, beta, self.follow);
@@ -116,29 +152,66 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             self.follow.cut(Cut::Faint, beta);
             return absorbed * le;
         }
-        let direct = self.direct(&vertex, place, medium);
+        let media = Sides { near, far: boundary.map_or(near, |boundary| &boundary.after) };
+        let direct = self.direct(&vertex, place, media, beta);
         self.follow.direct(direct);
-        absorbed * (le + direct + self.scattered(&vertex, place, medium, beta))
+        let scattered = self.scattered(&vertex, place, media, (arrival, distance), beta);
+        if let Some(held) = self.held.as_mut() {
+            held.factor *= absorbed;
+        }
+        absorbed * (le + direct + scattered)
+    }
+
+    /// Radiance of the environment along a ray that leaves the scene.
+    fn escaped(&mut self, ray: &Ray, arrival: &Arrival, place: Place, beta: Vec3) -> Vec3 {
+        let strategy = self.job.settings.strategy;
+        let le = emission::escaped(self.job.scene, ray.d.normalize(), arrival, strategy);
+        self.follow.escaped(place.depth, beta, le, ray.d);
+        le
     }
 
     /// Light that falls on the vertex straight from the lights: Σ over lights, mean over each.
-    fn direct(&mut self, vertex: &Vertex, place: Place, medium: Option<Medium>) -> Vec3 {
+    fn direct(&mut self, vertex: &Vertex, place: Place, media: Sides<'_>, beta: Vec3) -> Vec3 {
         if vertex.bsdf.is_delta() {
             return Vec3::ZERO;
         }
         let (plans, lights) = (self.job.integrals.at(place.depth), self.job.scene.lights.iter());
         let mut sum: Vec3 =
-            (0..).zip(lights).map(|(i, light)| self.light_mean(vertex, place, medium, i, light)).sum();
+            (0..).zip(lights).map(|(i, light)| self.light_mean(vertex, place, media, (i, light), beta)).sum();
         if plans.is_off(Effect::Diffuse) {
-            let aimed = |light: usize, pdf: f32| {
-                place.count(light_plan(&self.job.scene.lights[light], plans)) as f32 * pdf
-            };
-            let u = place.point_2d(ONE_AT_RANDOM, Dimension::Sky, 0, 0);
-            let beam = self.beam(vertex, place.ray_key(Dimension::Sky, 0, 0), medium);
-            sum += beam.sky_on_diffuse(u, aimed, self.rays);
+            sum += self.sky_mean(vertex, place, media, beta);
             sum += vertex.bsdf.diffuse_albedo() * self.job.settings.ambient;
         }
         sum
+    }
+
+    /// The environment on a diffuse lobe that is not followed: mean over directions even in cosine, as many as are aimed at
+    /// an environment.
+    fn sky_mean(&mut self, vertex: &Vertex, place: Place, media: Sides<'_>, beta: Vec3) -> Vec3 {
+        if self.job.scene.environment.is_none() || !vertex.bsdf.lobes().contains(Lobe::Diffuse) {
+            return Vec3::ZERO;
+        }
+        let integrals = &self.job.integrals;
+        let plan = integrals.sky(&place);
+        let place = self.first_again(place, Effect::Light);
+        let n = place.count(plan);
+        let aimed = |light: usize, pdf: f32| {
+            let plans = integrals.at(place.depth);
+            place.count(light_plan(&self.job.scene.lights[light], plans, || plan)) as f32 * pdf
+        };
+        let mut sum = Vec3::ZERO;
+        for s in 0..n {
+            if self.job.is_stopped() {
+                break;
+            }
+            let u = place.point_2d(plan, Dimension::Sky, 0, s);
+            let beam = self.beam(vertex, place.ray_key(Dimension::Sky, 0, s), media, place);
+            sum += beam.sky_on_diffuse(u, n as f32, aimed, self.rays);
+            if !self.job.plain_shadows {
+                beam.tell(beta / n as f32, self.follow);
+            }
+        }
+        sum / n.max(1) as f32
     }
 
     /// Mean over the points of light `i`.
@@ -146,46 +219,55 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         &mut self,
         vertex: &Vertex,
         place: Place,
-        medium: Option<Medium>,
-        i: u32,
-        light: &Light,
+        media: Sides<'_>,
+        (i, light): (u32, &Light),
+        beta: Vec3,
     ) -> Vec3 {
         let plans = self.job.integrals.at(place.depth);
-        let (plan, aiming) = (light_plan(light, plans), aiming(light, plans));
+        let plan = light_plan(light, plans, || self.job.integrals.sky(&place));
+        let aiming = aiming(light, plans);
         let place = self.first_again(place, Effect::Light);
         let n = place.count(plan);
         let mut sum = Vec3::ZERO;
         for s in 0..n {
+            if self.job.is_stopped() {
+                break;
+            }
             let u = place.point_2d(plan, Dimension::LightPoint, i, s);
             let Some(sample) = light.sample_as(aiming, vertex.surface.p, u, self.time) else { continue };
-            let beam = self.beam(vertex, place.ray_key(Dimension::ShadowAlpha, i, s), medium);
-            let f_cos = self.received(&beam, place, light, &sample, n as f32);
+            let beam = self.beam(vertex, place.ray_key(Dimension::ShadowAlpha, i, s), media, place);
+            let f_cos = |alone| Self::received(&beam, place, light, &sample, (n as f32, alone));
             sum += beam.arriving(i as usize, &sample, sample.pdf, f_cos, self.rays);
+            if !self.job.plain_shadows {
+                beam.tell(beta / n as f32, self.follow);
+            }
         }
         sum / n.max(1) as f32
     }
 
-    fn beam<'v>(&self, vertex: &'v Vertex, key: Key, medium: Option<Medium>) -> Beam<'v, V>
+    fn beam<'v>(&self, vertex: &'v Vertex, key: Key, media: Sides<'v>, place: Place) -> Beam<'v, V>
     where
         'a: 'v,
     {
-        Beam { around: self.around(key), vertex, medium, strategy: self.job.settings.strategy }
+        let (strategy, reach) = (self.job.settings.strategy, self.job.bounces - place.depth - 1);
+        Beam { around: self.around(key), vertex, media, strategy, reach, lost: Cell::new(Vec3::ZERO) }
     }
 
     fn around(&self, key: Key) -> Around<'a, V> {
-        Around { scene: self.job.scene, visibility: self.visibility, time: self.time, key }
+        Around { job: self.job, scene: self.job.scene, visibility: self.visibility, time: self.time, key }
     }
 
-    /// f·cosθ towards one of `n` samples of a light, each lobe weighted against its own directions.
+    /// f·cosθ towards one of `n` samples of a light, each lobe weighted against its own directions unless the samples are
+    /// `alone`.
+    #[inline(always)]
     fn received(
-        &self,
         beam: &Beam<'_, V>,
         place: Place,
         light: &Light,
         sample: &LightSample,
-        n: f32,
+        (n, alone): (f32, bool),
     ) -> Vec3 {
-        let plans = self.job.integrals.at(place.depth);
+        let plans = beam.around.job.integrals.at(place.depth);
         let live = beam.vertex.bsdf.lobes().without(Lobes::DELTA);
         let mut sum = Vec3::ZERO;
         for (lobes, effect) in GROUPS {
@@ -193,9 +275,10 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
                 continue;
             }
             let (f_cos, pdf) = beam.vertex.f_cos_and_pdf(sample.wi, lobes);
-            // Not followed, a diffuse lobe still finds the environment, by one direction.
+            // Not followed, a diffuse lobe still finds the environment.
             let followed = match place.count(plans.of(effect)) {
-                0 if matches!(light, Light::Environment(_)) => 1,
+                0 if matches!(light, Light::Environment(_)) => place.count(beam.around.job.integrals.sky(&place)),
+                _ if alone => 0,
                 count => count,
             };
             sum += f_cos * beam.weight(sample.delta, n * sample.pdf, followed as f32 * pdf);
@@ -204,7 +287,14 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     }
 
     /// Light that comes by way of other surfaces: Σ over lobes, mean over the directions of each.
-    fn scattered(&mut self, vertex: &Vertex, place: Place, medium: Option<Medium>, beta: Vec3) -> Vec3 {
+    fn scattered(
+        &mut self,
+        vertex: &Vertex,
+        place: Place,
+        media: Sides<'_>,
+        came: (&Arrival, f32),
+        beta: Vec3,
+    ) -> Vec3 {
         let live = vertex.bsdf.lobes();
         let mut sum = Vec3::ZERO;
         for (which, (lobes, effect)) in (0..).zip(GROUPS) {
@@ -213,7 +303,8 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
                 continue;
             }
             let mut plan = self.job.integrals.at(place.depth).of(effect);
-            if lobes.without(Lobes::DELTA).is_empty() {
+            let smooth = lobes.without(Lobes::DELTA).is_empty();
+            if smooth {
                 plan = ONE;
             }
             let n = place.count(plan);
@@ -221,14 +312,28 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             let mut mean = Vec3::ZERO;
             let around = self.around(place.ray_key(Dimension::Alpha, 0, 0));
             for s in 0..n {
+                if self.job.is_stopped() {
+                    break;
+                }
                 let u = place.point_2d(plan, Dimension::Direction, which, s);
                 let Some(scattered) = vertex.scatter(0.5, u, lobes, &around) else { continue };
                 self.follow.scattered(place.depth, &scattered.sample);
-                let arrival = self.arrival(vertex, &scattered, n as f32, place);
-                let medium = Medium::after(medium, vertex, &scattered);
-                let weight = scattered.sample.weight;
+                let mut arrival = if self.job.is_shadow_way(&scattered.sample) {
+                    came.0.through(came.1, scattered.sample.eta != 1.0)
+                } else {
+                    self.arrival(vertex, &scattered, n as f32, place)
+                };
+                arrival.is_seen &= came.0.is_seen;
+                let stack = if scattered.sample.lobe.is_transmission() { media.far } else { media.near };
+                let (weight, ray) = (scattered.sample.weight, scattered.ray);
                 let beta = beta * weight / n as f32;
-                mean += weight * self.li(&scattered.ray, &arrival, place.next(which, s), medium, beta);
+                let place = place.next(which, s, smooth);
+                if place.depth >= DEEP {
+                    let factor = weight / n as f32;
+                    sum += self.deeper(Branch { ray, arrival, place, stack: *stack, beta, factor });
+                    continue;
+                }
+                mean += weight * self.li(&ray, &arrival, place, stack, beta);
             }
             sum += mean / n.max(1) as f32;
         }
@@ -244,8 +349,8 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     fn arrival(&self, vertex: &Vertex, scattered: &Scattered, n: f32, place: Place) -> Arrival {
         let plans = self.job.integrals.at(place.depth);
         let off = plans.is_off(Effect::Light);
-        // Off, only the environment is still aimed at, once.
-        let points = if off { 1.0 } else { place.count(plans.light) as f32 };
+        // Off, only the environment is still aimed at.
+        let points = place.count(self.job.integrals.sky(&place)) as f32;
         let on_grid = plans.light.pattern == Pattern::Grid;
         let aiming = if on_grid { Aiming::Surface } else { Aiming::SolidAngle };
         let delta = scattered.sample.lobe.is_delta();
@@ -256,16 +361,20 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             rival: if delta { Rival::Nothing } else { Rival::Each { points, aiming } },
             lights_are_points: off,
             time: self.time,
+            is_seen: delta,
+            gone: 0.0,
+            bent: false,
         }
     }
 }
 
-/// Points on a light: one where all are the same, none for an environment that lobes find as well.
-pub(crate) fn light_plan(light: &Light, plans: &Plans) -> Plan {
+/// Points on a light: one where all are the same, none for an environment that lobes find as well; else `sky` on an
+/// environment.
+pub(crate) fn light_plan(light: &Light, plans: &Plans, sky: impl Fn() -> Plan) -> Plan {
     match light {
         Light::Environment(e) if !e.is_sampled() => Plan::OFF,
-        // Switched off, the light integral leaves the environment as it is: one random point.
-        Light::Environment(_) if plans.is_off(Effect::Light) => ONE_AT_RANDOM,
+        // Switched off, the light integral leaves the environment as it is.
+        Light::Environment(_) => sky(),
         light if light.is_delta() || (light.is_area() && plans.is_off(Effect::Light)) => ONE,
         _ => plans.light,
     }

@@ -3,10 +3,10 @@
 
 use crate::settings::Strategy;
 use dapple_geometry::{Hit, Surface};
-use dapple_lights::{Aiming, Light};
+use dapple_lights::{Aiming, Light, Reached};
 use dapple_sampling::mis;
 use dapple_scene::Scene;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// How a ray came to where it is: what aiming at lights from its origin needs to be weighed against.
 #[derive(Clone, Copy)]
@@ -21,6 +21,12 @@ pub(crate) struct Arrival {
     pub lights_are_points: bool,
     /// Seconds since the shutter opened: lights are weighed where they are then.
     pub time: f32,
+    /// Mirrors and clear glass alone lie between the camera and here: what is shadeless shows. Elsewhere it lights nothing.
+    pub is_seen: bool,
+    /// How far the ray's origin is from `p`: the way has passed surfaces that let it go straight on, as a shadow ray does.
+    pub gone: f32,
+    /// The way has been bent, where shadow rays go straight on: they stand for what it would find.
+    pub bent: bool,
 }
 
 /// What else could have found the light that a ray meets.
@@ -42,7 +48,15 @@ impl Arrival {
         rival: Rival::Nothing,
         lights_are_points: false,
         time: 0.0,
+        is_seen: true,
+        gone: 0.0,
+        bent: false,
     };
+
+    /// On through a smooth surface, `distance` farther, in the direction that it came if that is not bent.
+    pub fn through(self, distance: f32, bent: bool) -> Self {
+        Self { gone: self.gone + distance, bent: self.bent || bent, ..self }
+    }
 }
 
 /// Radiance of the environment along `d`.
@@ -55,7 +69,8 @@ pub(crate) fn escaped(scene: &Scene, d: Vec3, arrival: &Arrival, strategy: Strat
     if radiance == Vec3::ZERO {
         return radiance;
     }
-    radiance * bsdf_weight(scene, index, arrival, d, f32::INFINITY, Vec3::ZERO, strategy)
+    let reached = Reached { wi: d, distance: f32::INFINITY, n: Vec3::ZERO, at: Vec2::ZERO };
+    radiance * bsdf_weight(scene, index, arrival, &reached, strategy)
 }
 
 /// Radiance of the surface that was hit, towards `wo`.
@@ -74,21 +89,18 @@ pub(crate) fn surface(
     }
     match scene.light_of(hit) {
         Some(_) if arrival.lights_are_points => Vec3::ZERO,
-        Some(light) => radiance * bsdf_weight(scene, light, arrival, -wo, distance, surface.ng, strategy),
+        Some(light) => {
+            let distance = distance + arrival.gone;
+            let reached = Reached { wi: -wo, distance, n: surface.ng, at: Vec2::new(hit.u, hit.v) };
+            radiance * bsdf_weight(scene, light, arrival, &reached, strategy)
+        }
+        None if !arrival.is_seen && scene.material(hit.object).unlit => Vec3::ZERO,
         None => radiance,
     }
 }
 
 /// Weight of the direction having been found by the BSDF.
-fn bsdf_weight(
-    scene: &Scene,
-    light: u32,
-    arrival: &Arrival,
-    wi: Vec3,
-    distance: f32,
-    n: Vec3,
-    strategy: Strategy,
-) -> f32 {
+fn bsdf_weight(scene: &Scene, light: u32, arrival: &Arrival, reached: &Reached, strategy: Strategy) -> f32 {
     let of = &scene.lights[light as usize];
     let pdf = match arrival.rival {
         _ if strategy == Strategy::BsdfOnly => return 1.0,
@@ -96,15 +108,14 @@ fn bsdf_weight(
         Rival::Choice => match &scene.light_choice {
             Some(choice) => {
                 choice.pmf(arrival.p, arrival.n, light as usize)
-                    * of.pdf(arrival.p, wi, distance, n, arrival.time)
+                    * of.pdf_at(Aiming::SolidAngle, arrival.p, reached, arrival.time)
             }
             None => return 1.0,
         },
-        Rival::Each { points, aiming } => {
-            points * of.pdf_as(aiming, arrival.p, wi, distance, n, arrival.time)
-        }
+        Rival::Each { points, aiming } => points * of.pdf_at(aiming, arrival.p, reached, arrival.time),
     };
     match strategy {
+        _ if arrival.bent && pdf > 0.0 => 0.0,
         Strategy::LightOnly if pdf > 0.0 => 0.0,
         _ => mis::power(arrival.pdf, pdf),
     }

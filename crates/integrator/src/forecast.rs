@@ -1,7 +1,8 @@
 //! How many rays will a pixel take? Worked out before the first one is traced: an upper bound, as if every ray met a
 //! surface with the most lobes there are.
 
-use crate::effects::{Effect, Plans};
+use crate::distribution::light_plan;
+use crate::effects::Effect;
 use crate::kernel::Job;
 use crate::kinds::{Kinds, Width};
 use crate::settings::{Method, Settings};
@@ -15,9 +16,14 @@ use dapple_scene::Scene;
 pub struct Forecast {
     /// Points over pixel, lens and time; 1 for what the scene does not have or the settings switch off.
     pub outer: [u32; 3],
-    /// By scattering events so far.
+    /// By scattering events so far, at most [`LISTED`] of them.
     pub rows: Vec<Row>,
+    /// Rays after more scattering events than that.
+    pub deeper: f64,
 }
+
+/// Depths that have a row of their own.
+pub const LISTED: u32 = 1000;
 
 /// Rays that start after the same number of scattering events.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,7 +46,8 @@ impl Forecast {
     /// All rays of a pixel.
     pub fn total(&self) -> f64 {
         let camera = self.rows.first().map_or(0.0, |row| row.arriving);
-        camera + self.rows.iter().map(|r| r.light + r.glossy + r.refract + r.diffuse + r.path).sum::<f64>()
+        let listed: f64 = self.rows.iter().map(|r| r.light + r.glossy + r.refract + r.diffuse + r.path).sum();
+        camera + listed + self.deeper
     }
 }
 
@@ -63,6 +70,16 @@ pub fn present(scene: &Scene, camera: &Camera) -> Vec<Effect> {
     Effect::ALL.into_iter().map(|(effect, _)| effect).filter(has).collect()
 }
 
+/// As [`present`], for these settings: where diffuse lobes are not followed, an environment is an integral of its own, with
+/// the light's points, even if it is of one colour.
+pub fn present_in(scene: &Scene, camera: &Camera, settings: &Settings) -> Vec<Effect> {
+    let has = present(scene, camera);
+    let sky = scene.environment.is_some() && settings.plans.is_off(Effect::Diffuse);
+    let light = |effect| effect == Effect::Light && sky && has.contains(&Effect::Diffuse);
+    let all = Effect::ALL.into_iter().map(|(effect, _)| effect);
+    all.filter(|&effect| has.contains(&effect) || light(effect)).collect()
+}
+
 /// The forecast for these settings.
 pub fn forecast(scene: &Scene, camera: &Camera, settings: &Settings) -> Forecast {
     let job = Job::new(scene, camera, settings);
@@ -75,11 +92,13 @@ pub fn forecast(scene: &Scene, camera: &Camera, settings: &Settings) -> Forecast
 fn of_paths(settings: &Settings, scene: &Scene) -> Forecast {
     let n = f64::from(settings.spp.unwrap_or(1));
     let aims = if scene.light_choice.is_some() { n } else { 0.0 };
-    let rows = (0..=settings.bounces()).map(|depth| match depth {
-        d if d == settings.bounces() => Row { arriving: n, ..Row::default() },
+    let bounces = settings.bounces();
+    let rows = (0..=bounces.min(LISTED)).map(|depth| match depth {
+        d if d == bounces => Row { arriving: n, ..Row::default() },
         _ => Row { arriving: n, light: aims, path: n, ..Row::default() },
     });
-    Forecast { outer: [settings.spp.unwrap_or(1), 1, 1], rows: rows.collect() }
+    let deeper = f64::from(bounces.saturating_sub(LISTED + 1)) * (aims + n);
+    Forecast { outer: [settings.spp.unwrap_or(1), 1, 1], rows: rows.collect(), deeper }
 }
 
 fn of_trees(job: &Job<'_>) -> Forecast {
@@ -89,40 +108,95 @@ fn of_trees(job: &Job<'_>) -> Forecast {
     let outer = [pixel, inner(plans.lens), inner(plans.time)];
     let kinds = Kinds::used(job.scene);
     let depths = job.settings.bounces();
-    // The costliest material at every depth, found from the deepest.
-    let mut below = 1.0;
+    // The costliest materials at every depth, found from the deepest: of what smooth surfaces alone have led to, where the sky
+    // has as many points as at the first hit, and of all else.
+    let deepest = subtree(job, &kinds, depths.saturating_sub(LISTED));
+    let (mut smooth, mut other) = (deepest, deepest);
     let mut costliest = Vec::new();
-    for depth in (0..depths).rev() {
-        let (row, cost) = kinds
-            .iter()
-            .map(|k| one_hit(job, k, depth))
-            .map(|row| (row, 1.0 + row.light + (row.glossy + row.refract + row.diffuse) * below))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .unwrap_or((Row::default(), 1.0));
-        costliest.push(row);
-        below = cost;
+    for depth in (0..depths.min(LISTED)).rev() {
+        let [first, below] = job.integrals.skies_at(depth);
+        let seen = |sky, smooth| Hit::costliest(job, &kinds, depth, sky, (smooth, other));
+        let (hits, costs): (Vec<Hit>, Vec<f64>) =
+            [seen(first, smooth), seen(below, other)].into_iter().unzip();
+        costliest.push([hits[0], hits[1]]);
+        (smooth, other) = (costs[0], costs[1]);
     }
-    let mut arriving = outer.iter().map(|&n| f64::from(n)).product::<f64>();
+    let mut arriving = [outer.iter().map(|&n| f64::from(n)).product::<f64>(), 0.0];
     let mut rows = Vec::new();
-    for row in costliest.iter().rev().chain([&Row::default()]) {
-        if arriving == 0.0 {
+    for hits in costliest.iter().rev().chain([&[Hit::default(); 2]]) {
+        if arriving == [0.0; 2] {
             break;
         }
+        let sum = |of: fn(&Row) -> f64| arriving[0] * of(&hits[0].row) + arriving[1] * of(&hits[1].row);
         rows.push(Row {
-            arriving,
-            light: arriving * row.light,
-            glossy: arriving * row.glossy,
-            refract: arriving * row.refract,
-            diffuse: arriving * row.diffuse,
+            arriving: arriving[0] + arriving[1],
+            light: sum(|row| row.light),
+            glossy: sum(|row| row.glossy),
+            refract: sum(|row| row.refract),
+            diffuse: sum(|row| row.diffuse),
             path: 0.0,
         });
-        arriving *= row.glossy + row.refract + row.diffuse;
+        let others = arriving[0] * (hits[0].rays() - hits[0].smooth) + arriving[1] * hits[1].rays();
+        arriving = [arriving[0] * hits[0].smooth, others];
     }
-    Forecast { outer, rows }
+    let last = rows.last().filter(|_| rows.len() > costliest.len()).map_or(0.0, |row: &Row| row.arriving);
+    let deeper = if deepest > 1.0 { last * (deepest - 1.0) } else { 0.0 };
+    Forecast { outer, rows, deeper }
+}
+
+/// Rays that leave one hit.
+#[derive(Clone, Copy, Default)]
+struct Hit {
+    row: Row,
+    /// Of those that go on, the ones by smooth lobes.
+    smooth: f64,
+}
+
+impl Hit {
+    /// Of the material that makes the most rays, when one that goes on by a smooth lobe or by another one makes so many
+    /// `below`; and how many that is.
+    fn costliest(job: &Job<'_>, kinds: &[Kinds], depth: u32, sky: Plan, below: (f64, f64)) -> (Self, f64) {
+        let of = |k| {
+            let hit = Self { row: one_hit(job, k, depth, sky), smooth: smooth_lobes(job, k, depth) };
+            let on = hit.smooth * below.0 + (hit.rays() - hit.smooth) * below.1;
+            (hit, 1.0 + hit.row.light + if hit.rays() > 0.0 { on } else { 0.0 })
+        };
+        kinds.iter().map(of).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Self::default(), 1.0))
+    }
+
+    /// Those that go on.
+    fn rays(&self) -> f64 {
+        self.row.glossy + self.row.refract + self.row.diffuse
+    }
+}
+
+/// Lobes of one direction.
+fn smooth_lobes(job: &Job<'_>, kinds: &Kinds, depth: u32) -> f64 {
+    let plans = job.integrals.at(depth);
+    let one = |width, effect| match width {
+        Width::Absent => 0.0,
+        Width::Rough if !plans.is_off(effect) => 0.0,
+        Width::Smooth | Width::Rough => 1.0,
+    };
+    one(kinds.reflection, Effect::Glossy) + one(kinds.transmission, Effect::Refract)
+}
+
+/// At most as many rays come of one that arrives with `levels` scattering events to go, itself included: as if every surface
+/// sent on the most of every kind.
+fn subtree(job: &Job<'_>, kinds: &[Kinds], levels: u32) -> f64 {
+    let [first, _] = job.integrals.skies_at(1);
+    let most = |of: fn(&Row) -> f64| kinds.iter().map(|k| of(&one_hit(job, k, 1, first))).fold(0.0, f64::max);
+    let (light, next) = (most(|row| row.light), most(|row| row.glossy + row.refract + row.diffuse));
+    let levels = f64::from(levels);
+    let vertices = match next {
+        1.0 => levels,
+        next => (libm::pow(next, levels) - 1.0) / (next - 1.0),
+    };
+    1.0 + vertices * (light + next)
 }
 
 /// Rays that leave one hit on a material.
-fn one_hit(job: &Job<'_>, kinds: &Kinds, depth: u32) -> Row {
+fn one_hit(job: &Job<'_>, kinds: &Kinds, depth: u32, sky: Plan) -> Row {
     let plans = job.integrals.at(depth);
     let count = |plan: Plan| f64::from(if job.is_paired() { plan.count().min(1) } else { plan.count() });
     let lobe = |kind, effect| match kind {
@@ -135,7 +209,7 @@ fn one_hit(job: &Job<'_>, kinds: &Kinds, depth: u32) -> Row {
         || (kinds.transmission == Width::Rough && !plans.is_off(Effect::Refract));
     Row {
         arriving: 1.0,
-        light: if receives { shadow_rays(job.scene, plans, kinds.diffuse, count) } else { 0.0 },
+        light: if receives { shadow_rays(job, depth, sky, kinds.diffuse, count) } else { 0.0 },
         glossy: lobe(kinds.reflection, Effect::Glossy),
         refract: lobe(kinds.transmission, Effect::Refract),
         diffuse: if kinds.diffuse { count(plans.diffuse) } else { 0.0 },
@@ -143,8 +217,9 @@ fn one_hit(job: &Job<'_>, kinds: &Kinds, depth: u32) -> Row {
     }
 }
 
-fn shadow_rays(scene: &Scene, plans: &Plans, diffuse: bool, count: impl Fn(Plan) -> f64) -> f64 {
-    let lights = scene.lights.iter().map(|light| count(crate::distribution::light_plan(light, plans)));
-    let sky = diffuse && plans.is_off(Effect::Diffuse) && scene.environment.is_some();
-    lights.sum::<f64>() + f64::from(u8::from(sky))
+fn shadow_rays(job: &Job<'_>, depth: u32, sky: Plan, diffuse: bool, count: impl Fn(Plan) -> f64) -> f64 {
+    let (scene, plans) = (job.scene, job.integrals.at(depth));
+    let lights = scene.lights.iter().map(|light| count(light_plan(light, plans, || sky)));
+    let on_diffuse = diffuse && plans.is_off(Effect::Diffuse) && scene.environment.is_some();
+    lights.sum::<f64>() + if on_diffuse { count(sky) } else { 0.0 }
 }

@@ -1,7 +1,9 @@
 //! Which variant of the sample loop a render runs: one table, chosen once per render.
 
+use crate::clear::{self, media_start};
 use crate::distribution::pixel_point;
 use crate::effects::{Combine, Effect};
+use crate::medium::{Media, MediumStack};
 use crate::needs::Needs;
 use crate::path::{self, Follow};
 use crate::places::Integrals;
@@ -14,6 +16,7 @@ use dapple_lights::Aiming;
 use dapple_materials::{Lobe, Lobes};
 use dapple_scene::Scene;
 use glam::Vec3;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is the same for all samples of a render.
 pub(crate) struct Job<'a> {
@@ -36,7 +39,20 @@ pub(crate) struct Job<'a> {
     pub again: Option<Effect>,
     /// Scattering events that are followed.
     pub bounces: u32,
+    /// Once set, samples under way end as soon as they can, and what they are is not to be kept.
+    pub stop: &'a AtomicBool,
+    /// What fills the scene's bodies.
+    pub media: Media<'a>,
+    /// Shadow rays that start outside of all bodies pass some surfaces.
+    pub clear_ways: bool,
+    /// Among them boundaries of bodies.
+    pub clear_bodies: bool,
+    /// Shadow rays pass nothing, and nothing absorbs on their way.
+    pub plain_shadows: bool,
 }
+
+/// Of what cannot be stopped.
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl<'a> Job<'a> {
     pub fn new(scene: &'a Scene, camera: &Camera, settings: &'a Settings) -> Self {
@@ -54,19 +70,39 @@ impl<'a> Job<'a> {
         if off(Effect::Refract) {
             sharp = sharp.with(Lobe::GlossyTransmission);
         }
+        let clear_bodies = settings.transparent_shadows || clear::any_body(scene);
+        let clear_ways = clear_bodies || clear::any_wall(scene, off(Effect::Refract));
+        let media = Media::new(scene, media_start(scene, &camera));
         let unfollowed = if off(Effect::Diffuse) { Lobes::of(Lobe::Diffuse) } else { Lobes::NONE };
         Self {
             needs: Needs::new(scene, &camera, settings),
             integrals: Integrals::new(scene, &camera, settings),
             bounces: settings.bounces(),
             scene,
-            camera,
             settings,
             sharp,
             followed: Lobes::ALL.without(unfollowed),
             aiming: if off(Effect::Light) { Aiming::Centroid } else { Aiming::SolidAngle },
             again: None,
+            plain_shadows: media.is_empty() && !clear_ways,
+            media,
+            clear_ways,
+            clear_bodies,
+            camera,
+            stop: &NEVER,
         }
+    }
+
+    /// Whether samples under way are to end.
+    #[inline(always)]
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Whether a shadow ray within `stack` may pass an object's surface.
+    pub fn may_pass(&self, object: u32, stack: &MediumStack) -> bool {
+        let material = self.scene.material(object);
+        clear::transmits(material) && (material.base.thin || self.clear_bodies || !stack.is_empty())
     }
 
     /// Whether rays ask surfaces for holes.

@@ -16,6 +16,10 @@ pub(crate) enum Cut {
     Depth,
     /// Its throughput fell below [`FAINT`].
     Faint,
+    /// It did not end, but lies within more bodies than it can remember.
+    Nested,
+    /// A shadow ray met more clear surfaces than it passes.
+    Panes,
 }
 
 /// Events and what they removed.
@@ -49,6 +53,13 @@ pub struct Ledger {
     pub depth: Entry,
     /// Paths that ended because they carried less than 1e-30.
     pub faint: Entry,
+    /// Events in which a body was forgotten because too many lie within each other: throughput of the path.
+    pub nested: Entry,
+    /// Shadow rays lost among too many clear surfaces: radiance that would have come if all of them let it through.
+    pub panes: Entry,
+    /// Point, spot and distant lights whose light can reach a surface by way of a mirror or of refraction: nothing finds
+    /// that part of it. An upper bound: whether it falls on such surfaces is not looked at.
+    pub lights_unreachable: u64,
     /// Lights that shine but are neither aimed at nor met by rays: none, unless their power overflows.
     pub lights_culled: u64,
 }
@@ -75,6 +86,8 @@ impl Ledger {
         match why {
             Cut::Depth => self.depth.add(throughput),
             Cut::Faint => self.faint.add(throughput),
+            Cut::Nested => self.nested.add(throughput),
+            Cut::Panes => self.panes.add(throughput),
         }
     }
 
@@ -94,6 +107,9 @@ impl Ledger {
         self.clamped.merge(&other.clamped);
         self.depth.merge(&other.depth);
         self.faint.merge(&other.faint);
+        self.nested.merge(&other.nested);
+        self.panes.merge(&other.panes);
+        self.lights_unreachable += other.lights_unreachable;
         self.lights_culled += other.lights_culled;
     }
 }

@@ -14,24 +14,31 @@ pub use dapple_sampling as sampling;
 pub use dapple_scene as scene;
 
 pub mod aov;
+mod clear;
 mod direct;
 mod distribution;
 pub mod effects;
 mod emission;
 pub mod forecast;
+mod interface;
 mod kernel;
 mod kinds;
 pub mod ledger;
 mod medium;
 mod needs;
+mod normals;
 mod path;
+pub mod peak;
 mod places;
 pub mod plan;
 pub mod render;
 pub mod replay;
 mod sample;
 pub mod settings;
+mod shared_place;
+mod shadow;
 pub mod spread;
+pub mod tail;
 mod terminator;
 mod tile;
 pub mod variances;
@@ -42,13 +49,16 @@ pub use aov::Aov;
 pub use effects::{Combine, Effect, Plans};
 pub use forecast::{Forecast, forecast};
 pub use ledger::Ledger;
+pub use peak::{Peak, peak};
 pub use plan::{RenderPlan, plan};
 pub use render::{
-    BadSample, Checkpoint, Look, Outcome, Progress, Stats, render, render_pixels, render_watched,
+    BadSample, Checkpoint, Look, Outcome, Progress, Stats, render, render_pixels, render_pixels_until,
+    render_watched,
 };
 pub use replay::{PathVertex, replay};
 pub use settings::{Method, Settings};
 pub use spread::{PILOT, Spread};
+pub use tail::Tail;
 pub use variances::{Variances, variances};
 
 #[cfg(doctest)]

@@ -38,7 +38,7 @@ impl Needs {
             _ => Vec::new(),
         };
         let has_points = |light: &&Light| match light {
-            Light::Area(_) => !off(Effect::Light),
+            light if light.is_area() => !off(Effect::Light),
             light => !light.is_delta(),
         };
         Self {
@@ -72,6 +72,6 @@ fn is_aimed_at(light: &Light, strategy: Strategy) -> bool {
     match light {
         light if strategy == Strategy::BsdfOnly && !light.is_delta() => false,
         Light::Environment(e) => e.is_sampled(),
-        light => light.power(1.0) != glam::Vec3::ZERO,
+        light => !light.is_dark(),
     }
 }

@@ -5,18 +5,21 @@
 //! bounce and survives with min(1, max β·η²), without a cap below 1: a cap has infinite variance for bright
 //! materials (measured law in the test suite).
 
-use crate::direct::{Aim, Beam};
+use crate::direct::{Aim, Beam, Sides};
 use crate::emission::{self, Arrival, Rival};
+use crate::interface::meet;
 use crate::kernel::Job;
 use crate::ledger::{Cut, FAINT, Ledger};
-use crate::medium::Medium;
+use crate::medium::MediumStack;
 use crate::sample::Sample;
+use crate::shared_place;
 use crate::vertex::{Around, Scattered, Vertex};
 use crate::visibility::Visibility;
 use dapple_geometry::Ray;
 use dapple_materials::BsdfSample;
 use dapple_sampling::Dimension;
 use glam::{Vec2, Vec3};
+use std::cell::Cell;
 
 /// Bounces before roulette begins.
 pub(crate) const ROULETTE_FROM: u32 = 3;
@@ -52,39 +55,64 @@ pub(crate) fn li<V: Visibility, F: Follow>(
     let (scene, settings) = (job.scene, job.settings);
     let mut ray = ray;
     let mut state = PathState::default();
+    if !job.media.is_empty() {
+        state.stack = job.media.at(scene, &ray, sample.time);
+    }
     let mut radiance = Vec3::ZERO;
     for depth in 0.. {
+        if job.is_stopped() {
+            break;
+        }
         *rays += 1;
         let key = sample.key.at(depth, Dimension::Alpha);
-        let Some(hit) = visibility.closest(scene, &ray, sample.time, key.branch(sample.s)) else {
-            let le = emission::escaped(scene, ray.d.normalize(), &state.arrival, settings.strategy);
-            follow.escaped(depth, state.beta, le, ray.d);
-            return radiance + state.beta * le;
-        };
-        let surface = scene.world.surface(&ray, sample.time, &hit);
+        let around = Around { job, scene, visibility, time: sample.time, key: key.branch(sample.s) };
         let length = ray.d.length();
-        let distance = hit.t * length;
-        let wo = -ray.d / length;
-        if let Some(medium) = state.medium {
-            state.beta *= medium.transmittance(distance);
+        let (mut hit, mut surface);
+        let (distance, boundary);
+        let has_media = !job.media.is_empty();
+        if has_media {
+            let met = meet(&around, &ray, &state.stack);
+            state.beta *= met.transmittance;
+            state.stack = met.stack;
+            if met.overflows {
+                follow.cut(Cut::Nested, state.beta);
+            }
+            let Some(at) = met.at else { return radiance + state.escaped(job, depth, ray.d, follow) };
+            (hit, surface, boundary) = at;
+            distance = met.distance;
+        } else {
+            let Some(nearest) = visibility.closest(scene, &ray, sample.time, around.key) else {
+                return radiance + state.escaped(job, depth, ray.d, follow);
+            };
+            (hit, boundary) = (nearest, None);
+            surface = scene.world.surface(&ray, sample.time, &hit);
+            if let Some(places) = shared_place::of(scene) {
+                shared_place::settle(places, &ray, (&mut hit, &mut surface), &around);
+            }
+            distance = hit.t * length;
         }
+        let wo = -ray.d / length;
         let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
         radiance += state.beta * le;
-        let vertex = Vertex::new(job, (&ray, wo), &hit, &surface, sample.time);
+        let vertex = Vertex::new(job, (&ray, wo), &hit, &surface, (sample.time, boundary.as_ref()));
         follow.vertex(depth, &vertex, state.beta, le);
         if vertex.shading.unlit || depth >= job.bounces {
             cut_short(&vertex, state.beta, follow);
             return radiance;
         }
-        let direct = direct(job, visibility, &vertex, sample, depth, state.medium, rays);
+        let near = &state.stack;
+        let media = Sides { near, far: boundary.as_ref().map_or(near, |boundary| &boundary.after) };
+        let direct = direct(job, visibility, &vertex, sample, depth, media, (state.beta, follow), rays);
         follow.direct(direct);
         radiance += state.beta * direct;
         let uc = if job.needs.lobe { sample.point_1d(depth, Dimension::Lobe) } else { 0.0 };
         let u = if job.needs.direction { sample.point_2d(depth, Dimension::Direction) } else { Vec2::ZERO };
-        let around = Around { scene, visibility, time: sample.time, key: key.branch(sample.s) };
         let Some(next) = vertex.scatter(uc, u, job.followed, &around) else { return radiance };
         follow.scattered(depth, &next.sample);
-        state.go(job, &vertex, &next, sample.time);
+        state.go(job, &vertex, &next, sample.time, distance);
+        if let (true, true, Some(boundary)) = (has_media, next.sample.lobe.is_transmission(), &boundary) {
+            state.stack = boundary.after;
+        }
         if state.beta.max_element() < FAINT {
             follow.cut(Cut::Faint, state.beta);
             return radiance;
@@ -108,13 +136,15 @@ pub(crate) fn cut_short<F: Follow>(vertex: &Vertex, beta: Vec3, follow: &mut F) 
 }
 
 /// One light by next-event estimation; without interreflection also what only diffuse directions would find.
-fn direct<V: Visibility>(
+#[allow(clippy::too_many_arguments)]
+fn direct<V: Visibility, F: Follow>(
     job: &Job<'_>,
     visibility: V,
     vertex: &Vertex,
     sample: &Sample,
     depth: u32,
-    medium: Option<Medium>,
+    media: Sides<'_>,
+    (beta, follow): (Vec3, &mut F),
     rays: &mut u64,
 ) -> Vec3 {
     if vertex.bsdf.is_delta() {
@@ -122,8 +152,9 @@ fn direct<V: Visibility>(
     }
     let (scene, strategy) = (job.scene, job.settings.strategy);
     let key = sample.key.at(depth, Dimension::ShadowAlpha).branch(sample.s);
-    let around = Around { scene, visibility, time: sample.time, key };
-    let beam = Beam { around, vertex, medium, strategy };
+    let around = Around { job, scene, visibility, time: sample.time, key };
+    let reach = job.bounces - depth - 1;
+    let beam = Beam { around, vertex, media, strategy, reach, lost: Cell::new(Vec3::ZERO) };
     let mut sum = Vec3::ZERO;
     if job.needs.next_event {
         let aim = Aim {
@@ -138,8 +169,11 @@ fn direct<V: Visibility>(
         let u = sample.point_2d(depth, Dimension::Sky);
         let (p, n) = (vertex.surface.p, vertex.choice_normal());
         let pmf = |light| scene.light_choice.as_ref().map_or(0.0, |choice| choice.pmf(p, n, light));
-        sum += beam.sky_on_diffuse(u, |light, pdf| pdf * pmf(light), rays);
+        sum += beam.sky_on_diffuse(u, 1.0, |light, pdf| pdf * pmf(light), rays);
         sum += vertex.bsdf.diffuse_albedo() * job.settings.ambient;
+    }
+    if !job.plain_shadows {
+        beam.tell(beta, follow);
     }
     sum
 }
@@ -150,18 +184,26 @@ struct PathState {
     beta: Vec3,
     /// Undoes the radiance compression of refraction in the roulette.
     eta: f32,
-    /// What the path is in, if that absorbs.
-    medium: Option<Medium>,
+    /// The bodies that the path is in.
+    stack: MediumStack,
     arrival: Arrival,
 }
 
 impl Default for PathState {
     fn default() -> Self {
-        Self { beta: Vec3::ONE, eta: 1.0, medium: None, arrival: Arrival::CAMERA }
+        Self { beta: Vec3::ONE, eta: 1.0, stack: MediumStack::EMPTY, arrival: Arrival::CAMERA }
     }
 }
 
 impl PathState {
+    /// What the environment adds to a path that leaves along `d`.
+    #[inline(always)]
+    fn escaped<F: Follow>(&self, job: &Job<'_>, depth: u32, d: Vec3, follow: &mut F) -> Vec3 {
+        let le = emission::escaped(job.scene, d.normalize(), &self.arrival, job.settings.strategy);
+        follow.escaped(depth, self.beta, le, d);
+        self.beta * le
+    }
+
     fn survives(&mut self, u: f32) -> bool {
         let q = (self.beta * self.eta).max_element().min(1.0);
         if u >= q {
@@ -171,10 +213,14 @@ impl PathState {
         true
     }
 
-    /// On along `next`.
-    fn go(&mut self, job: &Job<'_>, vertex: &Vertex, next: &Scattered, time: f32) {
+    /// On along `next`, after `distance`.
+    fn go(&mut self, job: &Job<'_>, vertex: &Vertex, next: &Scattered, time: f32, distance: f32) {
         self.beta *= next.sample.weight;
         self.eta *= next.sample.eta;
+        if job.is_shadow_way(&next.sample) {
+            self.arrival = self.arrival.through(distance, next.sample.eta != 1.0);
+            return;
+        }
         self.arrival = Arrival {
             p: vertex.surface.p,
             n: vertex.choice_normal(),
@@ -182,7 +228,9 @@ impl PathState {
             rival: if next.sample.lobe.is_delta() { Rival::Nothing } else { Rival::Choice },
             lights_are_points: job.lights_are_points(),
             time,
+            is_seen: self.arrival.is_seen && next.sample.lobe.is_delta(),
+            gone: 0.0,
+            bent: false,
         };
-        self.medium = Medium::after(self.medium, vertex, next);
     }
 }

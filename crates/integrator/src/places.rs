@@ -17,6 +17,10 @@ pub(crate) struct Integrals {
     pub first: Plans,
     pub below: Plans,
     pub combine: Combine,
+    /// Over the environment, at the first hit and below it.
+    sky: [Plan; 2],
+    /// Diffuse lobes are not followed.
+    unfollowed: bool,
 }
 
 /// The branch of points that are drawn anew; no integral has so many.
@@ -37,17 +41,43 @@ impl Integrals {
             Effect::Time => moves(scene),
             _ => true,
         };
-        let first = settings.plans.map(|effect, plan| match plan {
-            _ if !present(effect) => ABSENT,
+        let matched = |plan: Plan| match plan {
             plan if paired && plan.count() != n => Plan::new(n, plan.pattern),
             plan => plan,
+        };
+        let first = settings.plans.map(|effect, plan| match plan {
+            _ if !present(effect) => ABSENT,
+            plan => matched(plan),
         });
-        let below = first.map(|_, plan| match plan.pattern {
+        let lower = |plan: Plan| match plan.pattern {
             _ if paired => plan,
             Pattern::Grid if settings.secondary == 1 => Plan::new(1, Pattern::Random),
             pattern => Plan::new(settings.secondary, pattern),
-        });
-        Self { first, below, combine: settings.combine }
+        };
+        let below = first.map(|_, plan| lower(plan));
+        let sky = matched(if first.is_off(Effect::Light) { settings.sky } else { first.light });
+        Self {
+            first,
+            below,
+            combine: settings.combine,
+            sky: [sky, lower(sky)],
+            unfollowed: first.is_off(Effect::Diffuse),
+        }
+    }
+
+    /// Points over the environment at a place, of those that are aimed at it and of those spread over a diffuse lobe that
+    /// is not followed: the light's, or, where lights are off, its own. If diffuse lobes are not followed, what is seen in
+    /// smooth surfaces has as many as what is seen directly: one ray each leads there, and no other count would make them
+    /// more.
+    pub fn sky(&self, place: &Place) -> Plan {
+        let below = if self.unfollowed { !place.smooth } else { place.depth > 0 };
+        self.sky[usize::from(below)]
+    }
+
+    /// As [`Integrals::sky`], where only smooth surfaces have led to, and elsewhere.
+    pub fn skies_at(&self, depth: u32) -> [Plan; 2] {
+        let seen = self.sky[usize::from(depth > 0 && !self.unfollowed)];
+        [seen, self.sky[usize::from(depth > 0)]]
     }
 
     /// Plans at a vertex.
@@ -69,14 +99,16 @@ pub(crate) struct Place {
     pub depth: u32,
     /// The pixel's sample when the integrals are paired.
     paired: Option<u32>,
+    /// Here by smooth reflection and refraction alone.
+    smooth: bool,
 }
 
 impl Place {
     /// Sample `s` of a pixel; `key` is the pixel's.
     pub fn new(combine: Combine, key: Key, s: u32) -> Self {
         match combine {
-            Combine::Nested => Self { key: key.branch(s), depth: 0, paired: None },
-            Combine::Paired => Self { key, depth: 0, paired: Some(s) },
+            Combine::Nested => Self { key: key.branch(s), depth: 0, paired: None, smooth: true },
+            Combine::Paired => Self { key, depth: 0, paired: Some(s), smooth: true },
         }
     }
 
@@ -114,9 +146,9 @@ impl Place {
         if again == Some(effect) { Self { key: self.key.branch(AGAIN), ..*self } } else { *self }
     }
 
-    /// The place where a ray from here arrives.
-    pub fn next(&self, which: u32, i: u32) -> Self {
-        Self { depth: self.depth + 1, ..self.within(which, i) }
+    /// The place where ray `i` from here arrives; whether it is a smooth lobe's, which has no other.
+    pub fn next(&self, which: u32, i: u32, smooth: bool) -> Self {
+        Self { depth: self.depth + 1, smooth: self.smooth && smooth, ..self.within(which, i) }
     }
 
     /// For the alpha that a ray meets: another one for every ray.
@@ -151,11 +183,11 @@ mod tests {
             place.within(0, 0),
             place.within(0, 1),
             place.within(1, 0),
-            place.next(0, 0),
-            place.next(0, 1),
-            place.next(1, 0),
-            place.next(0, 0).next(0, 0),
-            place.next(0, 1).next(0, 0),
+            place.next(0, 0, false),
+            place.next(0, 1, false),
+            place.next(1, 0, false),
+            place.next(0, 0, false).next(0, 0, false),
+            place.next(0, 1, false).next(0, 0, false),
         ];
         let points: Vec<Vec2> = places.into_iter().flat_map(first_points).collect();
         for (i, a) in points.iter().enumerate() {
@@ -169,7 +201,8 @@ mod tests {
         let plan = Plan::new(64, Pattern::Stratified);
         let cell = |p: Vec2| (p.x * 8.0) as u32 + 8 * (p.y * 8.0) as u32;
         let order = |dimension, which, deeper: bool| -> Vec<u32> {
-            let place = |s| if deeper { top(Combine::Paired, s).next(0, 0) } else { top(Combine::Paired, s) };
+            let place =
+                |s| if deeper { top(Combine::Paired, s).next(0, 0, false) } else { top(Combine::Paired, s) };
             (0..64).map(|s| cell(place(s).point_2d(plan, dimension, which, 0))).collect()
         };
         let line = |s| (top(Combine::Paired, s).point_1d(plan, Dimension::Time, 0) * 64.0) as u32;

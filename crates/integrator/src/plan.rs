@@ -121,6 +121,15 @@ fn lobes(kinds: &[Kinds]) -> Vec<&'static str> {
 }
 
 fn lights(job: &Job<'_>) -> String {
+    let through = match (job.needs.next_event && job.clear_ways, job.settings.transparent_shadows) {
+        (false, _) => "",
+        (true, false) => "; shadow rays pass smooth thin walls and boundaries between equal indices",
+        (true, true) => "; shadow rays pass all smooth clear surfaces straight on, an approximation",
+    };
+    aimed(job) + through
+}
+
+fn aimed(job: &Job<'_>) -> String {
     let count = job.scene.lights.len();
     match (job.needs.next_event, job.settings.method) {
         (false, _) => "found by rays alone".into(),
@@ -169,7 +178,13 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
         leave(n.roulette, "roulette dimension", "paths end before it begins, or it is switched off");
     }
     leave(n.direction, "direction dimension", "no surface spreads light, or no light is scattered");
-    leave(survey.has_transmission, "transmission and media", "no surface transmits light");
+    leave(
+        job.scene.shared_places.is_some(),
+        "the question which of several surfaces in one place is there",
+        "no light shares its place with a surface",
+    );
+    leave(!job.media.is_empty(), "media, and bodies that overlap", "no volume is filled");
+    leave(survey.has_transmission, "transmission", "no surface transmits light");
     leave(survey.has_textures, "textures, texture coordinates", "no material looks one up");
     leave(survey.has_normal_maps, "tangents", "no normal maps");
     let environment = job.scene.environment.map(|i| &job.scene.lights[i as usize]);

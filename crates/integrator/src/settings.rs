@@ -4,7 +4,7 @@ use crate::Aov;
 use crate::effects::{Combine, Plans};
 use crate::spread::Spread;
 use dapple_camera::{Filter, PixelRect};
-use dapple_sampling::Pattern;
+use dapple_sampling::{Pattern, Plan};
 use glam::Vec3;
 use std::sync::Arc;
 use std::time::Duration;
@@ -31,7 +31,7 @@ pub struct Settings {
     /// Samples per pixel of the path tracer. `None`: no limit (then `time_limit` must be set). The distribution tracer
     /// goes over its points once, or again and again while `time_limit` lasts.
     pub spp: Option<u32>,
-    /// Stop after this long, at the end of a pass in which every pixel got the same number of samples.
+    /// Stop after this long, within a sample; what is kept is what all pixels have (see [`crate::render`]).
     pub time_limit: Option<Duration>,
     /// How the points of each dimension are laid out.
     pub pattern: Pattern,
@@ -54,6 +54,9 @@ pub struct Settings {
     /// Points of each of the distribution tracer's integrals; those with none are off in both tracers. The path tracer
     /// takes `spp` samples of all at once, the distribution tracer as many as the pixel has points.
     pub plans: Plans,
+    /// The distribution tracer's points over the environment where `plans.light` is off, which leaves the environment as
+    /// it is. Else the environment has the light's points.
+    pub sky: Plan,
     /// How the distribution tracer's integrals are put together.
     pub combine: Combine,
     /// Points of each integral below the first hit, nested.
@@ -71,6 +74,10 @@ pub struct Settings {
     /// round surface it stands for [Hanika 2021]; otherwise it ends at a hard edge along the facets. Flat surfaces, spheres
     /// and disks do not change. *Approximation*: what is in the way is looked for from above the facet.
     pub soft_terminator: bool,
+    /// Shadow rays pass smooth surfaces of solid clear matter straight on, losing what is reflected and absorbed.
+    /// *Approximation*: light is not bent there, so that there are no caustics; paths that would show the same light by
+    /// way of refraction are left out. Thin walls and boundaries between equal indices are passed in any case, exactly.
+    pub transparent_shadows: bool,
     /// Which of the two strategies for direct light take part; for tests and teaching.
     pub strategy: Strategy,
     /// Path tracer with `Sobol` or `Random` points: after the first [`crate::PILOT`] samples, further ones go where the
@@ -110,12 +117,14 @@ impl Default for Settings {
             picture: true,
             cull_backfaces: false,
             plans: Plans::default(),
+            sky: Plans::default().light,
             combine: Combine::Nested,
             secondary: 1,
             ambient: Vec3::ZERO,
             general: false,
             clamp: None,
             soft_terminator: true,
+            transparent_shadows: false,
             strategy: Strategy::Both,
             adaptive: false,
             spread: None,

@@ -6,25 +6,27 @@
 //! body. All other rays stay as they are, to the bit.
 //!
 //! Nothing leaks: the way from the facet up to the smooth surface, and as far again, must be free; from there on the ray
-//! is a ray like any other, and meets whatever is in its way, the facet included. Nothing is gained: a BSDF still gets its
-//! own share of the directions about its own normal, of which fewer are lost.
+//! is a ray like any other, and meets whatever is in its way, the facet included. Where the normals span no such surface,
+//! the horizon of reflected light is the facet's (`normals`).
 
 use crate::vertex::{Around, Vertex};
 use crate::visibility::Visibility;
-use dapple_geometry::Ray;
+use dapple_geometry::{Hit, Ray, Surface, World};
 use glam::Vec3;
+
+/// From a hit to the smooth surface above it, on the side of `up`; None where the normals span none that can be told from
+/// the facet: less than the error box cannot.
+pub(crate) fn lift(world: &World, (hit, surface): (&Hit, &Surface), up: Vec3, time: f32) -> Option<Vec3> {
+    let lift = world.lift(hit, up, time);
+    (lift.dot(up) > up.abs().dot(surface.p_error)).then_some(lift)
+}
 
 /// Where a ray starts that leaves a vertex below the horizon of its facet and above that of its smooth surface; None if
 /// it does not come so far. The look whether it does is no ray of the picture, and is not counted.
 #[cold]
 pub(crate) fn over_the_facet<V: Visibility>(vertex: &Vertex, around: &Around<'_, V>) -> Option<Vec3> {
     let (surface, up) = (&vertex.surface, vertex.seen_normal());
-    let lift = around.scene.world.lift(&vertex.hit, up, around.time);
-    // Less than the error box is nothing that can be told from a flat surface.
-    let is_above = lift.dot(up) > up.abs().dot(surface.p_error);
-    if !is_above {
-        return None;
-    }
+    let lift = lift(&around.scene.world, (&vertex.hit, surface), up, around.time)?;
     let o = surface.origin_towards(up);
     let way = Ray { o, d: 2.0 * lift, t_max: 1.0 };
     (!around.blocked(&way)).then(|| o + lift)

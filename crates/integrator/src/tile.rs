@@ -7,6 +7,7 @@ use crate::path::Follow;
 use crate::render::BadSample;
 use crate::settings::Settings;
 use crate::spread::Spread;
+use crate::tail::Tail;
 use crate::vertex::Vertex;
 use dapple_camera::{Film, PixelRect};
 use glam::{DVec3, Vec3};
@@ -44,7 +45,7 @@ impl Follow for FirstHit {
         self.hits += 1;
         self.albedo +=
             if vertex.shading.unlit { vertex.shading.material.base_color } else { vertex.bsdf.albedo() };
-        self.normal += vertex.frame.z * side;
+        self.normal += vertex.shading.frame.z * side;
         self.p += vertex.surface.p;
     }
 
@@ -58,7 +59,7 @@ impl Follow for FirstHit {
 }
 
 /// Sums of first hits over the samples of each pixel: those that the layers asked for are made of, the others empty.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct FirstHits {
     /// Samples that hit something, in shares of a sample.
     pub hits: Vec<f64>,
@@ -113,8 +114,14 @@ impl FirstHits {
 }
 
 /// Pixels, their sums, and what went wrong among them.
+#[derive(Clone)]
 pub(crate) struct Tile {
     pub rect: PixelRect,
+    /// Samples that every pixel has, or its share of so many.
+    pub spp: u32,
+    /// What it was before the pass under way, if that is not the first.
+    before: Option<Box<Tile>>,
+    /// Of no pixels before the first pass: who is stopped then has not waited for memory.
     pub film: Film,
     pub first_hits: FirstHits,
     /// Of each pixel: what the ledger's entries removed, and samples that were not finite; empty unless asked for.
@@ -125,6 +132,7 @@ pub(crate) struct Tile {
     pub bad: Vec<BadSample>,
     pub bad_count: u64,
     pub ledger: Ledger,
+    pub tail: Tail,
 }
 
 impl Tile {
@@ -145,7 +153,9 @@ impl Tile {
         let removed = if settings.aovs.contains(&Aov::Removed) { pixels } else { 0 };
         Self {
             rect,
-            film: Film::new(rect),
+            spp: 0,
+            before: None,
+            film: Film::new(PixelRect { x1: rect.x0, y1: rect.y0, ..rect }),
             first_hits: FirstHits::new(pixels, &settings.aovs),
             removed: vec![[0.0; 4]; removed],
             rays: 0,
@@ -153,10 +163,30 @@ impl Tile {
             bad: Vec::new(),
             bad_count: 0,
             ledger: Ledger::default(),
+            tail: Tail::default(),
         }
     }
 
-    /// Adds samples `from..to` of every pixel, or its share of them; returns how many.
+    /// Gets ready for a pass that may not be finished.
+    pub fn begin(&mut self) {
+        if self.spp > 0 {
+            self.before = Some(Box::new(self.clone()));
+        }
+    }
+
+    /// All tiles have finished the pass.
+    pub fn keep(&mut self) {
+        self.before = None;
+    }
+
+    /// Not all tiles have finished the pass: what it added is taken back, unless it is the first.
+    pub fn take_back(&mut self) {
+        if let Some(before) = self.before.take() {
+            *self = *before;
+        }
+    }
+
+    /// Adds samples `from..to` of every pixel, or its share of them, until the job is stopped; returns how many.
     pub fn render(
         &mut self,
         job: &Job<'_>,
@@ -164,18 +194,24 @@ impl Tile {
         (from, to): (u32, u32),
         spread: Option<&Spread>,
     ) -> u64 {
+        if self.spp == 0 {
+            self.film = Film::new(self.rect);
+        }
         let mut samples = 0;
         for y in self.rect.y0..self.rect.y1 {
             for x in self.rect.x0..self.rect.x1 {
                 let count = |spp| spread.map_or(spp, |spread| spread.count(x, y, spp));
                 let (from, to, rays) = (count(from), count(to), self.rays);
                 for index in from..to {
-                    self.sample(job, kernel, x, y, index);
+                    if !self.sample(job, kernel, x, y, index) {
+                        return samples;
+                    }
+                    samples += 1;
                 }
-                samples += u64::from(to - from);
                 self.count_rays(x, y, self.rays - rays);
             }
         }
+        self.spp = to;
         samples
     }
 
@@ -186,9 +222,13 @@ impl Tile {
         }
     }
 
-    fn sample(&mut self, job: &Job<'_>, kernel: Kernel, x: u32, y: u32, index: u32) {
+    /// Adds a sample; false when the job was stopped before it was whole.
+    fn sample(&mut self, job: &Job<'_>, kernel: Kernel, x: u32, y: u32, index: u32) -> bool {
         let mut first = FirstHit::default();
         let (mut value, weight) = kernel(job, (x, y), index, &mut first, &mut self.rays);
+        if job.is_stopped() {
+            return false;
+        }
         if !job.settings.picture {
             // Nobody sees it, and nothing is taken from it.
             (value, first.ledger) = (Vec3::ZERO, Ledger::default());
@@ -199,7 +239,8 @@ impl Tile {
         if !first.ledger.is_clean() {
             self.ledger.merge(&first.ledger);
         }
-        let finite = self.film.add(x, y, value, weight);
+        let (finite, deviation) = self.film.add_measured(x, y, value, weight);
+        self.tail.add(deviation);
         if !finite {
             self.bad_count += 1;
             if self.bad.len() < REMEMBERED {
@@ -215,5 +256,6 @@ impl Tile {
         if self.first_hits.is_asked {
             self.first_hits.add(pixel, &first, index);
         }
+        true
     }
 }

@@ -67,7 +67,7 @@ pub fn variances(
             }
         }
     }
-    let has = crate::forecast::present(scene, camera);
+    let has = crate::forecast::present_in(scene, camera, &settings);
     sums.finish(scene.has_alpha(), |effect| has.contains(&effect) && !settings.plans.is_off(effect))
 }
 

@@ -1,6 +1,8 @@
 //! From a hit to a vertex of numbers: where, which way, what of, how much it emits.
 
 use crate::kernel::Job;
+use crate::medium::Boundary;
+use crate::normals::{Tilt, leans};
 use crate::terminator::over_the_facet;
 use crate::visibility::Visibility;
 use dapple_geometry::{Frame, Hit, Ray, Surface};
@@ -21,24 +23,42 @@ pub(crate) struct Vertex {
     /// Direction of the ray that came, of its length.
     along: Vec3,
     pub bsdf: Bsdf,
-    /// The facet stands for a curved surface, whose horizon counts for reflected light.
-    is_smooth: bool,
+    /// The shading normal leans against the surface.
+    tilt: Option<Tilt>,
 }
 
 impl Vertex {
-    /// At a hit of `ray`, seen from `wo`, without the blur of the lobes that are switched off.
-    pub fn new(job: &Job<'_>, (ray, wo): (&Ray, Vec3), hit: &Hit, surface: &Surface, time: f32) -> Self {
-        let shading = job.scene.shading(hit, surface, time);
-        let frame = facing_frame(&shading.frame, surface.ng, wo);
-        let mut bsdf = Bsdf::new(&shading.material, frame.to_local(wo));
+    /// At a hit of `ray`, seen from `wo`, without the blur of the lobes that are switched off. `boundary`: the media on both
+    /// sides, where the surface lies between two.
+    pub fn new(
+        job: &Job<'_>,
+        (ray, wo): (&Ray, Vec3),
+        hit: &Hit,
+        surface: &Surface,
+        (time, boundary): (f32, Option<&Boundary>),
+    ) -> Self {
+        let mut shading = job.scene.shading(hit, surface, time);
+        if let Some(boundary) = boundary
+            && let Some(ior) = boundary.ior(job.media.bodies, surface.ng.dot(wo) > 0.0)
+        {
+            shading.material.ior = ior;
+        }
+        let (frame, tilt) = if shading.frame.z == surface.ng {
+            (shading.frame, None)
+        } else if leans(shading.frame.z, surface.ng) {
+            Tilt::new(job, &shading, (hit, surface), wo, time)
+        } else {
+            (facing_frame(&shading.frame, surface.ng, wo), None)
+        };
+        let unmapped = tilt.and_then(|tilt| tilt.unmapped);
+        let mut bsdf = Bsdf::losing_as(&shading.material, frame.to_local(wo), unmapped);
         if !job.sharp.is_empty() {
             bsdf = bsdf.sharp(job.sharp);
         }
-        let is_smooth = job.settings.soft_terminator && surface.is_smooth();
-        Self { hit: *hit, surface: *surface, shading, frame, wo, along: ray.d, bsdf, is_smooth }
+        Self { hit: *hit, surface: *surface, shading, frame, wo, along: ray.d, bsdf, tilt }
     }
 
-    /// A ray on by one of `lobes`, unless it carries nothing or shading and geometric side disagree.
+    /// A ray on by one of `lobes`, unless it carries nothing or there is no way.
     pub fn scatter<V: Visibility>(
         &self,
         uc: f32,
@@ -52,56 +72,81 @@ impl Vertex {
         if sample.weight == Vec3::ZERO {
             return None;
         }
-        let o = self.start(wi, self.exit(wi, sample.wi), around)?;
+        match &self.tilt {
+            Some(tilt) if !passes => self.scatter_tilted(tilt, sample, wi, around),
+            _ if self.leaks(wi, sample.wi) => None,
+            _ => Some(Scattered { sample, ray: Ray::new(self.surface.origin_towards(wi), wi) }),
+        }
+    }
+
+    #[inline(never)]
+    fn scatter_tilted<V: Visibility>(
+        &self,
+        tilt: &Tilt,
+        mut sample: BsdfSample,
+        w: Vec3,
+        around: &Around<'_, V>,
+    ) -> Option<Scattered> {
+        let (wi, density) = tilt.leave(w, self.reflects(sample.wi))?;
+        if !sample.lobe.is_delta() {
+            sample.pdf *= density;
+        }
+        let o = self.origin(wi, around)?;
         Some(Scattered { sample, ray: Ray::new(o, wi) })
     }
 
-    /// A direction of the local hemisphere, in the world and on the side `wo` is on.
+    /// A direction of the local hemisphere, in the world and on the side `wo` is on, as reflected light leaves by it.
     pub fn outward(&self, local: Vec3) -> Vec3 {
         let side = if self.frame.z.dot(self.wo) < 0.0 { -1.0 } else { 1.0 };
-        self.frame.to_world(Vec3::new(local.x, local.y, local.z * side)).normalize()
+        let w = self.frame.to_world(Vec3::new(local.x, local.y, local.z * side)).normalize();
+        self.tilt.and_then(|tilt| tilt.leave(w, true)).map_or(w, |(wi, _)| wi)
     }
 
     /// BSDF value times |cosθ|, and the density of `sample_f` per solid angle. The value is zero where shading and
     /// geometric side disagree: no light leaks through the surface.
     #[inline(always)]
     pub fn f_cos_and_pdf(&self, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
+        if let Some(tilt) = &self.tilt {
+            return self.f_cos_and_pdf_tilted(tilt, wi, lobes);
+        }
         let local = self.frame.to_local(wi);
-        if self.exit(wi, local) == Exit::No {
+        if self.leaks(wi, local) {
             return (Vec3::ZERO, 0.0);
         }
         let (f, pdf) = self.bsdf.eval(local, lobes);
         (f * local.z.abs(), pdf)
     }
 
-    /// Reflection must be reflection, and transmission transmission, for both the shading and the geometric normal; what is
-    /// reflected off a smooth surface may pass over the facet that stands for it.
-    fn exit(&self, wi: Vec3, local: Vec3) -> Exit {
-        let reflects = local.z * self.frame.z.dot(self.wo) > 0.0;
-        let reflects_geometrically = wi.dot(self.surface.ng) * self.wo.dot(self.surface.ng) > 0.0;
-        if reflects == reflects_geometrically {
-            Exit::Straight
-        } else if self.is_smooth && reflects && wi.dot(self.surface.ns) * self.wo.dot(self.surface.ng) > 0.0 {
-            Exit::OverTheFacet
-        } else {
-            Exit::No
+    #[inline(never)]
+    fn f_cos_and_pdf_tilted(&self, tilt: &Tilt, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
+        let (w, density, reflects) = tilt.before(wi);
+        let local = self.frame.to_local(w);
+        if self.reflects(local) != reflects {
+            return (Vec3::ZERO, 0.0);
         }
+        let (f, pdf) = self.bsdf.eval(local, lobes);
+        (f * (local.z.abs() * density), pdf * density)
+    }
+
+    /// Whether `wo` and a local direction are on the same side of the shading normal.
+    fn reflects(&self, local: Vec3) -> bool {
+        local.z * self.frame.z.dot(self.wo) > 0.0
+    }
+
+    /// Reflection must be reflection, and transmission transmission, for both the shading and the geometric normal. Where
+    /// the two agree but for rounding, they differ in directions along the surface alone.
+    fn leaks(&self, wi: Vec3, local: Vec3) -> bool {
+        let reflects_geometrically = wi.dot(self.surface.ng) * self.wo.dot(self.surface.ng) > 0.0;
+        self.reflects(local) != reflects_geometrically
     }
 
     /// Where a ray towards `wi` starts, unless there is no way: outside the position's error box, or above a facet that it
     /// passes over.
     #[inline]
     pub fn origin<V: Visibility>(&self, wi: Vec3, around: &Around<'_, V>) -> Option<Vec3> {
-        let exit = if self.is_smooth { self.exit(wi, self.frame.to_local(wi)) } else { Exit::Straight };
-        self.start(wi, exit, around)
-    }
-
-    #[inline]
-    fn start<V: Visibility>(&self, wi: Vec3, exit: Exit, around: &Around<'_, V>) -> Option<Vec3> {
-        match exit {
-            Exit::No => None,
-            Exit::Straight => Some(self.surface.origin_towards(wi)),
-            Exit::OverTheFacet => over_the_facet(self, around),
+        match &self.tilt {
+            Some(tilt) if tilt.is_over && wi.dot(self.seen_normal()) <= 0.0 => over_the_facet(self, around),
+            _ => Some(self.surface.origin_towards(wi)),
         }
     }
 
@@ -114,27 +159,16 @@ impl Vertex {
     pub fn choice_normal(&self) -> Vec3 {
         if self.shading.material.transmission > 0.0 {
             Vec3::ZERO
-        } else if self.is_smooth {
-            self.surface.ns * self.surface.ng.dot(self.wo).signum()
         } else {
-            self.seen_normal()
+            self.tilt.map_or_else(|| self.seen_normal(), |tilt| tilt.horizon)
         }
     }
-}
-
-/// How a direction leaves a vertex.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Exit {
-    /// Not at all: shading and geometric side disagree.
-    No,
-    Straight,
-    /// Below the horizon of the facet, above that of the smooth surface it stands for.
-    OverTheFacet,
 }
 
 /// What is around a vertex, for rays that leave it.
 #[derive(Clone, Copy)]
 pub(crate) struct Around<'a, V> {
+    pub job: &'a Job<'a>,
     pub scene: &'a Scene,
     pub visibility: V,
     /// Seconds within the shutter.
@@ -159,8 +193,8 @@ pub(crate) struct Scattered {
 
 /// The shading frame, bent where needed so that `wo` is on the same side of it as of the surface.
 ///
-/// *Approximation*: interpolated and mapped normals can turn away from a viewer who does see the surface; the normal
-/// is then tilted towards `wo` until it just faces it, which keeps such pixels from going black.
+/// *Approximation*: where it differs from the geometric normal by rounding alone, it can face away from a viewer who sees the
+/// surface edge-on; it is then tilted towards `wo` until it just faces it.
 fn facing_frame(frame: &Frame, ng: Vec3, wo: Vec3) -> Frame {
     let side = ng.dot(wo);
     let cos = frame.z.dot(wo);

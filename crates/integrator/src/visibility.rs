@@ -13,6 +13,47 @@ use glam::Vec3;
 pub(crate) trait Visibility: Copy + Send + Sync {
     fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit>;
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool;
+    /// Whether some of what stops the ray `counts`. Asks about everything on it, in any order, until the answer is yes.
+    fn any(self, scene: &Scene, ray: &Ray, time: f32, key: Key, counts: &dyn Fn(&Hit) -> bool) -> bool;
+    /// The nearest of the hits that `counts` names.
+    fn closest_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> Option<Hit>;
+    /// Whether there is any of the hits that `counts` names.
+    fn blocked_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> bool;
+}
+
+/// Of what a filter lets count, what also counts for someone else.
+struct Both<'a, F> {
+    filter: F,
+    counts: &'a dyn Fn(&Hit) -> bool,
+}
+
+impl<F: Filter> Filter for Both<'_, F> {
+    const OPAQUE: bool = false;
+    fn accept(&self, hit: &Hit) -> bool {
+        self.filter.accept(hit) && (self.counts)(hit)
+    }
+}
+
+/// A ray through a scene, for queries that count only some of the surfaces.
+#[derive(Clone, Copy)]
+pub(crate) struct Query<'a> {
+    pub scene: &'a Scene,
+    pub ray: &'a Ray,
+    pub time: f32,
+    pub key: Key,
+}
+
+/// The hits that `counts` names, of those that count for `inner`.
+struct Where<'a, I, F> {
+    inner: I,
+    counts: &'a F,
+}
+
+impl<I: Filter, F: Fn(&Hit) -> bool> Filter for Where<'_, I, F> {
+    const OPAQUE: bool = false;
+    fn accept(&self, hit: &Hit) -> bool {
+        (self.counts)(hit) && (I::OPAQUE || self.inner.accept(hit))
+    }
 }
 
 /// Every surface stops every ray.
@@ -28,6 +69,16 @@ impl Visibility for Solid {
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, _: Key) -> bool {
         scene.world.blocked(ray, time, &Opaque)
     }
+    #[inline(never)]
+    fn any(self, scene: &Scene, ray: &Ray, time: f32, _: Key, counts: &dyn Fn(&Hit) -> bool) -> bool {
+        scene.world.blocked(ray, time, &Both { filter: Opaque, counts })
+    }
+    fn closest_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> Option<Hit> {
+        at.scene.world.closest(at.ray, at.time, &Where { inner: Opaque, counts })
+    }
+    fn blocked_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> bool {
+        at.scene.world.blocked(at.ray, at.time, &Where { inner: Opaque, counts })
+    }
 }
 
 /// Alpha MASK and BLEND, and back-face culling when asked for.
@@ -42,6 +93,18 @@ impl Visibility for Cutout {
     }
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool {
         scene.world.blocked(ray, time, &self.filter(scene, ray, time, key))
+    }
+    #[inline(never)]
+    fn any(self, scene: &Scene, ray: &Ray, time: f32, key: Key, counts: &dyn Fn(&Hit) -> bool) -> bool {
+        scene.world.blocked(ray, time, &Both { filter: self.filter(scene, ray, time, key), counts })
+    }
+    fn closest_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> Option<Hit> {
+        let inner = self.filter(at.scene, at.ray, at.time, at.key);
+        at.scene.world.closest(at.ray, at.time, &Where { inner, counts })
+    }
+    fn blocked_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> bool {
+        let inner = self.filter(at.scene, at.ray, at.time, at.key);
+        at.scene.world.blocked(at.ray, at.time, &Where { inner, counts })
     }
 }
 

@@ -4,6 +4,7 @@ mod common;
 
 use common::*;
 use dapple_geometry::Mesh;
+use dapple_imaging::Picture;
 use dapple_integrator::settings::Method;
 use dapple_integrator::{Outcome, Settings};
 use dapple_lights::Environment;
@@ -99,8 +100,14 @@ fn light_reaches_what_the_facet_alone_would_hide() {
         let [a, b] = [soft(&scene, &settings), hard(&scene, &settings)].map(|o| o.film.mean());
         let exact = hard(&round, &settings).film.mean();
         let pairs = || a.pixels.iter().zip(&b.pixels);
-        assert!(pairs().all(|(a, b)| a.x >= b.x), "it adds, and takes nothing away");
-        assert!(pairs().filter(|(a, b)| a.x > b.x).count() > 10, "{:?}", settings.method);
+        // At the rim, the horizon of the smooth surface can be above that of the facet.
+        let gained = pairs().filter(|(a, b)| a.x > 0.0 && b.x == 0.0).count();
+        let lost = pairs().filter(|(a, b)| a.x == 0.0 && b.x > 0.0).count();
+        assert!(gained > 10 && 5 * lost < gained, "{gained}, {lost}, {:?}", settings.method);
+        let error = |of: &Picture| {
+            exact.pixels.iter().zip(&of.pixels).map(|(e, p)| f64::from((e.x - p.x).abs())).sum::<f64>()
+        };
+        assert!(error(&a) < 0.95 * error(&b), "nearer to the sphere: {} of {}", error(&a), error(&b));
         let brightest = exact.pixels.iter().map(|p| p.x).fold(0.0, f32::max);
         let added = pairs().map(|(a, b)| a.x - b.x).fold(0.0, f32::max);
         assert!(added < 0.7 * brightest, "grazing light only: {added} of {brightest}");
@@ -123,7 +130,7 @@ fn a_furnace_stays_a_furnace() {
         assert!(most <= 1.0 + 1e-5, "{name}: {most}");
         let mean = |pixels: &[Vec3]| pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / pixels.len() as f64;
         let (a, b) = (mean(&a.pixels), mean(&b.pixels));
-        assert!(a > b && a > least, "{name}: {a}, without {b}");
+        assert!(a > least && b > 0.9999, "{name}: {a}, without {b}");
     }
 }
 

@@ -18,6 +18,19 @@ pub enum Aiming {
     Centroid,
 }
 
+/// Where a ray reached a light.
+#[derive(Clone, Copy, Debug)]
+pub struct Reached {
+    /// Unit direction of the ray.
+    pub wi: Vec3,
+    /// How far it went; infinite for the environment.
+    pub distance: f32,
+    /// Geometric normal there.
+    pub n: Vec3,
+    /// Barycentrics of the hit, of corners 1 and 2 of the triangle; zero for anything else.
+    pub at: Vec2,
+}
+
 impl Light {
     /// As [`Light::sample`], aimed as `aiming` says. The centroid's sample is delta: its radiance is the irradiance on a
     /// surface that faces it.
@@ -25,6 +38,7 @@ impl Light {
         match (self, aiming) {
             (Self::Area(area), Aiming::Surface) => area.sample_surface(p, u),
             (Self::Area(area), Aiming::Centroid) => area.sample_centroid(p),
+            (Self::Patterned(light), _) => light.sample_as(aiming, p, u),
             (Self::Moving(light), _) => light.sample_as(aiming, p, u, time),
             _ => self.sample(p, u, time),
         }
@@ -35,8 +49,19 @@ impl Light {
         match (self, aiming) {
             (Self::Area(area), Aiming::Surface) => area.pdf_surface(p, wi, distance),
             (Self::Area(_), Aiming::Centroid) => 0.0,
+            (Self::Patterned(light), _) => light.pdf(aiming, p, wi, distance),
             (Self::Moving(light), _) => light.pdf_as(aiming, p, wi, distance, n, time),
             _ => self.pdf(p, wi, distance, n, time),
+        }
+    }
+
+    /// As [`Light::pdf_as`] where it is known which place of the surface is reached: `at`, the barycentrics of the hit.
+    pub fn pdf_at(&self, aiming: Aiming, p: Vec3, reached: &Reached, time: f32) -> f32 {
+        let &Reached { wi, distance, n, at } = reached;
+        match self {
+            Self::Patterned(light) => light.pdf_at(aiming, p, distance, at),
+            Self::Moving(light) => light.pdf_at(aiming, p, reached, time),
+            _ => self.pdf_as(aiming, p, wi, distance, n, time),
         }
     }
 }
@@ -89,8 +114,7 @@ impl Area {
             }
             AreaShape::Sphere { centre, radius } => return self.sample_middle_of_sphere(p, centre, radius),
         };
-        let sample = self.sample_at(aimed?)?;
-        Some(LightSample { radiance: sample.radiance / sample.pdf, pdf: 1.0, delta: true, ..sample })
+        self.as_point(aimed?)
     }
 
     /// The shadow ray ends where it enters the sphere: its own surface does not block.

@@ -3,9 +3,10 @@
 //! A cluster is a box, a cone of axes, a spread of emission about each axis, and an intensity
 //! [Conty Estevez and Kulla 2018]. "Intensity" is the mean over the channels of the greatest radiant intensity: I of a
 //! point, radiance·area of a surface; importance is then an irradiance, comparable with that of distant lights.
-use crate::{AreaShape, Light};
+use crate::oval::Oval;
+use crate::{Area, AreaShape, Light};
 use glam::{DVec3, Vec3};
-use libm::{acos, atan2, cos, sin};
+use libm::{atan2, cos, sin};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Directions of emission: within θ_e of an axis within θ_o of `axis`.
@@ -61,10 +62,11 @@ impl Bounds {
         let bounds = match light {
             Light::Point(l) => Self { low: l.p, high: l.p, cone: all, intensity: mean(l.intensity) },
             Light::Spot(l) => {
-                let theta_o = acos((l.cos_outer as f64).clamp(-1.0, 1.0));
+                let theta_o = l.outer_angle();
                 let cone = Cone { axis: l.axis.as_dvec3(), theta_o, theta_e: 0.0, two_sided: false };
                 Self { low: l.p, high: l.p, cone, intensity: mean(l.intensity) }
             }
+            Light::Patterned(l) => return Self::of(&Light::Area(l.area.clone())),
             Light::Area(l) => {
                 let ((low, high), axis) = (l.shape.bounds(), normal(&l.shape));
                 let flat = |axis| Cone { axis, theta_o: 0.0, theta_e: FRAC_PI_2, two_sided: l.two_sided };
@@ -76,6 +78,17 @@ impl Bounds {
             Light::Moving(l) if l.distant_irradiance().is_none() => return l.cluster(),
             Light::Distant(_) | Light::Environment(_) | Light::Moving(_) => return None,
         };
+        (bounds.intensity > 0.0).then_some(bounds)
+    }
+
+    /// Of an emitting sphere or disk that is not round where it is now; its box is left to who knows its motion.
+    pub fn of_oval(area: &Area, oval: &Oval<'_>) -> Option<Self> {
+        let axis = oval.normal();
+        let flat = |axis| Cone { axis, theta_o: 0.0, theta_e: FRAC_PI_2, two_sided: area.two_sided };
+        let shown = if axis.is_some() { 1.0 } else { 0.25 };
+        let intensity = mean(area.radiance) * oval.surface() * shown;
+        let bounds =
+            Self { low: Vec3::ZERO, high: Vec3::ZERO, cone: axis.map_or(Cone::ALL, flat), intensity };
         (bounds.intensity > 0.0).then_some(bounds)
     }
 
@@ -138,6 +151,7 @@ pub(crate) fn mean(rgb: Vec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use libm::acos;
 
     #[test]
     fn cones_hold_what_they_join() {

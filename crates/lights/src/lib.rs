@@ -14,6 +14,8 @@ pub mod environment;
 mod lanes;
 pub mod light;
 pub mod moving;
+mod oval;
+pub mod pattern;
 pub mod point;
 mod polygon;
 mod rectangle;
@@ -21,13 +23,14 @@ pub mod solid_angle;
 mod sphere;
 mod split;
 mod tree;
-pub use aiming::Aiming;
+pub use aiming::{Aiming, Reached};
 pub use area::{Area, AreaShape};
 pub use choice::LightChoice;
 pub use distant::Distant;
 pub use environment::{BadTexel, Environment};
 pub use light::{Light, LightPoint, LightSample};
 pub use moving::Moving;
+pub use pattern::{Pattern, Patterned};
 pub use point::{Point, Spot};
 
 #[cfg(doctest)]

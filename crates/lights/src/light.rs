@@ -1,6 +1,6 @@
 //! One light of any kind: sample towards it, density of a direction that reaches it.
-use crate::{Aiming, Area, Distant, Environment, Moving, Point, Spot};
-use glam::{Vec2, Vec3};
+use crate::{Aiming, Area, Distant, Environment, Moving, Patterned, Point, Spot};
+use glam::{DVec3, Vec2, Vec3};
 
 /// One light.
 #[derive(Clone, Debug)]
@@ -13,6 +13,8 @@ pub enum Light {
     Distant(Distant),
     /// An emitting surface.
     Area(Area),
+    /// An emitting triangle whose texture varies.
+    Patterned(Box<Patterned>),
     /// Everything around the scene.
     Environment(Environment),
     /// Any of the others but the environment, on the way somewhere.
@@ -64,6 +66,7 @@ impl Light {
             Self::Distant(light) => Some(light.sample()),
             Self::Area(light) => light.sample(p, u),
             Self::Environment(light) => light.sample(u),
+            Self::Patterned(light) => light.sample_as(Aiming::SolidAngle, p, u),
             Self::Moving(light) => light.sample_as(Aiming::SolidAngle, p, u, time),
         }
     }
@@ -78,6 +81,7 @@ impl Light {
             Self::Point(_) | Self::Spot(_) | Self::Distant(_) => 0.0,
             Self::Area(light) => light.pdf(p, distance),
             Self::Environment(light) => light.pdf(wi),
+            Self::Patterned(light) => light.pdf(Aiming::SolidAngle, p, wi, distance),
             Self::Moving(light) => light.pdf_as(Aiming::SolidAngle, p, wi, distance, n, time),
         }
     }
@@ -90,15 +94,57 @@ impl Light {
             Self::Spot(light) => light.power(),
             Self::Distant(light) => light.irradiance * disk,
             Self::Area(light) => light.power(),
+            Self::Patterned(light) => light.area.power(),
             Self::Environment(light) => light.mean() * (4.0 * std::f32::consts::PI * disk),
             Self::Moving(light) => light.power(scene_radius),
+        }
+    }
+
+    /// Where a light without extent is at a time; None for the others.
+    pub fn position(&self, time: f32) -> Option<Vec3> {
+        match self {
+            Self::Point(light) => Some(light.p),
+            Self::Spot(light) => Some(light.p),
+            Self::Moving(light) if light.is_delta() => light.at(time)?.position(time),
+            _ => None,
+        }
+    }
+
+    /// Box that a light without extent stays in while the shutter is open, flat if it stands still; None for the others.
+    pub fn positions(&self) -> Option<(DVec3, DVec3)> {
+        match self {
+            Self::Moving(light) => self.position(0.0).map(|_| light.swept()),
+            _ => self.position(0.0).map(|p| (p.as_dvec3(), p.as_dvec3())),
+        }
+    }
+
+    /// Bytes held, the environment's own table left out.
+    pub fn memory_bytes(&self) -> usize {
+        let beside = match self {
+            Self::Patterned(light) => size_of::<Patterned>() + light.pattern.memory_bytes(),
+            Self::Moving(light) => light.memory_bytes(),
+            _ => 0,
+        };
+        size_of::<Self>() + beside
+    }
+
+    /// Whether it sends nothing.
+    pub fn is_dark(&self) -> bool {
+        match self {
+            Self::Point(light) => light.intensity == Vec3::ZERO,
+            Self::Spot(light) => light.intensity == Vec3::ZERO,
+            Self::Distant(light) => light.irradiance == Vec3::ZERO,
+            Self::Area(light) => light.radiance == Vec3::ZERO,
+            Self::Patterned(light) => light.area.radiance == Vec3::ZERO,
+            Self::Environment(light) => light.mean() == Vec3::ZERO,
+            Self::Moving(light) => light.is_dark(),
         }
     }
 
     /// Whether this is an emitting surface.
     pub fn is_area(&self) -> bool {
         match self {
-            Self::Area(_) => true,
+            Self::Area(_) | Self::Patterned(_) => true,
             Self::Moving(light) => !light.is_delta(),
             _ => false,
         }
@@ -108,7 +154,7 @@ impl Light {
     pub fn is_delta(&self) -> bool {
         match self {
             Self::Point(_) | Self::Spot(_) | Self::Distant(_) => true,
-            Self::Area(_) | Self::Environment(_) => false,
+            Self::Area(_) | Self::Patterned(_) | Self::Environment(_) => false,
             Self::Moving(light) => light.is_delta(),
         }
     }

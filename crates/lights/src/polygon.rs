@@ -1,5 +1,6 @@
 //! Aiming at triangles and parallelograms.
 use crate::area::{Aimed, SMALL, visible};
+use crate::pattern::Part;
 use crate::solid_angle::{Arm, Wedge, facing};
 use crate::{LightPoint, rectangle};
 use dapple_sampling::warp;
@@ -42,6 +43,30 @@ impl Facet {
         }
         let two = arm(self.e1 + self.e2);
         (Wedge::new(self.facing, apex, one, two), Some(Wedge::new(self.facing, apex, two, three)))
+    }
+
+    /// A part of the triangle; the same plane, so the same side is seen.
+    pub fn part(&self, part: &Part) -> Self {
+        let offset = self.e1 * part.corner.x + self.e2 * part.corner.y;
+        Self {
+            corner: self.corner + offset,
+            p0: self.p0 + offset,
+            e1: self.e1 * part.step,
+            e2: self.e2 * part.step,
+            facing: self.facing * part.area(),
+            is_quad: self.is_quad,
+        }
+    }
+
+    /// Solid angle that it fills.
+    pub fn omega(&self) -> f64 {
+        let (first, second) = self.wedges();
+        first.omega + second.map_or(0.0, |w| w.omega)
+    }
+
+    /// Place (along e1, e2) where a direction meets it.
+    pub fn place(&self, wi: Vec3) -> Option<Vec2> {
+        self.hit(wi.as_dvec3()).map(|(_, at)| at.as_vec2())
     }
 
     pub fn sample(&self, u: Vec2, two_sided: bool) -> Option<Aimed> {

@@ -36,9 +36,7 @@ fn lights(near: usize, far: bool, scale: f32) -> Vec<Light> {
         let area = |shape| Light::Area(Area { shape, radiance, two_sided });
         lights.push(match i % 6 {
             0 => Light::Point(Point { p, intensity, range: f32::INFINITY }),
-            1 => {
-                Light::Spot(Spot { p, axis, intensity, cos_inner: 0.9, cos_outer: 0.7, range: f32::INFINITY })
-            }
+            1 => Light::Spot(Spot { p, axis, intensity, inner: 0.1, outer: 0.3, range: f32::INFINITY }),
             2 => area(AreaShape::Quad { corner: p, e1: e[0], e2: e[1] }),
             3 => area(AreaShape::Sphere { centre: p, radius: 0.25 * scale }),
             4 => area(AreaShape::Disk { centre: p, normal: axis, radius: 0.25 * scale }),

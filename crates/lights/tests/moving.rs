@@ -49,6 +49,7 @@ fn motion(rng: &mut Rng, round: bool) -> Arc<Motion> {
     ))
 }
 
+/// With whether it must stay round.
 fn shapes() -> [(AreaShape, bool); 4] {
     let [a, b, c, d] = CORNERS;
     [
@@ -57,6 +58,18 @@ fn shapes() -> [(AreaShape, bool); 4] {
         (AreaShape::Sphere { centre: Vec3::ZERO, radius: 1.0 }, true),
         (AreaShape::Disk { centre: Vec3::ZERO, normal: Vec3::Z, radius: 1.0 }, true),
     ]
+}
+
+/// After 600 cases of all shapes the round ones, which are oval then.
+fn shape_of(case: usize) -> (AreaShape, bool) {
+    if case < 600 { shapes()[case % 4] } else { (shapes()[2 + case % 2].0, false) }
+}
+
+/// What need not stay round is aimed at as it is then.
+fn light_of(area: Area, round: bool, motion: &Arc<Motion>) -> Light {
+    let is_oval = !round && matches!(area.shape, AreaShape::Sphere { .. } | AreaShape::Disk { .. });
+    let moving = Moving::area(area, motion.clone(), SECONDS, None);
+    Light::Moving(Box::new(if is_oval { moving.oval() } else { moving }))
 }
 
 fn world(shape: &AreaShape, motion: &Motion) -> World {
@@ -89,12 +102,12 @@ fn shadow_ray(p: Vec3, sample: &LightSample) -> Ray {
 fn what_is_aimed_at_is_what_a_ray_meets() {
     let mut rng = Rng::new(11);
     let (mut met, mut mirrored) = (0, 0);
-    for case in 0..600 {
-        let (shape, round) = shapes()[case % 4];
+    for case in 0..900 {
+        let (shape, round) = shape_of(case);
         let motion = motion(&mut rng, round);
         let world = world(&shape, &motion);
         let area = Area { shape, radiance: Vec3::ONE, two_sided: false };
-        let light = Light::Moving(Box::new(Moving::area(area, motion.clone(), SECONDS, None)));
+        let light = light_of(area, round, &motion);
         for k in 0..40 {
             let time = SECONDS * rng.f32();
             // Near, and up to ten thousand sizes away.
@@ -112,7 +125,9 @@ fn what_is_aimed_at_is_what_a_ray_meets() {
                 continue;
             }
             let again = light.pdf_as(aiming, p, sample.wi, sample.distance, Vec3::Z, time);
-            assert!((again / sample.pdf - 1.0).abs() < 1e-3, "{shape:?}: {again} for {}", sample.pdf);
+            // Flattened far enough, the rounding of the direction is multiplied in the own space of what is oval.
+            let tolerance = if case < 600 { 1e-3 } else { 2e-2 };
+            assert!((again / sample.pdf - 1.0).abs() < tolerance, "{shape:?}: {again} for {}", sample.pdf);
             let ray = Ray::new(p, sample.wi);
             let Some(hit) = world.closest(&ray, time, &Opaque) else { continue };
             let surface = world.surface(&ray, time, &hit);
@@ -134,10 +149,10 @@ fn what_is_aimed_at_is_what_a_ray_meets() {
 fn bounds_hold_all_through_the_shutter() {
     let mut rng = Rng::new(12);
     for case in 0..200 {
-        let (shape, round) = shapes()[case % 4];
+        let (shape, round) = shape_of(case);
         let motion = motion(&mut rng, round);
         let area = Area { shape, radiance: Vec3::ONE, two_sided: false };
-        let moving = Light::Moving(Box::new(Moving::area(area, motion.clone(), SECONDS, None)));
+        let moving = light_of(area, round, &motion);
         let p = Vec3::new(1e4, 0.0, 0.0);
         let other = Light::Point(Point { p, intensity: Vec3::splat(1e3), range: f32::INFINITY });
         let lights = [moving, other];
@@ -163,7 +178,7 @@ fn delta_lights_stand_where_their_chain_ends() {
     let (intensity, range) = (Vec3::splat(3.0), f32::INFINITY);
     let own = DVec3::new(0.1, 0.2, -0.3);
     let point = Point { p: own.as_vec3(), intensity, range };
-    let spot = Spot { p: own.as_vec3(), axis: Vec3::NEG_Z, intensity, cos_inner: 0.9, cos_outer: 0.8, range };
+    let spot = Spot { p: own.as_vec3(), axis: Vec3::NEG_Z, intensity, inner: 0.1, outer: 0.2, range };
     let distant = Distant { towards: Vec3::Y, irradiance: intensity };
     let boxed = |m: Moving| Light::Moving(Box::new(m));
     let lights = [

@@ -30,6 +30,11 @@ impl Split {
     pub fn with(self, f0: f32, f90: f32) -> f32 {
         f0 * self.c + (f90 - f0) * self.b
     }
+
+    /// Both parts times `gain`.
+    pub fn times(self, gain: f32) -> Self {
+        Self { c: gain * self.c, b: gain * self.b }
+    }
 }
 
 impl Row {

@@ -61,6 +61,13 @@ impl Bsdf {
     /// `wo` local; `wo.z < 0` means the ray arrives at the back side. Parameters outside their ranges are clamped, and
     /// not-a-number counts as 0.
     pub fn new(material: &Material, wo: Vec3) -> Self {
+        Self::losing_as(material, wo, None)
+    }
+
+    /// As [`Self::new`], about a shading normal that leans: what single scattering loses between the facets of a rough
+    /// surface is what it loses at cosine `mu`, that of `wo` to the normal without the lean, so that a normal map neither
+    /// takes light nor gives any. Fresnel's terms are those at the shading normal.
+    pub fn losing_as(material: &Material, wo: Vec3, mu: Option<f32>) -> Self {
         let side = if wo.z < 0.0 { -1.0 } else { 1.0 };
         let wo = Vec3::new(wo.x, wo.y, wo.z * side);
         let body = if wo.z < GRAZING || wo.is_nan() {
@@ -70,7 +77,7 @@ impl Bsdf {
         } else if material.specular == 0.0 && material.metallic == 0.0 && material.transmission == 0.0 {
             Body::Lambert(material.base_color.max(Vec3::ZERO))
         } else {
-            Body::Layers(Layers::new(material, wo, side))
+            Body::Layers(Layers::new(material, wo, side, mu))
         };
         Self { wo, side, live: body.live(), body }
     }
@@ -123,6 +130,24 @@ impl Bsdf {
     /// Whether light that leaves towards `wi` goes on as it came, to the last bit.
     pub fn passes(&self, wi: Vec3) -> bool {
         self.turn(wi) == -self.wo
+    }
+
+    /// What of the light from straight behind a smooth surface passes it towards `wo` without being bent: at a thin wall and
+    /// where the indices of both sides are equal. Zero elsewhere.
+    pub fn straight(&self) -> Vec3 {
+        match &self.body {
+            Body::Layers(layers) => layers.straight(self.wo),
+            _ => Vec3::ZERO,
+        }
+    }
+
+    /// As [`Self::straight`], where light is bent: what of it is not reflected, as if it went straight on. *Approximation*:
+    /// the angle counts on the side of the lower index, so that there is no total internal reflection.
+    pub fn straightened(&self) -> Vec3 {
+        match &self.body {
+            Body::Layers(layers) => layers.straightened(self.wo.z),
+            _ => Vec3::ZERO,
+        }
     }
 
     /// Lobes that carry weight.

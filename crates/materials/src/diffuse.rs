@@ -36,21 +36,22 @@ impl Diffuse {
         Self { albedo: rho, coat: None }
     }
 
-    /// Under a Schlick coat; `None` when the coat lets nothing through. `mu` = cosine of wo.
-    pub fn coated(rho: Vec3, row: Row, f0: f32, f90: f32, mu: f32) -> Option<Self> {
+    /// Under a Schlick coat; `None` when the coat lets nothing through. `mu` = cosine of wo, `gain` on what the coat
+    /// reflects towards it ([`crate::reflection::Rough::losing_as`]).
+    pub fn coated(rho: Vec3, row: Row, (f0, f90): (f32, f32), mu: f32, gain: f32) -> Option<Self> {
         let through = 1.0 - row.mean().with(f0, f90);
         if through < SEALED {
             return None;
         }
         let coat = Coat { row, f0, f90, scale: 1.0 / through };
-        Some(Self { albedo: rho * coat.through(mu), coat: Some(coat) })
+        Some(Self { albedo: rho * coat.through(mu, gain), coat: Some(coat) })
     }
 
     /// The BSDF at cosine `mu` > 0 of wi.
     pub fn f(&self, mu: f32) -> Vec3 {
         match &self.coat {
             None => self.albedo * FRAC_1_PI,
-            Some(coat) => self.albedo * (FRAC_1_PI * coat.scale * coat.through(mu)),
+            Some(coat) => self.albedo * (FRAC_1_PI * coat.scale * coat.through(mu, 1.0)),
         }
     }
 
@@ -58,7 +59,7 @@ impl Diffuse {
     pub fn weight(&self, mu: f32) -> Vec3 {
         match &self.coat {
             None => self.albedo,
-            Some(coat) => self.albedo * (coat.scale * coat.through(mu)),
+            Some(coat) => self.albedo * (coat.scale * coat.through(mu, 1.0)),
         }
     }
 
@@ -69,8 +70,8 @@ impl Diffuse {
 }
 
 impl Coat {
-    /// 1 − E(μ).
-    fn through(&self, mu: f32) -> f32 {
-        (1.0 - self.row.at(mu).with(self.f0, self.f90)).max(0.0)
+    /// 1 − E(μ), the latter times `gain`.
+    fn through(&self, mu: f32, gain: f32) -> f32 {
+        (1.0 - gain * self.row.at(mu).with(self.f0, self.f90)).max(0.0)
     }
 }

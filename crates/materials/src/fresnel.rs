@@ -90,8 +90,14 @@ impl Interface {
         Self { tint, r0: normal_reflectance(eta), eta, thin }
     }
 
+    /// The same interface met from the side of the lower index.
+    pub fn from_thinner(&self) -> Self {
+        let eta = if self.eta > 0.0 { self.eta.max(1.0 / self.eta) } else { self.eta };
+        Self { eta, ..*self }
+    }
+
     /// Light keeps its direction: a thin wall, matched indices, or no index at all.
-    fn keeps_direction(&self) -> bool {
+    pub fn keeps_direction(&self) -> bool {
         self.thin || self.eta == 1.0 || self.eta == 0.0
     }
 

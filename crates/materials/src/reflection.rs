@@ -16,12 +16,25 @@ pub struct Rough {
     t: f32,
     /// Bound of the cap.
     k: f32,
+    /// On every value; 1 but for [`Self::losing_as`].
+    gain: f32,
 }
 
 impl Rough {
     /// `wo` above the surface.
     pub fn new(ggx: Ggx, wo: Vec3) -> Self {
-        Self { ggx, t: ggx.t(wo), k: ggx.cap_bound(wo) }
+        Self { ggx, t: ggx.t(wo), k: ggx.cap_bound(wo), gain: 1.0 }
+    }
+
+    /// As if what is lost between the facets were what is lost seen from another angle: every value times `gain`, the ratio of the
+    /// albedos without Fresnel's term.
+    pub fn losing_as(self, gain: f32) -> Self {
+        Self { gain, ..self }
+    }
+
+    /// What every value is multiplied by.
+    pub fn gain(&self) -> f32 {
+        self.gain
     }
 
     /// t(wo) [`Ggx::t`].
@@ -37,7 +50,7 @@ impl Rough {
             return (0.0, 0.0, 0.0);
         }
         let half_d = 0.5 * self.ggx.d(h / length);
-        let value = half_d / (self.t * wi.z + self.ggx.t(wi) * wo.z);
+        let value = self.gain * half_d / (self.t * wi.z + self.ggx.t(wi) * wo.z);
         // wo·m = |wo + wi|/2 for unit vectors: the same from both, and good at grazing angles.
         (value, half_d / (self.k * wo.z + self.t), (0.5 * length).min(1.0))
     }

@@ -34,7 +34,7 @@ pub fn eval_refraction(rough: &Rough, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f
     let ggx = rough.ggx;
     let denominator = facet.o / eta - facet.i;
     let d = 2.0 * ggx.d(m) * facet.o * facet.i / (denominator * denominator);
-    let value = d / (rough.t() * -wi.z + ggx.t(wi) * wo.z) / (eta * eta);
+    let value = rough.gain() * d / (rough.t() * -wi.z + ggx.t(wi) * wo.z) / (eta * eta);
     Some((value, d / (wo.z + rough.t()), facet))
 }
 

@@ -5,7 +5,7 @@ mod placed;
 mod pose;
 
 pub(crate) use build::for_material;
-pub(crate) use placed::Geometry;
+pub(crate) use placed::{Geometry, Placed};
 pub use pose::CameraPose;
 
 use crate::{
@@ -17,7 +17,6 @@ use dapple_geometry::{Mesh, motion::Node};
 use dapple_imaging::Texture;
 use dapple_lights::Environment;
 use glam::{DVec3, Vec3};
-use placed::Placed;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -117,8 +116,26 @@ impl SceneBuilder {
     }
 
     fn place(&mut self, name: &str, material: u32, geometry: Geometry) -> u32 {
-        self.placed.push(Placed { name: name.to_owned(), material, geometry });
-        self.placed.len() as u32 - 1
+        let index = self.placed.len() as u32;
+        self.placed.push(Placed { name: name.to_owned(), material, geometry, group: index, node: index });
+        index
+    }
+
+    /// Makes the volumes among these objects, which were added one after the other, one body, that of node `node`: of two
+    /// bodies that overlap, with equal priorities and equal bounding volumes, the one of the lower node wins. Otherwise
+    /// every object is a body of its own, and its own index stands for the node's.
+    pub fn one_body(&mut self, objects: std::ops::Range<u32>, node: u32) {
+        let first = objects.start;
+        let range = objects.start as usize..(objects.end as usize).min(self.placed.len());
+        for placed in self.placed.get_mut(range).into_iter().flatten() {
+            (placed.group, placed.node) = (first, node);
+        }
+    }
+
+    /// How many objects there are.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn object_count(&self) -> u32 {
+        self.placed.len() as u32
     }
 
     /// Adds a point light of `intensity` in W/sr per channel that ends at `range` world units (infinite: never).

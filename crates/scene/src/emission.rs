@@ -3,14 +3,15 @@
 //! Radiance = emissiveFactor × strength × texture, from the front side, from both if double-sided. Every emitting
 //! triangle, sphere and disk is an area light of its own; two neighbouring triangles that make up a parallelogram of
 //! constant radiance are one quad. The light carries the mean radiance of its surface, by which it is chosen; what a
-//! sampled point really sends is looked up there (`Scene::light_radiance`).
+//! sampled point really sends is looked up there (`Scene::light_radiance`). Whatever emits anywhere is a light.
 //!
-//! Shadeless (unlit) surfaces are no lights: they are found by chance only.
-use crate::{AlphaMode, TexturedMaterial};
-use dapple_geometry::{Hit, Motion, World};
+//! Shadeless (unlit) surfaces are no lights: they are seen, and light nothing.
+use crate::patterns::{Mean, Patterns};
+use crate::{AlphaMode, TextureUse, TexturedMaterial};
+use dapple_geometry::{Coincident, Hit, Motion, World};
 use dapple_imaging::Texture;
 use dapple_lights::{Area, AreaShape, Light, Moving};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use std::sync::Arc;
 
 /// No light.
@@ -20,17 +21,8 @@ pub(crate) const DARK: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Form {
     Triangles(usize),
-    Sphere {
-        centre: Vec3,
-        radius: f32,
-    },
-    Disk {
-        centre: Vec3,
-        normal: Vec3,
-        radius: f32,
-    },
-    /// A round shape that does not stay round on its way: if it emits, it is found by chance only.
-    Unaimed,
+    Sphere { centre: Vec3, radius: f32 },
+    Disk { centre: Vec3, normal: Vec3, radius: f32 },
 }
 
 /// How an object moves while the shutter is open; its form is then given in its own space.
@@ -41,6 +33,8 @@ pub(crate) struct Movement {
     pub seconds: f32,
     /// Box that the object stays in meanwhile.
     pub whole: (DVec3, DVec3),
+    /// A round shape is round all the way; true for triangles.
+    pub stays_round: bool,
 }
 
 impl Form {
@@ -87,49 +81,48 @@ impl Emitter<'_> {
             * self.material.opacity(self.world, self.textures, hit)
     }
 
-    /// Mean over a triangle at the centroids of `cells`² equal parts. *Approximation* for textures finer than the
-    /// cells: the light is chosen more or less often than its power asks; its light is exact either way.
-    fn mean(&self, object: u32, primitive: u32, cells: u32) -> Vec3 {
+    /// Mean over a sphere or disk at points that are even in area, as many as texels up to a million (*approximation* for
+    /// finer textures: as for triangles). Where nothing is met the light stays, as dim as can be.
+    fn mean_of_shape(&self, object: u32) -> Vec3 {
         if self.is_constant() {
             return self.material.emission;
         }
+        let size = |t: &TextureUse| self.textures[t.texture as usize].size();
+        let maps = [&self.material.emissive_texture, &self.material.base_color_texture];
+        let (w, h) = maps.into_iter().flatten().map(size).fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)));
+        let (w, h) = (w.clamp(64, 1024), h.clamp(64, 1024));
         let mut sum = DVec3::ZERO;
-        for (u, v) in centroids(cells) {
-            sum += self.radiance(&Hit { t: 0.0, u, v, primitive, object }).as_dvec3();
+        for i in 0..w * h {
+            let (x, y) = (((i % w) as f32 + 0.5) / w as f32, ((i / w) as f32 + 0.5) / h as f32);
+            let at = self.world.even_coordinates(object, Vec2::new(x, y));
+            sum += self.radiance(&Hit { t: 0.0, u: at.x, v: at.y, primitive: 0, object }).as_dvec3();
         }
-        (sum / f64::from(cells * cells)).as_vec3()
+        (sum / (w * h) as f64).as_vec3().max(Vec3::splat(f32::MIN_POSITIVE))
     }
-}
-
-/// Barycentrics of the centroids of the n² congruent parts of a triangle.
-fn centroids(n: u32) -> impl Iterator<Item = (f32, f32)> {
-    let at = move |i: u32, third: f32| (i as f32 + third / 3.0) / n as f32;
-    (0..n).flat_map(move |i| {
-        (0..n - i).flat_map(move |j| {
-            let upright = (at(i, 1.0), at(j, 1.0));
-            let inverted = (i + j + 1 < n).then(|| (at(i, 2.0), at(j, 2.0)));
-            std::iter::once(upright).chain(inverted)
-        })
-    })
 }
 
 impl AreaLights {
     /// Adds the lights of the next object (objects come in order); `object` is its index.
-    pub fn add(&mut self, emitter: &Emitter<'_>, object: u32, form: Form, movement: Option<&Movement>) {
-        let material = emitter.material;
-        if !material.is_light() {
+    pub fn add(
+        &mut self,
+        patterns: &mut Patterns<'_>,
+        (object, material): (u32, u32),
+        form: Form,
+        movement: Option<&Movement>,
+    ) {
+        let emitter = &patterns.emitter(material);
+        if !emitter.material.is_light() {
             return self.starts.push(DARK);
         }
         let before = self.lights.len();
         let start = self.of_primitive.len() as u32;
-        let source = Source { emitter, object, movement };
+        let source = Source { emitter, object, material, movement };
         match form {
-            Form::Triangles(count) => self.triangles(&source, count),
+            Form::Triangles(count) => self.triangles(patterns, &source, count),
             Form::Sphere { centre, radius } => self.shape(&source, AreaShape::Sphere { centre, radius }),
             Form::Disk { centre, normal, radius } => {
                 self.shape(&source, AreaShape::Disk { centre, normal, radius });
             }
-            Form::Unaimed => self.of_primitive.push(DARK),
         }
         let dark = self.lights.len() == before;
         self.starts.push(if dark { DARK } else { start });
@@ -140,6 +133,35 @@ impl AreaLights {
         let start = self.starts[hit.object as usize];
         let light = if start == DARK { DARK } else { self.of_primitive[(start + hit.primitive) as usize] };
         (light != DARK).then_some(light)
+    }
+
+    /// Takes lights out of the list; their surfaces are none of a light from then on.
+    pub fn remove(&mut self, is_removed: &[bool]) {
+        let kept = |i: u32| !is_removed.get(i as usize).copied().unwrap_or(false);
+        let mut next = 0;
+        let numbers: Vec<u32> = (0..self.lights.len() as u32)
+            .map(|i| {
+                next += u32::from(kept(i));
+                if kept(i) { next - 1 } else { DARK }
+            })
+            .collect();
+        let mut index = 0..self.lights.len() as u32;
+        self.lights.retain(|_| index.next().is_some_and(kept));
+        let mut index = 0..numbers.len() as u32;
+        self.sources.retain(|_| index.next().is_some_and(kept));
+        for light in self.of_primitive.iter_mut().filter(|light| **light != DARK) {
+            *light = numbers[*light as usize];
+        }
+    }
+
+    /// Whether a light's surface is among those that share a place with another one.
+    pub fn is_on(&self, light: u32, surfaces: &Coincident) -> bool {
+        let Some(&(object, first)) = self.sources.get(light as usize) else { return false };
+        let start = self.starts[object as usize];
+        let own = |primitive: &u32| {
+            start != DARK && self.of_primitive.get((start + primitive) as usize) == Some(&light)
+        };
+        (first..).take_while(own).any(|primitive| surfaces.contains(object, primitive))
     }
 
     /// First light of an object, `DARK` without any.
@@ -157,24 +179,33 @@ impl AreaLights {
     }
 
     fn shape(&mut self, source: &Source<'_>, shape: AreaShape) {
-        let hit = Hit { t: 0.0, u: 0.0, v: 0.0, primitive: 0, object: source.object };
-        let light = self.push(source, 0, shape, source.emitter.radiance(&hit));
+        let light = self.push(source, 0, shape, source.emitter.mean_of_shape(source.object));
         self.of_primitive.push(light);
     }
 
-    fn triangles(&mut self, source: &Source<'_>, count: usize) {
+    fn triangles(&mut self, patterns: &mut Patterns<'_>, source: &Source<'_>, count: usize) {
         let (emitter, object) = (source.emitter, source.object);
-        // A few million lookups in all, whatever the size of the mesh.
-        let cells = libm::sqrt(4e6 / count.max(1) as f64).clamp(2.0, 64.0) as u32;
         let mut primitive = 0;
         while (primitive as usize) < count {
             let corners = source.corners(primitive);
-            let mean = emitter.mean(object, primitive, cells);
-            let pair = (emitter.is_constant() && primitive as usize + 1 < count)
-                .then(|| parallelogram(corners, source.corners(primitive + 1)))
-                .flatten();
-            let light = self.push(source, primitive, pair.unwrap_or(AreaShape::Triangle(corners)), mean);
-            let covered = if pair.is_some() { 2 } else { 1 };
+            let (shape, covered) = if emitter.is_constant() && primitive as usize + 1 < count {
+                parallelogram(corners, source.corners(primitive + 1))
+                    .map_or((None, 1), |quad| (Some(quad), 2))
+            } else {
+                (None, 1)
+            };
+            let shape = shape.unwrap_or(AreaShape::Triangle(corners));
+            let light = if emitter.is_constant() {
+                self.push(source, primitive, shape, emitter.material.emission)
+            } else {
+                let Mean { radiance, middle, varies } =
+                    patterns.mean(source.material, (object, primitive), count);
+                let light = self.push(source, primitive, shape, radiance);
+                if varies && light != DARK {
+                    patterns.note(light, middle);
+                }
+                light
+            };
             self.of_primitive.extend((0..covered).map(|_| light));
             primitive += covered;
         }
@@ -188,7 +219,8 @@ impl AreaLights {
         self.lights.push(match source.movement {
             None => Light::Area(area),
             Some(m) => {
-                Light::Moving(Box::new(Moving::area(area, m.motion.clone(), m.seconds, Some(m.whole))))
+                let moving = Moving::area(area, m.motion.clone(), m.seconds, Some(m.whole));
+                Light::Moving(Box::new(if m.stays_round { moving } else { moving.oval() }))
             }
         });
         self.sources.push((source.object, primitive));
@@ -200,6 +232,7 @@ impl AreaLights {
 struct Source<'a> {
     emitter: &'a Emitter<'a>,
     object: u32,
+    material: u32,
     movement: Option<&'a Movement>,
 }
 
@@ -223,32 +256,36 @@ fn parallelogram(a: [Vec3; 3], b: [Vec3; 3]) -> Option<AreaShape> {
             if b[j] == before && b[(j + 1) % 3] == next {
                 let (e1, e2) = (next - corner, before - corner);
                 let far = b[(j + 2) % 3];
-                let miss = ((far - next) - e2).abs().max_element();
+                let miss = (far - next) - e2;
                 let size = [corner, next, before, far].map(|p| p.abs().max_element());
                 let rounding = size.into_iter().fold(0.0, f32::max) * (4.0 * f32::EPSILON);
                 let small = 1e-3 * e1.abs().max_element().min(e2.abs().max_element());
-                return (miss <= rounding && miss <= small).then_some(AreaShape::Quad { corner, e1, e2 });
+                let fits = miss.abs().max_element();
+                let is_one = fits <= rounding && fits <= small && is_flat(miss, [corner, next, before, far]);
+                return is_one.then_some(AreaShape::Quad { corner, e1, e2 });
             }
         }
     }
     None
 }
 
+/// Whether a parallelogram passes through its far corner within the error bound of points sampled on it, which are
+/// rounded by half an ulp: else the surface would stand before its own light. `miss`: from its own far corner to that of
+/// the surface; the corners in no matter which order, the first one and its neighbours before the far one.
+fn is_flat(miss: Vec3, [corner, next, before, far]: [Vec3; 4]) -> bool {
+    let n = (next - corner).as_dvec3().cross((before - corner).as_dvec3()).normalize_or_zero();
+    let low = corner.min(next).min(before).min(far);
+    let high = corner.max(next).max(before).max(far);
+    // The least coordinate per axis, 0 where the surface reaches to both sides.
+    let least = low.max(-high).max(Vec3::ZERO);
+    let edges = (next - corner).abs() + (before - corner).abs();
+    let bound = (least * 0.5 + edges) * f32::EPSILON;
+    n.dot(miss.as_dvec3()).abs() <= n.abs().dot(bound.as_dvec3())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn centroids_tile_the_triangle() {
-        for n in [1, 2, 5, 16] {
-            let all: Vec<_> = centroids(n).collect();
-            assert_eq!(all.len() as u32, n * n);
-            assert!(all.iter().all(|&(u, v)| u > 0.0 && v > 0.0 && u + v < 1.0));
-            let mean = all.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
-            let k = (n * n) as f32 / 3.0;
-            assert!((mean.0 / k - 1.0).abs() < 1e-5 && (mean.1 / k - 1.0).abs() < 1e-5);
-        }
-    }
 
     #[test]
     fn a_split_square_is_one_quad_whatever_the_corner_order() {
@@ -261,6 +298,19 @@ mod tests {
             assert!(e1.cross(e2).z > 0.0, "same front side");
             assert!(((corner + e1 + e2) - p[3]).length() < 1e-6);
         }
+    }
+
+    /// Coordinates along the normal are near 0, where points of a quad have small error bounds.
+    #[test]
+    fn a_square_that_rounding_bends_out_of_its_plane_is_two_triangles() {
+        let square = |far: f32| {
+            let p =
+                [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, z)| Vec3::new(x, 0.0, z) * 64.0);
+            let q = Vec3::new(64.0, far, 64.0);
+            parallelogram([p[0], p[1], p[3]], [p[1], q, p[3]])
+        };
+        assert!(square(0.0).is_some());
+        assert!(square(1e-5).is_none() && square(-1e-5).is_none());
     }
 
     #[test]

@@ -5,17 +5,22 @@
 //! here draws a random number or knows how light is transported.
 #![forbid(unsafe_code)]
 mod bake;
+pub mod bodies;
 pub mod builder;
 pub mod builtin;
 mod channels;
+pub mod coincident;
 mod constants;
 mod emission;
 pub mod error;
+mod extremes;
 mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
 pub mod material;
 mod moving;
+mod patterns;
+mod pieces;
 mod punctual;
 pub mod reads;
 pub mod scene;
@@ -23,7 +28,9 @@ pub mod space;
 pub mod studio;
 pub mod survey;
 mod tangent;
+pub use bodies::{Bodies, Body};
 pub use builder::{CameraPose, SceneBuilder};
+pub use coincident::SharedPlaces;
 pub use error::{SceneError, Warning};
 pub use material::{AlphaMode, TextureUse, TexturedMaterial};
 pub use reads::Reads;

@@ -65,13 +65,15 @@ pub struct TexturedMaterial {
     pub emission: Vec3,
     /// Emits from both sides; not removed by back-face culling.
     pub double_sided: bool,
-    /// Shadeless: shows its base colour as radiance, to both sides, and scatters nothing. It is met by chance only;
-    /// no light sample is aimed at it.
+    /// Shadeless: shows its base colour as radiance, to both sides, and scatters nothing. It is seen by the camera, directly
+    /// and by way of mirrors and clear glass, and lights nothing.
     pub unlit: bool,
     /// Multiplies the x and y of the normal map.
     pub normal_scale: f32,
     /// Absorption coefficient of the inside: per world unit in the builder, per render unit in the scene; zero = clear.
     pub sigma_a: Vec3,
+    /// Where volumes overlap, the one of the highest priority is there (see [`crate::Bodies`]); any finite number.
+    pub priority: f64,
     /// rgb × base colour, a × alpha.
     pub base_color_texture: Option<TextureUse>,
     /// g × roughness, b × metallic.
@@ -100,6 +102,7 @@ impl Default for TexturedMaterial {
             unlit: false,
             normal_scale: 1.0,
             sigma_a: Vec3::ZERO,
+            priority: 0.0,
             base_color_texture: None,
             metallic_roughness_texture: None,
             normal_texture: None,
@@ -126,6 +129,13 @@ impl TexturedMaterial {
     /// Whether surfaces of it are lights: they emit, and are not shadeless.
     pub(crate) fn is_light(&self) -> bool {
         !self.unlit && self.emission != Vec3::ZERO
+    }
+
+    /// Whether surfaces of it bound a volume that light travels through.
+    pub(crate) fn is_volume(&self) -> bool {
+        let metal = self.base.metallic == 1.0 && self.metallic_roughness_texture.is_none();
+        let clear = self.base.transmission > 0.0 && !self.base.thin && self.base.mirror.is_none();
+        clear && !metal && !self.unlit
     }
 
     /// Every texture the material looks up.
@@ -191,6 +201,7 @@ impl TexturedMaterial {
         .into_iter()
         .find(|(_, v)| !(v.is_finite() && v.min_element() >= 0.0))
         .map(|(name, _)| name)
+        .or_else(|| (!self.priority.is_finite()).then_some("priority"))
     }
 
     /// Factors times vertex colours at a hit.

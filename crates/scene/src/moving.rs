@@ -64,7 +64,7 @@ impl Exposure {
         let form = match (body.unit_shape(), own) {
             (Some(shape), _) => {
                 world.add_moving_shape(shape, motion.clone());
-                if round { body.form() } else { Form::Unaimed }
+                body.form()
             }
             (None, own) => {
                 let mesh = own.map(|own| own.mesh).unwrap_or_default();
@@ -73,7 +73,8 @@ impl Exposure {
                 form
             }
         };
-        Ok((form, Movement { motion: Arc::new(motion), seconds, whole }))
+        let stays_round = round || form.triangles().is_some();
+        Ok((form, Movement { motion: Arc::new(motion), seconds, whole, stays_round }))
     }
 
     /// The camera in motion; none when it stands still.

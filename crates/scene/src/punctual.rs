@@ -91,8 +91,8 @@ impl Punctual {
                     p: place(p)?,
                     axis: direction(axis)?,
                     intensity: strength,
-                    cos_inner: libm::cos(inner) as f32,
-                    cos_outer: libm::cos(outer) as f32,
+                    inner: Spot::height(inner),
+                    outer: Spot::height(outer),
                     range,
                 })
             }

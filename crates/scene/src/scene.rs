@@ -1,6 +1,6 @@
 //! The checked scene: everything a tracer reads. Render space throughout (see [`crate::space`]).
 use crate::{
-    AlphaMode, Space, Survey, TexturedMaterial, Warning,
+    AlphaMode, Bodies, SharedPlaces, Space, Survey, TexturedMaterial, Warning,
     emission::{AreaLights, Emitter},
 };
 use dapple_camera::{Camera, Shutter};
@@ -8,7 +8,7 @@ use dapple_geometry::{Frame, Hit, Surface, World};
 use dapple_imaging::Texture;
 use dapple_lights::{Environment, Light, LightChoice, LightPoint};
 use dapple_materials::Material;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::path::PathBuf;
 
 /// Names for reports and ids for AOVs; index = world object index.
@@ -22,6 +22,8 @@ pub struct Object {
     pub first_light: u32,
     /// Its material looks up textures.
     pub textured: bool,
+    /// The body whose boundary it is, as an index into [`Bodies::all`]; `u32::MAX` = none.
+    pub body: u32,
 }
 
 /// A camera and the name to ask for it by.
@@ -47,6 +49,8 @@ pub struct Scene {
     pub world: World,
     /// One per world object.
     pub objects: Vec<Object>,
+    /// Volumes that light travels through, the one that wins where they overlap first.
+    pub bodies: Bodies,
     /// Materials by index.
     pub materials: Vec<TexturedMaterial>,
     /// Textures by index.
@@ -72,6 +76,8 @@ pub struct Scene {
     pub files: Vec<PathBuf>,
     /// Half the diagonal of the box around everything, in render space.
     pub(crate) radius: f32,
+    /// Surfaces and lights in one place; None when each has its place to itself.
+    pub shared_places: Option<SharedPlaces>,
     pub(crate) area: AreaLights,
 }
 
@@ -82,8 +88,6 @@ pub struct Shading {
     pub frame: Frame,
     /// Factors times textures.
     pub material: Material,
-    /// Absorption coefficient of the inside per render unit.
-    pub sigma_a: Vec3,
     /// Shadeless: emits its base colour and scatters nothing.
     pub unlit: bool,
 }
@@ -122,7 +126,6 @@ impl Scene {
         Shading {
             frame: Frame::from_z(surface.ns),
             material: material.untextured(&self.world, hit),
-            sigma_a: material.sigma_a,
             unlit: material.unlit,
         }
     }
@@ -138,7 +141,6 @@ impl Scene {
         Shading {
             frame: self.frame(material, hit, surface, time),
             material: material.at(&self.world, &self.textures, hit),
-            sigma_a: material.sigma_a,
             unlit: material.unlit,
         }
     }
@@ -175,20 +177,26 @@ impl Scene {
         }
     }
 
+    /// Object and first primitive of an area light's surface.
+    pub fn source_of(&self, light: u32) -> Option<(u32, u32)> {
+        self.area.sources.get(light as usize).copied()
+    }
+
     /// The area light a hit lies on.
     pub fn light_of(&self, hit: &Hit) -> Option<u32> {
         self.area.of(hit)
     }
 
     /// What area light `light` sends from a sampled place, its texture and its holes (opacity) taken into account;
-    /// `mean` is the radiance of the sample, returned as it is when the light is uniform.
-    pub fn light_radiance(&self, light: u32, point: &LightPoint, mean: Vec3) -> Vec3 {
+    /// at a time; `mean` is the radiance of the sample, returned as it is when the light is uniform.
+    pub fn light_radiance(&self, light: u32, point: &LightPoint, mean: Vec3, time: f32) -> Vec3 {
         let Some(&(object, primitive)) = self.area.sources.get(light as usize) else { return mean };
         let emitter = self.emitter(object);
         if emitter.is_constant() {
             return mean;
         }
-        emitter.radiance(&Hit { t: 0.0, u: point.u, v: point.v, primitive, object })
+        let at = self.world.coordinates_at(object, point.p, time).unwrap_or(Vec2::new(point.u, point.v));
+        emitter.radiance(&Hit { t: 0.0, u: at.x, v: at.y, primitive, object })
     }
 
     /// Opacity at a hit, 1 for opaque materials; Mask gives 0 or 1.
@@ -210,8 +218,9 @@ impl Scene {
     pub fn memory_bytes(&self) -> usize {
         self.world.memory_bytes()
             + self.textures.iter().map(Texture::memory_bytes).sum::<usize>()
-            + self.lights.capacity() * size_of::<Light>()
+            + self.lights.iter().map(Light::memory_bytes).sum::<usize>()
             + self.area.memory_bytes()
+            + self.shared_places.as_ref().map_or(0, SharedPlaces::memory_bytes)
             + self.materials.capacity() * size_of::<TexturedMaterial>()
             + self.objects.iter().map(|o| size_of::<Object>() + o.name.len()).sum::<usize>()
     }

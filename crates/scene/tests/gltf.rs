@@ -610,7 +610,7 @@ fn shapes_lights_and_cameras_arrive() {
         .iter()
         .map(|l| match l {
             Light::Area(a) if matches!(a.shape, AreaShape::Disk { .. }) => "disk",
-            Light::Area(_) => "area",
+            Light::Area(_) | Light::Patterned(_) => "area",
             Light::Point(_) => "point",
             Light::Spot(_) => "spot",
             Light::Moving(_) => "moving",
@@ -622,7 +622,7 @@ fn shapes_lights_and_cameras_arrive() {
     let Light::Spot(spot) = &scene.lights[3] else { panic!() };
     assert_eq!(spot.axis, Vec3::NEG_Z);
     assert_eq!(spot.intensity, Vec3::new(10.0, 5.0, 0.0) * s * s);
-    assert!((spot.cos_outer - libm::cosf(0.5)).abs() < 1e-6);
+    assert!((spot.outer - (1.0 - libm::cos(0.5))).abs() < 1e-6);
     assert!(!scene.warnings.iter().any(|w| w.0.contains("studio environment")));
 }
 

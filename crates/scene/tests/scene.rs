@@ -183,15 +183,16 @@ fn textured_lights_tell_their_mean_and_every_point() {
     let scene = scene_of(lamp, textures, DAffine3::IDENTITY);
     assert_eq!(scene.lights.len(), 2, "textured pairs stay apart");
     let mean = |i: usize| match &scene.lights[i] {
+        Light::Patterned(a) => a.area.radiance.x,
         Light::Area(a) => a.radiance.x,
         _ => panic!(),
     };
     // Triangle 0 has a quarter of its area in the left half, triangle 1 three quarters; opacity 0.2.
-    assert!((mean(0) - 8.0 * 0.25 * 0.2).abs() < 0.02, "{}", mean(0));
-    assert!((mean(1) - 8.0 * 0.75 * 0.2).abs() < 0.02, "{}", mean(1));
+    assert!((mean(0) - 8.0 * 0.25 * 0.2).abs() < 1e-5, "{}", mean(0));
+    assert!((mean(1) - 8.0 * 0.75 * 0.2).abs() < 1e-5, "{}", mean(1));
     let at = |light: u32, u: f32, v: f32| {
         let point = LightPoint { p: Vec3::ZERO, p_error: Vec3::ZERO, n: Vec3::Z, triangle: 0, u, v };
-        scene.light_radiance(light, &point, Vec3::splat(77.0)).x
+        scene.light_radiance(light, &point, Vec3::splat(77.0), 0.0).x
     };
     assert!((at(0, 0.1, 0.1) - 1.6).abs() < 1e-5, "near corner 0: left");
     assert_eq!(at(0, 0.8, 0.1), 0.0);
@@ -345,5 +346,119 @@ fn mistakes_are_named() {
         change(&mut b);
         let text = b.build().map(|_| ()).unwrap_err().to_string();
         assert!(text.starts_with("test: ") && text.contains(expected), "{expected}: {text}");
+    }
+}
+
+/// Wherever the one lit texel is, it is a light, of its exact power; and so is a texel of a mask that is a hole elsewhere.
+#[test]
+fn one_texel_anywhere_is_a_light() {
+    let n = 300;
+    let scale = DAffine3::from_scale(DVec3::splat(2.0));
+    let mut state = 1u64;
+    for case in 0..60 {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        let (x, y) = ((state >> 33) as usize % n, (state >> 48) as usize % n);
+        let (mask, linear) = (case % 3 == 1, case % 3 == 2);
+        let mut texels = vec![[0, 0, 0, if mask { 0 } else { 255 }]; n * n];
+        texels[y * n + x] = [255; 4];
+        let lamp = TexturedMaterial::emitter("lamp", Vec3::splat(0.01));
+        let map = Some(TextureUse::new(0));
+        let lamp = match mask {
+            true => TexturedMaterial {
+                base_color_texture: map,
+                alpha_mode: AlphaMode::Mask { cutoff: 0.9 },
+                ..lamp
+            },
+            false => TexturedMaterial { emissive_texture: map, ..lamp },
+        };
+        let interpolation = if linear { Interpolation::Linear } else { Interpolation::Nearest };
+        let image = Rgba8 { width: n, height: n, texels };
+        let lit = Texture::new(image, Encoding::Linear, Sampler { interpolation, ..Sampler::default() });
+        let scene = scene_of(lamp, vec![lit], scale);
+        let s = scene.space.scale;
+        let power: f64 = scene.lights.iter().map(|l| f64::from(l.power(1.0).x)).sum();
+        let exact = std::f64::consts::PI * 0.01 * (2.0 * s / n as f64).powi(2);
+        let powers: Vec<f32> = scene.lights.iter().map(|l| l.power(1.0).x).collect();
+        assert!((power / exact - 1.0).abs() < 1e-3, "case {case}, {x} {y}: {powers:?}, exact {exact}");
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    }
+}
+
+/// Texels of which only a corner lies in the triangle, a hole smaller than a texel, holes everywhere.
+#[test]
+fn slivers_and_pinholes() {
+    let spots = |lit: &dyn Fn(usize) -> bool, a: u8| {
+        let texels: Vec<_> = (0..64).map(|i| if lit(i) { [255; 4] } else { [0, 0, 0, a] }).collect();
+        texture(8, &texels, Encoding::Linear)
+    };
+    let lamp = |mask: bool| {
+        let (map, lamp) = (Some(TextureUse::new(0)), TexturedMaterial::emitter("lamp", Vec3::ONE));
+        match mask {
+            true => TexturedMaterial {
+                base_color_texture: map,
+                alpha_mode: AlphaMode::Mask { cutoff: 0.97 },
+                ..lamp
+            },
+            false => TexturedMaterial { emissive_texture: map, ..lamp },
+        }
+    };
+    let one = |uv: [Vec2; 3]| Mesh {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        triangles: vec![[0, 1, 2]],
+        uv: [uv.to_vec(), Vec::new()],
+        ..Mesh::default()
+    };
+    let half = |uv: [Vec2; 3], mask: bool, linear: bool, lit: &dyn Fn(usize) -> bool| {
+        let image = spots(lit, if mask { 0 } else { 255 });
+        let image = if linear {
+            let texels = (0..64).map(|i| if lit(i) { [255; 4] } else { [0; 4] }).collect();
+            Texture::new(Rgba8 { width: 8, height: 8, texels }, Encoding::Linear, Sampler::default())
+        } else {
+            image
+        };
+        scene_of_mesh(one(uv), lamp(mask), vec![image], DAffine3::IDENTITY)
+    };
+    let corner = [Vec2::ZERO, Vec2::X, Vec2::Y];
+    // The triangle cuts half of the texel on its diagonal.
+    let scene = half(corner, false, false, &|i| i == 8 * 3 + 4);
+    let power = f64::from(scene.lights[0].power(1.0).x) / scene.space.scale.powi(2);
+    assert!((power / (std::f64::consts::PI * 0.5 / 64.0) - 1.0).abs() < 1e-4, "{power}");
+    // A pinhole of a bilinear mask: alpha is above the cutoff only close to a texel's centre.
+    let scene = half(corner, true, true, &|i| i == 8 * 2 + 2);
+    assert!(matches!(scene.lights[..], [Light::Patterned(_)]), "{:?}", scene.lights);
+    // All hole: no light to aim at, and by what it says a lamp all the same.
+    let scene = half(corner, true, false, &|_| false);
+    assert!(scene.lights.is_empty() && scene.warnings.is_empty(), "{:?}", scene.warnings);
+    // Coordinates without extent and without end.
+    for uv in [
+        [Vec2::splat(0.3); 3],
+        [Vec2::ZERO, Vec2::X, Vec2::X * 2.0],
+        corner.map(|p| p * 1e6),
+        corner.map(|p| p * 1e30),
+    ] {
+        let scene = half(uv, false, false, &|i| i % 2 == 0);
+        assert!(scene.lights.len() <= 1 && scene.warnings.is_empty(), "{uv:?}");
+    }
+}
+
+/// A texture repeated many times, faster than any raster of points: the mean is that of the texture.
+#[test]
+fn repeats_do_not_alias() {
+    for repeat in [64.0, 1000.0, 30_000.0] {
+        let mesh = Mesh {
+            uv: [[Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO].map(|uv| uv * repeat).to_vec(), Vec::new()],
+            ..square()
+        };
+        let texels: Vec<_> = (0..64).map(|i| [if i == 27 { 255 } else { 0 }; 4]).collect();
+        let lamp = TexturedMaterial {
+            emissive_texture: Some(TextureUse::new(0)),
+            ..TexturedMaterial::emitter("lamp", Vec3::ONE)
+        };
+        let scene =
+            scene_of_mesh(mesh, lamp, vec![texture(8, &texels, Encoding::Linear)], DAffine3::IDENTITY);
+        let power: f64 = scene.lights.iter().map(|l| f64::from(l.power(1.0).x)).sum();
+        let share = power / scene.space.scale.powi(2) / std::f64::consts::PI * 64.0;
+        let tolerance = if repeat < 500.0 { 1e-4 } else { 0.15 };
+        assert!((share - 1.0).abs() < tolerance, "{repeat}: {share}");
     }
 }

@@ -1,59 +1,88 @@
 //! A few samples of a picture, from which the rest is predicted.
+//!
+//! The pilot's unit is a *group*: a few blocks that stand for the picture by themselves, drawn and rendered independently of
+//! those of other groups. How much groups differ says how sure a prediction is, whether blocks are a part of the picture
+//! or, of a small one, all of it; and more groups make it surer.
 
-use super::blocks::{self, Block};
+use crate::estimate::blocks::{self, Block};
 use dapple_integrator::camera::Camera;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Method, Outcome, Settings, Variances, render, variances};
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
-/// Samples of every pixel, by the path tracer.
-const FIRST: u32 = 8;
+/// Samples of the whole picture, by the path tracer, and of each pixel at least.
+const FIRST: usize = 1 << 16;
+const FEWEST: usize = 8;
 
-/// Blocks that stand for the picture, and their side in pixels.
-const BLOCKS: usize = 96;
+/// Blocks of a group, and their side in pixels.
+const BLOCKS: usize = 12;
 const SIDE: u32 = 8;
 
 /// Pairs of samples per pixel of a block for the split by effect.
 const PAIRS: u32 = 4;
 
-/// A picture of few samples, and blocks of it.
+/// Samples of the picture from which its time is told.
+const TIMED: usize = 1 << 14;
+
+/// A picture of few samples, and what is drawn from it.
 pub(super) struct Pilot<'a> {
     scene: &'a Scene,
     camera: &'a Camera,
     settings: &'a Settings,
-    blocks: Vec<Block>,
+    /// Variance within every pixel.
+    within: Vec<f64>,
     /// Mean radiance of three channels.
     pub mean: f64,
+    /// Its relative standard error.
+    pub mean_error: f64,
     /// Rays and seconds of one sample of every pixel, by the path tracer.
     pub path_cost: (f64, f64),
 }
 
 impl<'a> Pilot<'a> {
     pub fn new(scene: &'a Scene, camera: &'a Camera, settings: &'a Settings) -> Self {
-        let first = Settings { method: Method::Path, spp: Some(FIRST), ..plain(settings) };
+        let area = settings.rect().area().max(1);
+        let spp = FIRST.div_ceil(area).clamp(FEWEST, FIRST) as u32;
+        let first = Settings { method: Method::Path, spp: Some(spp), ..plain(settings) };
         let outcome = render(scene, camera, &first, &|_| ControlFlow::Continue(()));
+        // Of the mean of a pixel's samples; blocks are drawn by its proportions, which are those of single samples.
         let within: Vec<f64> =
             outcome.film.variance().pixels.iter().map(|v| v.as_dvec3().element_sum()).collect();
         let mean = outcome.film.mean().mean();
-        Self {
-            scene,
-            camera,
-            settings,
-            blocks: blocks::chosen(settings.rect(), SIDE, &within, settings.seed, BLOCKS),
-            mean: f64::from(mean.x + mean.y + mean.z) / 3.0,
-            path_cost: cost(&outcome, FIRST),
+        let mean = f64::from(mean.x + mean.y + mean.z) / 3.0;
+        // The mean of three channels varies at most as if they did so together.
+        let mean_error = (within.iter().sum::<f64>() / 3.0).sqrt() / area as f64 / mean;
+        Self { scene, camera, settings, within, mean, mean_error, path_cost: cost(&outcome, spp) }
+    }
+
+    /// Pixels of a group.
+    pub fn group_area(&self) -> f64 {
+        let all = self.settings.rect().area() as f64;
+        f64::min(all, BLOCKS as f64 * f64::from(SIDE * SIDE))
+    }
+
+    /// Pixels of the picture.
+    pub fn area(&self) -> f64 {
+        self.settings.rect().area() as f64
+    }
+
+    /// The blocks of some groups, each with the number of its group.
+    fn blocks(&self, groups: Range<u32>) -> (Vec<u32>, Vec<Block>) {
+        let (mut of, mut all) = (Vec::new(), Vec::new());
+        for group in groups {
+            let seed = self.settings.seed ^ (u64::from(group) << 32);
+            let blocks = blocks::chosen(self.settings.rect(), SIDE, &self.within, seed, BLOCKS);
+            of.extend(std::iter::repeat_n(group, blocks.len()));
+            all.extend(blocks);
         }
+        (of, all)
     }
 
-    /// How many blocks there are.
-    pub fn chosen(&self) -> usize {
-        self.blocks.len()
-    }
-
-    /// Of each block, what its effects make of the picture's mean variance.
-    pub fn variances(&self) -> Vec<Variances> {
-        let one = |block: &Block| {
-            let settings = Settings { seed: self.settings.seed ^ 0xb0d6_e700, ..plain(self.settings) };
+    /// By group, what its effects make of the picture's mean variance.
+    pub fn variances(&self, groups: Range<u32>) -> Vec<Variances> {
+        let one = |group: u32, block: &Block| {
+            let seed = (self.settings.seed ^ 0xb0d6_e700) + (u64::from(group) << 32);
+            let settings = Settings { seed, ..plain(self.settings) };
             let share = self.share(block);
             let mut found = variances(self.scene, self.camera, &settings, block.rect, PAIRS);
             found.parts.iter_mut().for_each(|v| *v *= share);
@@ -61,34 +90,55 @@ impl<'a> Pilot<'a> {
             (found.rest, found.rays) = (found.rest * share, found.rays * share);
             found
         };
-        blocks::each(&self.blocks, self.settings.threads, one)
+        self.each(groups, one).into_iter().map(|all| super::sum(&all)).collect()
     }
 
-    /// Of each block, its part of the picture's mean squared error, summed over channels, when rendered by `settings`:
-    /// half the squared difference of two seeds.
-    pub fn errors(&self, settings: &Settings) -> Vec<f64> {
-        let one = |block: &Block| {
+    /// By group, an estimate of the picture's mean squared error, summed over channels, when rendered by `settings`: half
+    /// the squared difference of two seeds.
+    pub fn errors(&self, settings: &Settings, groups: Range<u32>) -> Vec<f64> {
+        let one = |group: u32, block: &Block| {
             let of = |seed: u64| {
+                let seed = (settings.seed ^ seed) + (u64::from(group) << 32);
                 let other = Settings { crop: Some(block.rect), threads: Some(1), seed, ..plain(settings) };
                 render(self.scene, self.camera, &other, &|_| ControlFlow::Continue(())).film
             };
-            let (a, b) = (of(settings.seed ^ 0xb0d6_e701), of(settings.seed ^ 0xb0d6_e702));
+            let (a, b) = (of(0xb0d6_e701), of(0xb0d6_e702));
             let r = block.rect;
             let pixels = (r.y0..r.y1).flat_map(|y| (r.x0..r.x1).map(move |x| (x, y)));
             let half = |(x, y)| 0.5 * (a.mean_at(x, y) - b.mean_at(x, y)).length_squared();
             self.share(block) * pixels.map(half).sum::<f64>() / r.area() as f64
         };
-        blocks::each(&self.blocks, self.settings.threads, one)
+        self.each(groups, one).into_iter().map(|all| all.iter().sum()).collect()
+    }
+
+    /// `work` on every block of some groups, the results by group.
+    fn each<T: Send>(&self, groups: Range<u32>, work: impl Fn(u32, &Block) -> T + Sync) -> Vec<Vec<T>> {
+        let first = groups.start;
+        let mut found: Vec<Vec<T>> = groups.clone().map(|_| Vec::new()).collect();
+        let (of, all) = self.blocks(groups);
+        // The place of a block says which group it is of.
+        let indexed: Vec<(u32, Block)> = of.into_iter().zip(all).collect();
+        let results = blocks::each(&indexed, self.settings.threads, |(group, block)| work(*group, block));
+        for ((group, _), result) in indexed.iter().zip(results) {
+            found[(group - first) as usize].push(result);
+        }
+        found
     }
 
     /// Of a mean over the picture, what the mean over a block counts.
     fn share(&self, block: &Block) -> f64 {
-        block.weight * block.rect.area() as f64 / self.settings.rect().area() as f64
+        block.weight * block.rect.area() as f64 / self.area()
     }
 
-    /// Rays and seconds of the whole picture by `settings`, which take one sample of every pixel.
-    pub fn cost(&self, settings: &Settings) -> (f64, f64) {
-        cost(&render(self.scene, self.camera, &plain(settings), &|_| ControlFlow::Continue(())), 1)
+    /// Rays and seconds of the whole picture for one of the points of `settings`, from as many points as take a while; just
+    /// one if there is only one.
+    pub fn cost(&self, settings: &dyn Fn(u32) -> Settings, only_one: bool) -> (f64, f64) {
+        let points = TIMED.div_ceil(self.settings.rect().area().max(1)).clamp(1, 256) as u32;
+        let points = if only_one { 1 } else { points };
+        cost(
+            &render(self.scene, self.camera, &plain(&settings(points)), &|_| ControlFlow::Continue(())),
+            points,
+        )
     }
 }
 

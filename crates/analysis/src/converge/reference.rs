@@ -9,7 +9,7 @@ use dapple_integrator::{Method, Progress, Settings, render};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// Seeds of the two halves; those of the runs count from below.
+/// Seeds of the two halves, for runs whose seeds count from 1; those of the runs count from far below.
 const SEEDS: [u64; 2] = [0xffff_ffff_0000_0001, 0xffff_ffff_0000_0002];
 
 /// A picture that others are held against.
@@ -24,7 +24,8 @@ pub enum Reference {
 impl Reference {
     /// Renders two halves by the path tracer with Sobol points, whatever the method of `settings`: what a picture
     /// should be depends on the scene, the view and the effects that are on. The first half takes half of `seconds`,
-    /// the second as many samples. Returns them with the samples per pixel of each; `None` when `stop` said so.
+    /// but at least one sample, the second as many samples; both have seeds of their own, which follow from that of
+    /// `settings`. Returns them with the samples per pixel of each; `None` when `stop` said so.
     pub fn render(
         scene: &Scene,
         camera: &Camera,
@@ -46,8 +47,14 @@ impl Reference {
             });
             (!outcome.stats.stopped).then(|| (outcome.film.mean(), outcome.stats.spp))
         };
-        let (first, spp) = draw(Settings { seed: SEEDS[0], ..half.clone() })?;
-        let (second, _) = draw(Settings { seed: SEEDS[1], spp: Some(spp), time_limit: None, ..half })?;
+        let [one, two] = SEEDS.map(|seed| seed.wrapping_add(2 * settings.seed.saturating_sub(1)));
+        let first = Settings { seed: one, ..half.clone() };
+        let (first, spp) = match draw(first.clone())? {
+            // Not even one sample of every pixel in that time.
+            (_, 0) => draw(Settings { spp: Some(1), time_limit: None, ..first })?,
+            whole => whole,
+        };
+        let (second, _) = draw(Settings { seed: two, spp: Some(spp), time_limit: None, ..half })?;
         Some((Self::Halves([first, second]), spp))
     }
 

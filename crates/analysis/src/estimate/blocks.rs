@@ -75,10 +75,10 @@ fn probabilities(rect: PixelRect, all: &[PixelRect], within: &[f64]) -> Vec<f64>
 
 /// `work` on every block, as many at a time as there are threads; the results in the order of the blocks, for sums must
 /// not depend on who was first.
-pub(crate) fn each<T: Send>(
-    blocks: &[Block],
+pub(crate) fn each<B: Sync, T: Send>(
+    blocks: &[B],
     threads: Option<usize>,
-    work: impl Fn(&Block) -> T + Sync,
+    work: impl Fn(&B) -> T + Sync,
 ) -> Vec<T> {
     let (next, found) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
     let turn = || {

@@ -8,7 +8,7 @@ use super::blocks::{self, Block};
 use super::{Estimate, level, sum_and_spread};
 use dapple_integrator::camera::{Camera, Film, PixelRect};
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Settings, render_pixels};
+use dapple_integrator::{Settings, render_pixels_until};
 use glam::DVec3;
 
 /// Least draws: the squared error of 256 pixels is known to about an eighth where they are alike.
@@ -24,14 +24,31 @@ fn draws(rect: PixelRect) -> usize {
     (4 * rect.area().isqrt()).max(LEAST)
 }
 
+/// What [`replicate`] renders again, in shares of the picture: above 1 for the smallest.
+pub fn replicated_share(rect: PixelRect) -> f64 {
+    draws(rect) as f64 / rect.area().max(1) as f64
+}
+
 /// The error of `film`, a finished render of `spp` samples by `settings`. Renders some pixels again: a sixteenth of a
 /// picture of 64×64 pixels, less of a larger one.
 pub fn replicate(
     scene: &Scene,
     camera: &Camera,
     settings: &Settings,
+    whole: (&Film, u32),
+    confidence: f64,
+) -> Option<Estimate> {
+    replicate_until(scene, camera, settings, whole, confidence, &|| false)
+}
+
+/// As [`replicate`]; `None` once `stop`, which is asked all the time, says so.
+pub fn replicate_until(
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
     (film, spp): (&Film, u32),
     confidence: f64,
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Estimate> {
     let within: Vec<f64> = film.variance().pixels.iter().map(|v| v.as_dvec3().element_sum()).collect();
     let rect = settings.rect();
@@ -41,7 +58,7 @@ pub fn replicate(
     for k in 0..most {
         let again: Vec<usize> = (0..drawn.len()).filter(|i| drawn[*i].times > k).collect();
         let pixels: Vec<(u32, u32)> = again.iter().map(|i| pixel(&drawn[*i])).collect();
-        let means = render_pixels(scene, camera, &other(settings, k), spp, &pixels);
+        let means = render_pixels_until(scene, camera, &other(settings, k), spp, &pixels, stop)?;
         again.iter().zip(means).for_each(|(i, mean)| sums[*i] += mean);
     }
     let errors: Vec<f64> = drawn.iter().zip(&sums).map(|(b, sum)| square(film, b, *sum)).collect();

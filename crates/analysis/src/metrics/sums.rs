@@ -13,8 +13,8 @@ pub(super) struct Term {
 }
 
 impl Term {
-    /// `level` stands for the reference in the denominator of relMSE.
-    pub fn new(image: f32, halves: [f32; 2], level: f64, scale: &Scale) -> Self {
+    /// Of the picture's value and two of the reference, which are the same where it is taken as exact.
+    pub fn new(image: f32, halves: [f32; 2], scale: &Scale) -> Self {
         let (image, [a, b]) = (f64::from(image), halves.map(f64::from));
         let reference = 0.5 * (a + b);
         let error = image - reference;
@@ -23,7 +23,7 @@ impl Term {
             reference,
             error,
             square,
-            relative: square / (level * level + scale.epsilon),
+            relative: square / (reference * reference + scale.epsilon),
             absolute: error.abs() / (reference.abs() + scale.epsilon),
             symmetric: error.abs() / (image.abs() + reference.abs() + scale.epsilon),
         }

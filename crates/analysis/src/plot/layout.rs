@@ -85,13 +85,13 @@ pub(super) fn draw(chart: &Chart, canvas: &mut dyn Canvas) {
     legend(chart, canvas);
 }
 
-/// An interval without end is not drawn beyond ten times the value.
+/// An interval that is not known is not drawn.
 fn band_low(p: &(f64, crate::statistics::Interval)) -> f64 {
-    p.1.low.max(0.1 * p.1.value)
+    if p.1.is_known() { p.1.low } else { p.1.value }
 }
 
 fn band_high(p: &(f64, crate::statistics::Interval)) -> f64 {
-    p.1.high.min(10.0 * p.1.value)
+    if p.1.is_known() { p.1.high } else { p.1.value }
 }
 
 fn axes(chart: &Chart, canvas: &mut dyn Canvas, x: Axis, y: Axis) {

@@ -4,21 +4,23 @@ use super::words::{percent, two};
 use crate::plot::escaped;
 use crate::results::{ReferenceRecord, Results, RunRecord, TARGETS};
 
-const HEAD: [&str; 8] = [
+const HEAD: [&str; 10] = [
     "run",
     "samples",
     "seconds",
+    "processor seconds",
     "relative RMSE at the end",
     "FLIP",
     "squared error ∝ N<sup>s</sup>: s",
     "efficiency 1/(relMSE·s)",
-    "speed-up over the first",
+    "speed-up over the first, seconds",
+    "the same, processor seconds",
 ];
 
 /// One row per run of a scene.
 pub(super) fn runs(results: &Results, scene: &str) -> String {
     let mut head: Vec<String> = HEAD.iter().map(|h| h.to_string()).collect();
-    head.splice(6..6, TARGETS.map(|t| format!("seconds to {} %", 100.0 * t)));
+    head.splice(7..7, TARGETS.map(|t| format!("seconds to {} %", 100.0 * t)));
     let head: String = head.iter().map(|h| format!("<th>{h}</th>")).collect();
     let rows: String = results.of_scene(scene).map(row).collect();
     format!(
@@ -32,7 +34,8 @@ fn row(run: &RunRecord) -> String {
     let mut cells = vec![
         format!("<b>{}</b>", escaped(&run.name)),
         last(&s.samples).map_or_else(none, |n| format!("{n:.0}")),
-        number(last(&s.seconds)),
+        number(last(&s.seconds).filter(|t| *t > 0.0)),
+        number(last(&s.cpu_seconds).filter(|t| *t > 0.0)),
         last(&s.relative_rmse).map_or_else(none, percent),
         run.flip.map_or_else(none, |f| format!("{f:.4}")),
         with(s.slope, s.slope_ci, two_places),
@@ -44,10 +47,12 @@ fn row(run: &RunRecord) -> String {
     }));
     cells.push(with(s.efficiency, s.efficiency_ci, short));
     cells.push(with(s.speed_up, s.speed_up_ci, |x| two(x) + "×"));
+    cells.push(with(s.cpu_speed_up, s.cpu_speed_up_ci, |x| two(x) + "×"));
     let cells: String = cells.iter().map(|c| format!("<td>{c}</td>")).collect();
     // Underneath and across: options are longer than any number.
+    let timing = if run.timing.is_empty() { String::new() } else { format!("<br>{}", escaped(&run.timing)) };
     let options = format!(
-        "<td class=\"options\" colspan=\"{}\"><small>{}</small></td>",
+        "<td class=\"options\" colspan=\"{}\"><small>{}{timing}</small></td>",
         HEAD.len() + TARGETS.len(),
         escaped(&run.options)
     );
@@ -68,7 +73,7 @@ fn number(x: Option<f64>) -> String {
 }
 
 /// Three significant digits.
-fn short(x: f64) -> String {
+pub(super) fn short(x: f64) -> String {
     match x.abs() {
         0.0 => "0".into(),
         a if !(1e-3..1e5).contains(&a) => format!("{x:.2e}"),
@@ -79,23 +84,26 @@ fn short(x: f64) -> String {
     }
 }
 
-/// A value with its interval underneath.
-fn with(value: Option<f64>, ci: Option<[f64; 2]>, show: impl Fn(f64) -> String) -> String {
+/// A value with its interval underneath, or that it is not known.
+pub(super) fn with(value: Option<f64>, ci: Option<[f64; 2]>, show: impl Fn(f64) -> String) -> String {
     let Some(value) = value else { return none() };
-    let ci = ci.filter(|ci| ci.iter().all(|c| c.is_finite()));
-    let ci = ci.map(|[low, high]| format!("<br><small>{} … {}</small>", show(low), show(high)));
-    show(value) + &ci.unwrap_or_default()
+    let ci = ci
+        .map_or_else(|| "interval not known".into(), |[low, high]| format!("{} … {}", show(low), show(high)));
+    format!("{}<br><small>{ci}</small>", show(value))
 }
 
 /// What a reference is, in a sentence.
 pub(super) fn reference(r: &ReferenceRecord) -> String {
-    let scene = escaped(super::file_name(&r.scene));
+    let (scene, name, kind) = (escaped(super::file_name(&r.scene)), escaped(&r.name), escaped(&r.kind));
     if r.samples == 0 {
-        return format!("{scene}: {}, taken as exact.", escaped(&r.kind));
+        return format!(
+            "{scene}, {name}: {kind}. It is taken as exact: its own noise, and whatever it shows otherwise than a run, \
+             count as errors of the runs."
+        );
     }
     format!(
-        "{scene}: two independent halves of {} samples per pixel each (path tracer, Sobol points). Their mean has a \
-         relative RMSE of {} itself; errors of runs are measured without it, and curves end before it.",
+        "{scene}, {name}: {kind}, {} samples per pixel each. Their mean has a relative RMSE of {} itself; errors of runs are \
+         measured without it, and curves end before it.",
         r.samples,
         percent(r.relative_rmse),
     )

@@ -1,4 +1,4 @@
-//! B01 to B06, B15, B16: one light, from too small to too near.
+//! B01 to B06, B15, B16, B20: one light, from too small to too near.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::closed_form::{parallel_rectangle, polygon, sphere};
@@ -67,6 +67,13 @@ pub(super) const CASES: &[Case] = &[
         naive: "p² overflows above 1.8e19 and underflows below 2.6e-23: NaN, or energy lost",
         source: "Veach 1997, §9.2; SCIENCE B16",
         check: Check::Run(weights),
+    },
+    Case {
+        id: "B20",
+        title: "spot cones from 1e-4 rad to a right angle, hard ones too",
+        naive: "a difference of cosines held above 0.001 leaves 2e-6 of a cone of 0.1°; in f32 it is 0 below 3e-4 rad",
+        source: "KHR_lights_punctual; I on the axis, I·2π(h₁ + (h₂ − h₁)/3) in all, h = 1 − cosθ",
+        check: Check::Run(cones),
     },
 ];
 
@@ -247,8 +254,7 @@ fn points(_: Effort) -> Outcome {
         let p = Vec3::new(0.0, 0.6, 0.8) * d;
         let exact = 0.8 / p.as_dvec3().length_squared();
         let range = f32::INFINITY;
-        let spot =
-            Spot { p, axis: -p.normalize(), intensity: Vec3::ONE, cos_inner: 0.9, cos_outer: 0.8, range };
+        let spot = Spot { p, axis: -p.normalize(), intensity: Vec3::ONE, inner: 0.1, outer: 0.2, range };
         let lights = [Light::Point(Point { p, intensity: Vec3::ONE, range }), Light::Spot(spot)];
         for light in &lights {
             let m = irradiance(light, Vec3::ZERO, Vec3::Z, 1, 2);
@@ -257,6 +263,35 @@ fn points(_: Effort) -> Outcome {
                 "exactly there: skipped",
                 light.sample(p, Vec2::ZERO, 0.0).is_none_or(|s| s.radiance.is_finite()),
             );
+        }
+    }
+    tally.finish()
+}
+
+fn cones(effort: Effort) -> Outcome {
+    let mut tally = Tally::default();
+    let steps = effort.of(10, 40, 400);
+    for k in 0..=steps {
+        let outer = 1e-4 * (0.5 * PI / 1e-4).powf(f64::from(k) / f64::from(steps));
+        for (share, axis) in
+            [(0.0, DVec3::Z), (0.9, DVec3::new(0.3, -2.0, 0.7)), (1.0, DVec3::new(-1.0, 1e-4, 5.0))]
+        {
+            let axis = axis.normalize().as_vec3();
+            let (inner, range) = (Spot::height(outer * share), f32::INFINITY);
+            let (p, intensity) = (Vec3::ZERO, Vec3::ONE);
+            let light = Light::Spot(Spot { p, axis, intensity, inner, outer: Spot::height(outer), range });
+            let seen = |at: Vec3| light.sample(at, Vec2::ZERO, 0.0).map_or(0.0, |s| f64::from(s.radiance.x));
+            tally.within(format!("on the axis of {outer} rad"), seen(axis), 1.0, 1e-4);
+            // Rings about the axis, at their true angle after rounding.
+            let side = axis.any_orthonormal_vector().as_dvec3();
+            let (rings, mut flux) = (2000, 0.0);
+            for i in 0..rings {
+                let angle = outer * (f64::from(i) + 0.5) / f64::from(rings);
+                let at = axis.as_dvec3() * angle.cos() + side * angle.sin();
+                flux += seen(at.as_vec3()) * angle.sin() * outer / f64::from(rings);
+            }
+            let power = f64::from(light.power(1.0).x);
+            tally.within(format!("all of {outer} rad, inner {share}"), 2.0 * PI * flux / power, 1.0, 2e-3);
         }
     }
     tally.finish()

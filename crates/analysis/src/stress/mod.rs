@@ -3,16 +3,20 @@
 //!
 //! A case that waits for a feature is pending, with the reason; it neither passes nor fails.
 
+mod bounds;
 mod bsdf;
 mod camera;
+mod deep;
 mod fresnel;
 mod gloss;
 mod hits;
 mod leaving;
 mod lights;
 mod many;
+mod media;
 mod motion;
 mod paths;
+mod places;
 mod samples;
 mod scale;
 mod shading;
@@ -60,7 +64,7 @@ pub enum Check {
 /// One entry of the catalogue.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
-    /// A01 to D17.
+    /// A01 to D20.
     pub id: &'static str,
     /// What it is about.
     pub title: &'static str,
@@ -109,7 +113,7 @@ impl Case {
 
 /// All cases, by id.
 pub fn catalogue() -> Vec<Case> {
-    let families: [&[Case]; 18] = [
+    let families: [&[Case]; 22] = [
         scale::CASES,
         hits::CASES,
         triangles::CASES,
@@ -120,14 +124,18 @@ pub fn catalogue() -> Vec<Case> {
         camera::CASES,
         lights::CASES,
         many::CASES,
+        places::CASES,
+        media::CASES,
         sky::CASES,
         gloss::CASES,
         bsdf::CASES,
         fresnel::CASES,
         shading::CASES,
         paths::CASES,
+        deep::CASES,
         samples::CASES,
         system::CASES,
+        bounds::CASES,
     ];
     let mut all: Vec<Case> = families.concat();
     all.sort_by_key(|case| case.id);
@@ -164,7 +172,7 @@ mod tests {
 
     #[test]
     fn every_id_is_there_once() {
-        let families = [('A', 24), ('B', 18), ('C', 17), ('D', 17)];
+        let families = [('A', 24), ('B', 20), ('C', 18), ('D', 20)];
         let expected: Vec<String> =
             families.iter().flat_map(|(f, n)| (1..=*n).map(move |i| format!("{f}{i:02}"))).collect();
         let ids: Vec<&str> = catalogue().iter().map(|case| case.id).collect();
@@ -182,8 +190,8 @@ mod tests {
     fn patterns_choose() {
         let ids = |p: &str| select(p).map(|all| all.iter().map(|c| c.id).collect::<Vec<_>>());
         assert_eq!(ids("a03, D01"), Ok(vec!["A03", "D01"]));
-        assert_eq!(ids("B*").unwrap().len(), 18);
-        assert_eq!(ids("*").unwrap().len(), 76);
+        assert_eq!(ids("B*").unwrap().len(), 20);
+        assert_eq!(ids("*").unwrap().len(), 82);
         for bad in ["", "A99", "A03,", "Z*", "A3"] {
             assert!(ids(bad).is_err(), "{bad}");
         }

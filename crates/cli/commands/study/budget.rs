@@ -21,7 +21,10 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     };
     let loaded = load::load(&source, &options)?;
     let view = &load::camera(&loaded.scene, &options)?;
-    let settings = render::settings(&options, view)?;
+    let mut settings = render::settings(&options, view)?;
+    // The pilot's, not the picture's.
+    let time = options.time_limit;
+    settings.time_limit = None;
     if settings.pattern == Pattern::Grid {
         let said = "the error of cell centres is no chance and cannot be predicted; use --pattern sobol, stratified or random";
         return Err(Failure::Arguments(said.into()));
@@ -29,7 +32,7 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     render::warn(&loaded);
     let start = Instant::now();
     let confidence = options.confidence.unwrap_or(statistics::CONFIDENCE);
-    let found = budget(&loaded.scene, &view.camera, &settings, limit, confidence);
+    let found = budget(&loaded.scene, &view.camera, &settings, limit, confidence, time);
     let seconds = start.elapsed().as_secs_f64();
     if found.mean <= 0.0 || !found.mean.is_finite() {
         let said = "--error-limit: the pilot picture is black, and no error can be relative to it; see dapple info for lights and cameras";
@@ -60,16 +63,19 @@ fn text(scene: &str, found: &Budget, confidence: f64) -> Vec<String> {
 }
 
 fn prediction(p: &Prediction) -> [String; 2] {
-    let ([few, many], [low, high]) = (p.samples_ci, p.seconds_ci);
+    let not_known = || "interval not known".to_string();
+    let samples = p.samples_ci.map_or_else(not_known, |[few, many]| format!("{few:.0} … {many:.0}"));
+    let seconds =
+        p.seconds_ci.map_or_else(not_known, |[low, high]| format!("{} … {}", three(low), three(high)));
+    let more =
+        if p.is_narrow { "" } else { "; the pilot saw too little for a narrow interval, see --time-limit" };
     [
         format!("  {}", p.options),
         format!(
-            "      {:.0} samples ({few:.0} … {many:.0}), {:.2e} rays, {} s ({} … {})",
+            "      {:.0} samples ({samples}), {:.2e} rays, {} s ({seconds}){more}",
             p.samples,
             p.rays,
             three(p.seconds),
-            three(low),
-            three(high)
         ),
     ]
 }
@@ -82,5 +88,38 @@ fn three(x: f64) -> String {
         format!("{x:.1}")
     } else {
         format!("{x:.3}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where the pilot saw too little that is said, and ends far apart are not.
+    #[test]
+    fn what_is_not_known_is_not_printed() {
+        let of = |samples_ci, is_narrow| {
+            let (method, options) = ("path".into(), "--spp 181".into());
+            let seconds_ci = None;
+            let p = Prediction {
+                method,
+                options,
+                samples: 181.0,
+                samples_ci,
+                rays: 1e6,
+                seconds: 1.0,
+                seconds_ci,
+                is_narrow,
+            };
+            prediction(&p).join("")
+        };
+        let unknown = of(None, false);
+        assert!(
+            unknown.contains("181 samples (interval not known)") && unknown.contains("--time-limit"),
+            "{unknown}"
+        );
+        let wide = of(Some([40.0, 700.0]), false);
+        assert!(wide.contains("(40 … 700)") && wide.contains("--time-limit"), "{wide}");
+        assert!(!of(Some([150.0, 210.0]), true).contains("--time-limit"));
     }
 }

@@ -14,9 +14,9 @@ use crate::{interrupt, machine, report};
 use clap::ArgMatches;
 use dapple_analysis::converge::Clock;
 use dapple_analysis::report::summary;
-use dapple_analysis::results::{Machine, Results, SCHEMA};
+use dapple_analysis::results::{Machine, ReferenceRecord, Results, SCHEMA};
 use external::External;
-use folder::Folder;
+use folder::{Folder, plain};
 use serde_json::json;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -30,6 +30,23 @@ struct Session<'a> {
     bar: Bar,
     externals: Vec<External>,
 }
+
+impl Session<'_> {
+    /// The first seed of runs; [`check`] sees to its size.
+    fn first_seed(&self) -> u32 {
+        self.arguments.options.seed.map_or(1, |seed| seed as u32)
+    }
+
+    /// Adds a reference of the run `user`. The first of a scene is called "reference", and no other.
+    fn add_reference(&mut self, mut record: ReferenceRecord, user: &str) {
+        let is_first = self.results.references.iter().all(|r| r.scene != record.scene);
+        record.name = if is_first { "reference".into() } else { format!("reference of {user}") };
+        self.results.references.push(record);
+    }
+}
+
+/// The largest first seed: those of references lie above, and other renderers count in 32 bits.
+const LARGEST_SEED: u64 = 2_000_000_000;
 
 /// Measures, writes, and says in words what came out.
 pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Failure> {
@@ -62,14 +79,22 @@ fn check(arguments: &ConvergeArgs) -> Result<(), Failure> {
     let refused = [
         ("--spp", o.spp.is_some(), "the counts grow while the budget lasts"),
         ("--time-limit", o.time_limit.is_some(), "see --budget"),
-        ("--seed", o.seed.is_some(), "seeds count from 1; see --seeds"),
+        ("--seed", o.seed.is_some_and(|s| s > LARGEST_SEED), "the first seed is at most 2000000000"),
         ("--aov", o.aov.is_some(), "only the picture itself is compared"),
         ("--crop", o.crop.is_some(), "whole pictures are compared; see --size"),
     ];
-    match refused.iter().find(|r| r.1) {
-        Some((name, _, why)) => Err(Failure::Arguments(format!("{name}: not with converge: {why}"))),
-        None => Ok(()),
+    if let Some((name, _, why)) = refused.iter().find(|r| r.1) {
+        return Err(Failure::Arguments(format!("{name}: not with converge: {why}")));
     }
+    // Files in the folder are called after scenes.
+    for (i, scene) in arguments.scenes.iter().enumerate() {
+        if let Some(same) = arguments.scenes[..i].iter().find(|s| plain(s) == plain(scene)) {
+            return Err(Failure::Arguments(format!(
+                "{same}, {scene}: would write files of the same names; compare them in two folders"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Results without any results.

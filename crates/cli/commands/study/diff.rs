@@ -8,7 +8,7 @@ use crate::values::Threshold;
 use dapple_analysis::metrics::{self, Comparison, Measures, Scale, SizeMismatch};
 use dapple_analysis::{flip, heat, ssim};
 use dapple_integrator::imaging::sheet::Frame;
-use dapple_integrator::imaging::{Layers, Picture, color, read, write};
+use dapple_integrator::imaging::{Layers, Picture, Window, Windowed, color, read, write};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -46,7 +46,7 @@ fn inputs(arguments: &DiffArgs) -> Inputs {
     inputs
 }
 
-/// What is compared.
+/// What is compared: the pixels that all files hold.
 struct Pair {
     image: Picture,
     /// The reference, or the mean of its halves.
@@ -54,34 +54,48 @@ struct Pair {
     halves: Option<[Picture; 2]>,
     /// Whether both files hold values for a display, which end at 1.
     display: bool,
+    /// Which pixels of the full picture these are.
+    window: Window,
+    full_size: (usize, usize),
 }
 
 impl Pair {
     fn read(arguments: &DiffArgs) -> Result<Self, Failure> {
-        let image = read::picture(&arguments.image)?;
+        let image = read::windowed(&arguments.image)?;
         let reference = read_like(&image, &arguments.image, &arguments.reference)?;
         let display = [&arguments.image, &arguments.reference].iter().all(|path| is_display(path));
-        let Some(other) = &arguments.reference_half else {
-            return Ok(Self { image, reference, halves: None, display });
+        let window = overlap(&image, image.window, arguments, &arguments.reference, &reference)?;
+        let full_size = image.full_size;
+        let Some(path) = &arguments.reference_half else {
+            let [image, reference] = parts(window, [&image, &reference])?;
+            return Ok(Self { image, reference, halves: None, display, window, full_size });
         };
-        let halves = [reference, read_like(&image, &arguments.image, other)?];
-        let reference = metrics::mean([&halves[0], &halves[1]]);
-        Ok(Self { image, reference, halves: Some(halves), display })
+        let half = read_like(&image, &arguments.image, path)?;
+        let window = overlap(&image, window, arguments, path, &half)?;
+        let [image, a, b] = parts(window, [&image, &reference, &half])?;
+        let reference = metrics::mean([&a, &b]);
+        Ok(Self { image, reference, halves: Some([a, b]), display, window, full_size })
     }
 
     fn compare(&self, scale: &Scale) -> Result<Comparison, SizeMismatch> {
-        match &self.halves {
+        let mut found = match &self.halves {
             None => metrics::compare(&self.image, &self.reference, scale),
             Some([a, b]) => metrics::compare_halves(&self.image, [a, b], scale),
-        }
+        }?;
+        // Places are told in the full picture, as `dapple replay` takes them.
+        let all = found.channels.iter_mut().chain([&mut found.overall]);
+        let places = all.map(|m| &mut m.max_error_pixel).chain([&mut found.nan_pixel]);
+        places.flatten().for_each(|[x, y]| (*x, *y) = (*x + self.window.x, *y + self.window.y));
+        Ok(found)
     }
 }
 
-/// A picture that can be compared with `image`, read from `path`; or a complaint that names both files.
-fn read_like(image: &Picture, image_path: &Path, path: &Path) -> Result<Picture, Failure> {
-    let picture = read::picture(path)?;
+/// A picture of the same frame and channels as `image`, read from `path`; or a complaint that names both files.
+fn read_like(image: &Windowed, image_path: &Path, path: &Path) -> Result<Windowed, Failure> {
+    let picture = read::windowed(path)?;
     let (a, b) = (image_path.display(), path.display());
-    if let Err(e) = metrics::same_size(image, &picture) {
+    if image.full_size != picture.full_size {
+        let e = SizeMismatch { image: image.full_size, reference: picture.full_size };
         return Err(Failure::Arguments(format!("{a}, {b}: {e}; render or scale them alike")));
     }
     let channels = [read::channels(image_path)?, read::channels(path)?];
@@ -91,6 +105,26 @@ fn read_like(image: &Picture, image_path: &Path, path: &Path) -> Result<Picture,
         return Err(Failure::Arguments(said));
     }
     Ok(picture)
+}
+
+/// The pixels of `window` that `other`, read from `path`, holds too.
+fn overlap(
+    image: &Windowed,
+    window: Window,
+    arguments: &DiffArgs,
+    path: &Path,
+    other: &Windowed,
+) -> Result<Window, Failure> {
+    window.intersection(&other.window).ok_or_else(|| Failure::NoOverlap {
+        image: arguments.image.clone(),
+        other: path.into(),
+        windows: Box::new([image.window, other.window]),
+    })
+}
+
+fn parts<const N: usize>(window: Window, of: [&Windowed; N]) -> Result<[Picture; N], Failure> {
+    let found: Result<Vec<Picture>, _> = of.iter().map(|p| p.covering(window, "")).collect();
+    found?.try_into().map_err(|_| Failure::Arguments("the pictures could not be cut".into()))
 }
 
 fn is_display(path: &Path) -> bool {
@@ -140,6 +174,8 @@ fn facts(arguments: &DiffArgs, pair: &Pair, found: &Comparison, seen: &Seen) -> 
         "flip_hdr": seen.hdr.as_ref().map(flip::Map::mean), "ssim": seen.ssim,
         "nan_pixels": found.nan_pixels, "nan_pixel": found.nan_pixel, "pixels": found.pixels,
         "width": pair.image.width, "height": pair.image.height,
+        "window": [pair.window.x, pair.window.y, pair.window.end().0, pair.window.end().1],
+        "full_size": [pair.full_size.0, pair.full_size.1],
         "epsilon": arguments.epsilon, "trim": Scale::default().trim, "psnr_peak": arguments.peak,
         "reference_mse": pair.halves.as_ref().and_then(|[a, b]| metrics::halves_mse([a, b]).ok()),
         "channels": { "r": r, "g": g, "b": b },
@@ -178,6 +214,11 @@ fn text(facts: &Map<String, Value>) -> Vec<String> {
     }
     let [epsilon, peak] = ["epsilon", "psnr_peak"].map(|key| number(&facts[key]));
     lines.push(format!("{} pixels; epsilon {epsilon}, psnr peak {peak}", facts["pixels"]));
+    if facts["width"] != facts["full_size"][0] || facts["height"] != facts["full_size"][1] {
+        let [w, h] = [0, 1].map(|i| &facts["full_size"][i]);
+        let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|i| &facts["window"][i]);
+        lines.push(format!("compared: {x0},{y0} to {x1},{y1} of {w}x{h}, the pixels that all files hold"));
+    }
     if let Some(mse) = facts["reference_mse"].as_f64() {
         lines.push(format!("the mean of the two references has an mse of {mse:.5e} itself"));
     }
@@ -242,7 +283,9 @@ fn write_map(path: &Path, pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Res
     if write::Format::of(path)? == write::Format::Exr {
         let difference = pair.image.pixels.iter().zip(&pair.reference.pixels).map(|(a, b)| *a - *b);
         let picture = Picture { pixels: difference.collect(), ..pair.image };
-        return Ok(write::exr(path, &Layers::from(&picture), write::Depth::Float)?);
+        let offset = (pair.window.x as i32, pair.window.y as i32);
+        let layers = Layers { offset, full_size: pair.full_size, ..Layers::from(&picture) };
+        return Ok(write::exr(path, &layers, write::Depth::Float)?);
     }
     let frame = map(pair, seen, arguments);
     Ok(write::rgb8(path, frame.width, frame.height, frame.data)?)

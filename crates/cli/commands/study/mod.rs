@@ -22,6 +22,6 @@ pub fn run(command: Study, typed: &ArgMatches) -> Result<ExitCode, Failure> {
         Study::Diff(a) => diff::run(&a).map(done),
         Study::Stress(a) => stress::run(&a),
         Study::Verify(a) => verify::run(&a),
-        Study::Sheet(a) => sheet::run(&a, typed).map(done),
+        Study::Sheet(a) => sheet::run(&a, typed),
     }
 }

@@ -3,7 +3,11 @@
 //! All cells are rendered by the distribution tracer. So that the varied effect is all there is to see, every other effect
 //! that no option mentions is off, its ideal limit (pixel centres, a pinhole, point lights, mirrors …); but varied
 //! reflections and refractions keep the lights' default points, for a light that is one point cannot be seen in them. The
-//! reference has the same effects off, so that the error is the varied effect's.
+//! reference has the same effects off, so that the error is the varied effect's; it comes in two halves, so that its own
+//! noise is none of it.
+
+mod cost;
+mod reference;
 
 use crate::args::study::SheetArgs;
 use crate::commands::render;
@@ -13,17 +17,30 @@ use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::progress::Bar;
 use crate::values::Size;
-use crate::{effects, report, settings_file};
+use crate::{effects, interrupt, report, settings_file};
 use clap::ArgMatches;
-use dapple_analysis::metrics::{self, Scale};
+use cost::Deadline;
 use dapple_integrator::imaging::sheet::{self, Cell, Frame};
-use dapple_integrator::imaging::{Picture, read, write};
+use dapple_integrator::imaging::{read, write};
+use dapple_integrator::sampling::plan::MAX_COUNT;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::NamedCamera;
 use dapple_integrator::{Combine, Effect, Method, Outcome, Settings, forecast};
+use reference::{Error, Given, Reference};
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Exit code where time did not suffice for all cells.
+const STOPPED: u8 = 3;
+
+/// Share of a limited time that the reference gets at most.
+const REFERENCE_SHARE: f64 = 0.5;
+
+/// Code value of a cell that was not rendered.
+const EMPTY: u8 = 40;
 
 /// Height of a cell whose size was not given.
 const HEIGHT: u32 = 256;
@@ -32,39 +49,47 @@ const HEIGHT: u32 = 256;
 const REFERENCE_FACTOR: u64 = 16;
 const REFERENCE_SAMPLES: (u64, u64) = (256, 1 << 16);
 
-/// Renders all cells and writes the sheet.
-pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<(), Failure> {
+/// Points over lights and environment for each of a varied integral over directions.
+const FINER: u32 = 4;
+
+/// Renders all cells that there is time for, and writes the sheet.
+pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let source = Source::new(Some(&arguments.scene));
-    let options = settings_file::layered(source.path(), typed)?;
+    let mut options = settings_file::layered(source.path(), typed)?;
     report::start(&options);
     let output = output(typed)?;
     let mut inputs = Inputs::of_render(&source, &options);
-    if let Some(reference) = &arguments.reference {
+    for reference in [&arguments.reference, &arguments.reference_half].into_iter().flatten() {
         inputs.add("the reference", reference);
     }
     inputs.spare([output.as_path()])?;
-    let given = arguments.reference.as_deref().map(read::picture).transpose()?;
+    let given = Given::read(arguments.reference.as_deref(), arguments.reference_half.as_deref())?;
     let loaded = load::load(&source, &options)?;
     inputs.add_scene_files(&loaded.scene.files);
     inputs.spare([output.as_path()])?;
     let view = load::camera(&loaded.scene, &options)?;
     render::warn(&loaded);
+    let limit = options.time_limit.take();
     let asked = options.clone();
     let options = common(options, arguments.vary, &view, given.as_ref());
     let sheet = Sheet { arguments, asked, options, loaded, view };
     let plans = sheet.checked()?;
     let reference = match given {
-        Some(picture) => sheet.fitting(picture)?,
-        None => sheet.reference(&plans),
+        Some(files) => Some(Reference::given(&files, &plans[0].settings)?),
+        None => None,
     };
-    let cells = plans.iter().map(|cell| sheet.render(cell, &reference)).collect::<Result<Vec<_>, _>>()?;
+    interrupt::listen();
+    let deadline = Deadline::new(limit);
+    sheet.forecast(&plans, reference.as_ref(), &deadline);
+    let reference = reference.or_else(|| sheet.reference(&plans, &deadline));
+    let cells = sheet.cells(plans, reference.as_ref(), &deadline)?;
     sheet.write(&output, &cells)?;
     if RenderOptions::is(sheet.options.json) {
-        report::json(&sheet.json(&output, &reference.said, &cells));
+        report::json(&sheet.json(&output, reference.as_ref(), &cells));
     } else {
         report::result(&output.display().to_string());
     }
-    Ok(())
+    Ok(sheet.end(&cells, reference.is_some()))
 }
 
 /// The one PNG that was typed.
@@ -89,13 +114,10 @@ fn common(
     mut options: RenderOptions,
     vary: Effect,
     view: &NamedCamera,
-    reference: Option<&Picture>,
+    reference: Option<&Given<'_>>,
 ) -> RenderOptions {
     if options.method == Some(Method::Path) {
         report::say("note: --method path is left out: a sheet is rendered by the distribution tracer");
-    }
-    if options.time_limit.take().is_some() {
-        report::say("note: --time-limit is left out: every cell takes all of its points");
     }
     options.method = Some(Method::Distribution);
     options.aov = None;
@@ -112,8 +134,9 @@ fn common(
         }
     }
     let size = match reference {
-        Some(picture) if options.crop.is_none() => {
-            Size { width: picture.width as u32, height: picture.height as u32 }
+        Some(files) if options.crop.is_none() => {
+            let (width, height) = files.size();
+            Size { width, height }
         }
         _ => load::default_size(view, HEIGHT),
     };
@@ -144,23 +167,24 @@ struct Rendered {
     count: u32,
     pattern: Pattern,
     frame: Frame,
-    rays: u64,
-    seconds: f64,
-    error: f64,
+    /// `None` where there was no time for it.
+    found: Option<Found>,
 }
 
-/// Where the errors are measured from.
-struct Reference {
-    picture: Picture,
-    /// How it came to be.
-    said: String,
+/// What a cell took, and how wrong it is.
+struct Found {
+    rays: u64,
+    seconds: f64,
+    error: Error,
 }
 
 impl Sheet<'_> {
     /// The cells row by row, once it is clear that they can be rendered and make a sheet.
     fn checked(&self) -> Result<Vec<Planned>, Failure> {
         let (scene, camera, vary) = (&self.loaded.scene, &self.view.camera, self.arguments.vary);
-        if !dapple_integrator::forecast::present(scene, camera).contains(&vary) {
+        let plans = self.plans()?;
+        let here = |cell: &Planned| forecast::present_in(scene, camera, &cell.settings).contains(&vary);
+        if !plans.iter().all(here) {
             let remedy = match vary {
                 Effect::Lens => "; see --aperture-radius",
                 Effect::Time => "; see --shutter",
@@ -168,7 +192,6 @@ impl Sheet<'_> {
             };
             return Err(Failure::Arguments(format!("--vary {vary}: the scene has no such effect{remedy}")));
         }
-        let plans = self.plans()?;
         let Some(largest) = plans.iter().max_by(|a, b| self.rays(a).total_cmp(&self.rays(b))) else {
             return Err(Failure::Arguments("--counts, --estimators: there is nothing to render".into()));
         };
@@ -193,10 +216,28 @@ impl Sheet<'_> {
                     options.effects.plan_mut(effect).get_or_insert(Plan::new(1, pattern));
                 }
             }
-            render::settings(&options, &self.view).map(|settings| Planned { count, pattern, settings })
+            let mut settings = render::settings(&options, &self.view)?;
+            self.refine(&mut settings, count);
+            Ok(Planned { count, pattern, settings })
         };
         let rows = self.arguments.estimators.iter();
         rows.flat_map(|&pattern| self.arguments.counts.iter().map(move |&n| of(pattern, n))).collect()
+    }
+
+    /// Beside an integral over directions of `count` points, lights and environment that no option mentions get so many that
+    /// their error falls as fast as the varied integral's, and stays below it.
+    fn refine(&self, settings: &mut Settings, count: u32) {
+        let inner = matches!(self.arguments.vary, Effect::Glossy | Effect::Refract | Effect::Diffuse);
+        let asked = self.asked.effects.light.is_some();
+        if !inner || asked || settings.combine == Combine::Paired {
+            return;
+        }
+        let more = count.saturating_mul(FINER).min(MAX_COUNT);
+        let finer = |plan: Plan| Plan::new(plan.count().max(more), plan.pattern);
+        settings.sky = finer(settings.sky);
+        if !settings.plans.is_off(Effect::Light) {
+            settings.plans.light = finer(settings.plans.light);
+        }
     }
 
     /// Rays per pixel of a cell.
@@ -204,44 +245,101 @@ impl Sheet<'_> {
         forecast(&self.loaded.scene, &self.view.camera, &cell.settings).total()
     }
 
-    /// The reference that was given, if it has the size of the cells.
-    fn fitting(&self, picture: Picture) -> Result<Reference, Failure> {
-        let file = self.arguments.reference.as_deref().unwrap_or(Path::new(""));
-        let rect = render::settings(&self.options, &self.view)?.rect();
-        let (width, height) = (rect.width() as usize, rect.height() as usize);
-        if (picture.width, picture.height) != (width, height) {
-            return Err(Failure::Arguments(format!(
-                "{}: the reference has {}x{} pixels and the cells have {width}x{height}",
-                file.display(),
-                picture.width,
-                picture.height
-            )));
+    /// One line of what the sheet will cost, before anything is rendered.
+    fn forecast(&self, plans: &[Planned], given: Option<&Reference>, deadline: &Deadline) {
+        if RenderOptions::is(self.options.quiet) {
+            return;
         }
-        Ok(Reference { picture, said: file.display().to_string() })
+        let (scene, camera) = (&self.loaded.scene, &self.view.camera);
+        let cells: Vec<&Settings> = plans.iter().map(|cell| &cell.settings).collect();
+        let spp = self.reference_samples(plans);
+        let reference = self.half(plans, spp);
+        let wanted = given.is_none().then_some(&reference);
+        let [seconds, half] = cost::seconds(scene, camera, &cells, wanted, deadline);
+        let rays: f64 = cells.iter().map(|cell| cost::rays(scene, camera, cell)).sum();
+        let reference = match given {
+            Some(given) if given.is_exact() => {
+                format!("reference {}, taken as exact: its own noise counts as error", given.said)
+            }
+            Some(given) => format!("reference {}", given.said),
+            None => format!("its reference {}", cost::about(half.map(|s| 2.0 * s))),
+        };
+        let limit = deadline.seconds().map(|s| format!("; --time-limit {s} s")).unwrap_or_default();
+        self.say(&format!(
+            "forecast: {} cells {} (at most {} rays), {reference}{limit}",
+            plans.len(),
+            cost::about(seconds),
+            short(rays as u64)
+        ));
     }
 
-    /// A reference by the other tracer.
-    fn reference(&self, plans: &[Planned]) -> Reference {
+    /// Samples per pixel of both halves of the reference together.
+    fn reference_samples(&self, plans: &[Planned]) -> u32 {
         let most = plans.iter().map(|cell| self.samples(cell)).max().unwrap_or(1);
         let (low, high) = REFERENCE_SAMPLES;
-        let spp = most.saturating_mul(REFERENCE_FACTOR).clamp(low, high) as u32;
-        let said = format!("path tracer, {spp} samples per pixel");
-        self.say(&format!("reference: {said}"));
-        let mut settings = plans[0].settings.clone();
-        (settings.method, settings.spp, settings.pattern) = (Method::Path, Some(spp), Pattern::Sobol);
-        let outcome = self.draw(&settings);
-        Reference { picture: outcome.film.mean(), said }
+        most.saturating_mul(REFERENCE_FACTOR).clamp(low, high) as u32
     }
 
-    fn draw(&self, settings: &Settings) -> Outcome {
+    /// Half of a reference of `spp` samples by the other tracer.
+    fn half(&self, plans: &[Planned], spp: u32) -> Settings {
+        let pattern = Pattern::Sobol;
+        Settings { method: Method::Path, spp: Some(spp / 2), pattern, ..plans[0].settings.clone() }
+    }
+
+    /// A reference by the other tracer, in two halves with seeds of their own; of fewer samples where its share of the
+    /// time ends. `None` where that does not suffice for one.
+    fn reference(&self, plans: &[Planned], deadline: &Deadline) -> Option<Reference> {
+        let settings = self.half(plans, self.reference_samples(plans));
+        let seed = |i: u64| settings.seed.wrapping_add(0xffff_ffff_0000_0001 + i);
+        let share = deadline.seconds().map(|s| Duration::from_secs_f64(0.5 * REFERENCE_SHARE * s));
+        let first = self.draw(&Settings { seed: seed(0), time_limit: share, ..settings.clone() }, deadline);
+        let spp = first.stats.spp;
+        if spp == 0 || first.stats.stopped {
+            return None;
+        }
+        let second = self.draw(&Settings { seed: seed(1), spp: Some(spp), ..settings }, deadline);
+        if second.stats.stopped {
+            return None;
+        }
+        let said = format!("path tracer, {} samples per pixel in two halves", 2 * spp);
+        self.say(&format!("reference: {said}"));
+        Some(Reference::of([first.film.mean(), second.film.mean()], said))
+    }
+
+    fn draw(&self, settings: &Settings, deadline: &Deadline) -> Outcome {
         let bar = Bar::new(RenderOptions::is(self.options.quiet));
         let outcome =
             dapple_integrator::render(&self.loaded.scene, &self.view.camera, settings, &|progress| {
                 bar.show(&progress);
+                if interrupt::asked() || deadline.is_over() {
+                    return ControlFlow::Break(());
+                }
                 ControlFlow::Continue(())
             });
         bar.finish();
         outcome
+    }
+
+    /// All cells in the order of the sheet, the cheapest rendered first. A cell that takes twice the time that is left, at
+    /// the speed of the one before it, is not begun.
+    fn cells(
+        &self,
+        plans: Vec<Planned>,
+        reference: Option<&Reference>,
+        deadline: &Deadline,
+    ) -> Result<Vec<Rendered>, Failure> {
+        let mut order: Vec<usize> = (0..plans.len()).collect();
+        order.sort_by(|a, b| self.rays(&plans[*a]).total_cmp(&self.rays(&plans[*b])));
+        let mut cells: Vec<Option<Rendered>> = plans.iter().map(|_| None).collect();
+        let mut seconds_per_ray = 0.0;
+        for i in order {
+            let rays = self.rays(&plans[i]);
+            let fits = deadline.left().is_none_or(|left| 0.5 * seconds_per_ray * rays <= left);
+            let cell = self.render(&plans[i], reference, deadline, fits)?;
+            seconds_per_ray = cell.found.as_ref().map_or(f64::INFINITY, |found| found.seconds / rays);
+            cells[i] = Some(cell);
+        }
+        Ok(cells.into_iter().flatten().collect())
     }
 
     /// Points per pixel at which the varied integral is looked at.
@@ -254,22 +352,42 @@ impl Sheet<'_> {
         outer.into_iter().chain([inner]).map(u64::from).fold(1, u64::saturating_mul)
     }
 
-    fn render(&self, cell: &Planned, reference: &Reference) -> Result<Rendered, Failure> {
-        let outcome = self.draw(&cell.settings);
+    /// A cell; an empty one where it does not fit, or time is up before it is done.
+    fn render(
+        &self,
+        cell: &Planned,
+        reference: Option<&Reference>,
+        deadline: &Deadline,
+        fits: bool,
+    ) -> Result<Rendered, Failure> {
+        let (count, pattern, rect) = (cell.count, cell.pattern, cell.settings.rect());
+        let over = !fits || interrupt::asked() || deadline.is_over();
+        let outcome = (!over).then(|| self.draw(&cell.settings, deadline)).filter(|o| !o.stats.stopped);
+        let Some(outcome) = outcome else {
+            let (width, height) = (rect.width() as usize, rect.height() as usize);
+            let frame = Frame { width, height, data: vec![EMPTY; 3 * width * height] };
+            return Ok(Rendered { count, pattern, frame, found: None });
+        };
         let picture = outcome.film.mean();
-        let compared = metrics::compare(&picture, &reference.picture, &Scale::default())?;
+        let error = reference.map_or(Ok(Error::Unknown), |r| r.error(&picture))?;
         let (tone, exposure) =
             (self.options.tone.unwrap_or_default(), self.options.exposure.unwrap_or_default());
-        let rendered = Rendered {
-            count: cell.count,
-            pattern: cell.pattern,
-            frame: Frame::of(&picture, tone, exposure),
-            rays: outcome.stats.rays,
-            seconds: outcome.stats.seconds,
-            error: compared.overall.relative_rmse,
-        };
+        let frame = Frame::of(&picture, tone, exposure);
+        let found = Found { rays: outcome.stats.rays, seconds: outcome.stats.seconds, error };
+        let rendered = Rendered { count, pattern, frame, found: Some(found) };
         self.say(&rendered.label(self.arguments.vary).replace('\n', ", "));
         Ok(rendered)
+    }
+
+    /// Says what is missing.
+    fn end(&self, cells: &[Rendered], has_reference: bool) -> ExitCode {
+        let done = cells.iter().filter(|cell| cell.found.is_some()).count();
+        if done == cells.len() && has_reference {
+            return ExitCode::SUCCESS;
+        }
+        let errors = if has_reference { "" } else { ", no reference and no errors" };
+        report::say(&format!("stopped early: the sheet holds {done} of {} cells{errors}", cells.len()));
+        ExitCode::from(STOPPED)
     }
 
     fn write(&self, path: &Path, cells: &[Rendered]) -> Result<(), Failure> {
@@ -281,15 +399,23 @@ impl Sheet<'_> {
         Ok(write::rgb8(path, sheet.width, sheet.height, sheet.data)?)
     }
 
-    fn json(&self, path: &Path, reference: &str, cells: &[Rendered]) -> Value {
+    fn json(&self, path: &Path, reference: Option<&Reference>, cells: &[Rendered]) -> Value {
         let rows = cells.iter().map(|cell| {
+            let found = cell.found.as_ref();
+            let (told, below) = match found.map(|f| f.error) {
+                Some(Error::Told(x)) => (Some(x), None),
+                Some(Error::Below(x)) => (None, Some(x)),
+                _ => (None, None),
+            };
             json!({
-                "estimator": cell.pattern.to_string(), "count": cell.count, "rays": cell.rays,
-                "render_seconds": cell.seconds, "relative_rmse": cell.error,
+                "estimator": cell.pattern.to_string(), "count": cell.count, "rendered": found.is_some(),
+                "rays": found.map(|f| f.rays), "render_seconds": found.map(|f| f.seconds),
+                "relative_rmse": told, "relative_rmse_below": below,
             })
         });
         json!({
-            "vary": self.arguments.vary.to_string(), "reference": reference,
+            "vary": self.arguments.vary.to_string(), "reference": reference.map(|r| &r.said),
+            "reference_relative_rmse": reference.filter(|r| !r.is_exact()).map(Reference::relative_rmse),
             "cells": rows.collect::<Vec<_>>(), "outputs": [path.display().to_string()],
         })
     }
@@ -303,14 +429,14 @@ impl Sheet<'_> {
 
 impl Rendered {
     fn label(&self, vary: Effect) -> String {
-        format!(
-            "{vary} {}, {}\n{} rays, {:.2} s\nrelative RMSE {:.4}",
-            self.count,
-            self.pattern,
-            short(self.rays),
-            self.seconds,
-            self.error
-        )
+        let what = format!("{vary} {}, {}", self.count, self.pattern);
+        let Some(found) = &self.found else { return format!("{what}\nnot rendered:\nno time was left") };
+        let error = match found.error {
+            Error::Told(x) => format!("relative RMSE {x:.4}"),
+            Error::Below(x) => format!("relative RMSE below {x:.4}"),
+            Error::Unknown => "error not known".into(),
+        };
+        format!("{what}\n{} rays, {:.2} s\n{error}", short(found.rays), found.seconds)
     }
 }
 

@@ -5,10 +5,12 @@
 //! each object's own space with the transform at the ray's time, its direction not made unit, so that t is shared.
 //! At equal distance the lowest object, then the lowest triangle wins, whatever the trees look like.
 mod builder;
+mod coincident;
 mod objects;
 mod second;
 
 pub use builder::WorldBuilder;
+pub use coincident::{Coincident, PlacePoint};
 
 use crate::bvh::{Candidate, Kernel, Tree, TriangleHit};
 use crate::{Hit, Ray, Surface};
@@ -101,10 +103,26 @@ impl World {
     /// Position, error bound and normals of a hit: on triangles from barycentrics, on shapes put back onto the
     /// surface, never o + t·d.
     pub fn surface(&self, ray: &Ray, time: f32, hit: &Hit) -> Surface {
-        match self.objects.get(hit.object as usize) {
+        let mut surface = match self.objects.get(hit.object as usize) {
             Some(object) => object.surface(ray, self.held(time), hit),
             None => Surface { p: ray.o, start: ray.o, p_error: Vec3::ZERO, ng: Vec3::Z, ns: Vec3::Z },
+        };
+        if surface.start != surface.p && self.is_clear(&surface, time) {
+            surface.start = surface.p;
         }
+        surface
+    }
+
+    /// Whether nothing stands about the edge from which a start was moved, on either side: not at a diagonal of a flat
+    /// quad, at a free edge, or outside of a convex one. Asked from the start across the position, as far again beyond.
+    #[cold]
+    fn is_clear(&self, surface: &Surface, time: f32) -> bool {
+        [surface.ng, -surface.ng].into_iter().all(|up| {
+            let o = surface.origin_towards(up);
+            let at = crate::offset::offset_origin(surface.p, surface.p_error, surface.ng, up);
+            let across = Ray { o, d: at - o, t_max: 2.0 };
+            across.d == Vec3::ZERO || !self.blocked(&across, time, &Opaque)
+        })
     }
 
     /// From a hit to the smooth surface that the normals of its triangle's corners span above it, on the side that `up`
@@ -121,6 +139,19 @@ impl World {
             Some(Body::Mesh(mesh)) => mesh.uv_at(set, hit.primitive, hit.u, hit.v),
             Some(Body::Shape(shape)) => shape.uv(hit.u, hit.v),
             None => Vec2::ZERO,
+        }
+    }
+
+    /// Surface coordinates ([`Hit::u`] and [`Hit::v`]) of the place on a shape nearest to `p` at a time; None for a mesh.
+    pub fn coordinates_at(&self, object: u32, p: Vec3, time: f32) -> Option<Vec2> {
+        self.objects.get(object as usize)?.coordinates_at(p, self.held(time))
+    }
+
+    /// Surface coordinates on a shape for `u` in \[0, 1\]², even in area in its own space; zero for a mesh.
+    pub fn even_coordinates(&self, object: u32, u: Vec2) -> Vec2 {
+        match self.body(object) {
+            Some(Body::Shape(shape)) => shape.even_coordinates(u),
+            _ => Vec2::ZERO,
         }
     }
 

@@ -2,7 +2,7 @@
 use crate::motion::{Motion, Pose};
 use crate::shapes::{Line, Shape};
 use crate::{Hit, Mesh, Ray, Surface};
-use glam::{DAffine3, DVec3, Vec3, Vec4};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
 #[derive(Debug)]
@@ -92,6 +92,14 @@ impl Object {
         }
     }
 
+    /// Surface coordinates of the place on a shape that is nearest to `p`; None for a mesh.
+    pub fn coordinates_at(&self, p: Vec3, time: f64) -> Option<Vec2> {
+        let Body::Shape(shape) = &self.body else { return None };
+        let p = p.as_dvec3();
+        let own = self.pose(time).map_or(p, |pose| pose.to_object.transform_point3(p));
+        Some(shape.coordinates(&Line { o: own, d: DVec3::ZERO }, 0.0))
+    }
+
     pub fn lift(&self, hit: &Hit, up: Vec3, time: f64) -> Vec3 {
         let Body::Mesh(mesh) = &self.body else { return Vec3::ZERO };
         let Some(normals) = mesh.values(&mesh.normals, hit.primitive) else { return Vec3::ZERO };
@@ -121,6 +129,25 @@ impl Object {
             None => corners,
             Some(m) => corners.map(|p| m.transform_point3(p.as_dvec3()).as_vec3()),
         }
+    }
+
+    /// As [`Object::corners`], not rounded.
+    pub fn corners_exact(&self, primitive: u32, time: f64) -> [DVec3; 3] {
+        let Body::Mesh(mesh) = &self.body else { return [DVec3::ZERO; 3] };
+        let corners = mesh.corners(primitive).map(Vec3::as_dvec3);
+        match self.placement(time) {
+            None => corners,
+            Some(m) => corners.map(|p| m.transform_point3(p)),
+        }
+    }
+
+    /// Bound per axis of the error of a point of the surface against other surfaces. A shape counts as exact where rays
+    /// meet it, but its numbers were rounded: centre and radius, by up to half an ulp of each.
+    pub fn coincidence_error(&self, surface: &Surface, time: f64) -> DVec3 {
+        let p_error = surface.p_error.as_dvec3();
+        let Body::Shape(shape) = &self.body else { return p_error };
+        let error = shape.coordinate_error();
+        p_error + self.pose(time).map_or(error, |pose| pose.error(error))
     }
 
     /// The front stays the image of the front, so the question can be asked in the object's own space: with d' the

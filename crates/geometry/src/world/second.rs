@@ -134,6 +134,12 @@ impl SecondLevel {
         self.boxes.bounds().map(|b| (b.lo.as_vec3(), b.hi.as_vec3()))
     }
 
+    /// Box of an object through the shutter; None for what cannot be hit.
+    pub fn bounds_of_object(&self, object: u32) -> Option<Aabb> {
+        let item = self.items.binary_search(&object).ok()?;
+        self.boxes.bounds_of(item)
+    }
+
     /// Objects in it.
     pub fn len(&self) -> usize {
         self.items.len()

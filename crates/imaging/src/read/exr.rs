@@ -5,7 +5,7 @@
 //! process down.
 
 use super::check_size;
-use crate::{ImageError, Layer, Layers, MetaValue, Picture};
+use crate::{ImageError, Layer, Layers, MetaValue, Picture, Windowed, window};
 use exr::block::lines::LineRef;
 use exr::block::reader::{ChunksReader, Reader};
 use exr::meta::header::Header;
@@ -29,6 +29,19 @@ impl Window {
         Self { x: x.into(), y: y.into(), width: bounds.size.0, height: bounds.size.1 }
     }
 
+    /// The part of `display` that is in both, as its pixels are counted.
+    fn within(self, display: Self) -> Option<window::Window> {
+        let (left, top) = (self.x.max(display.x), self.y.max(display.y));
+        let right = (self.x + self.width as i64).min(display.x + display.width as i64);
+        let bottom = (self.y + self.height as i64).min(display.y + display.height as i64);
+        (left < right && top < bottom).then(|| window::Window {
+            x: (left - display.x) as usize,
+            y: (top - display.y) as usize,
+            width: (right - left) as usize,
+            height: (bottom - top) as usize,
+        })
+    }
+
     fn union(self, other: Self) -> Self {
         let (x, y) = (self.x.min(other.x), self.y.min(other.y));
         let right = (self.x + self.width as i64).max(other.x + other.width as i64);
@@ -48,6 +61,30 @@ pub(super) fn picture(file: impl BufRead + Seek, name: &str) -> Result<Picture, 
     let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
     let rgb = colour_channels(reader.headers()).ok_or_else(|| no_colour(reader.headers(), name))?;
     let window = Window::of(reader.headers()[rgb[0].0].shared_attributes.display_window);
+    colours(reader, &rgb, window, name)
+}
+
+/// The part of the display window that the colours' data cover.
+pub(super) fn windowed(file: impl BufRead + Seek, name: &str) -> Result<Windowed, ImageError> {
+    let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
+    let rgb = colour_channels(reader.headers()).ok_or_else(|| no_colour(reader.headers(), name))?;
+    let header = &reader.headers()[rgb[0].0];
+    let display = Window::of(header.shared_attributes.display_window);
+    let Some(part) = Window::of(header.data_window()).within(display) else {
+        let what = "an EXR whose data window lies outside of its display window".into();
+        return Err(ImageError::Unsupported { name: name.to_string(), what });
+    };
+    let (x, y) = (display.x + part.x as i64, display.y + part.y as i64);
+    let picture = colours(reader, &rgb, Window { x, y, width: part.width, height: part.height }, name)?;
+    Ok(Windowed { picture, window: part, full_size: (display.width, display.height) })
+}
+
+fn colours<R: BufRead + Seek>(
+    reader: Reader<R>,
+    rgb: &[(usize, usize); 3],
+    window: Window,
+    name: &str,
+) -> Result<Picture, ImageError> {
     let mut found = rgb.to_vec();
     found.dedup();
     let values = read(reader, &found, window, name)?;

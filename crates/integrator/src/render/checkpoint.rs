@@ -2,6 +2,7 @@
 
 use crate::settings::Settings;
 use crate::spread::Spread;
+use crate::tail::Tail;
 use crate::tile::Tile;
 use dapple_camera::{Film, PixelRect};
 use std::cell::Cell;
@@ -34,6 +35,11 @@ impl Checkpoint<'_> {
         film
     }
 
+    /// The samples that deviate most from their pixels so far.
+    pub fn tail(&self) -> Tail {
+        tail(self.tiles)
+    }
+
     /// Asks for a look at `spp` samples too, or as many more as make every pixel whole; who asks again asks for that alone.
     pub fn also_at(&self, spp: u32) {
         self.asked.set(Some(spp));
@@ -43,6 +49,13 @@ impl Checkpoint<'_> {
     pub fn rays(&self) -> u64 {
         self.tiles.iter().map(|tile| tile.rays).sum()
     }
+}
+
+/// Of all tiles.
+pub(super) fn tail(tiles: &[Tile]) -> Tail {
+    let mut all = Tail::default();
+    tiles.iter().for_each(|tile| all.merge(&tile.tail));
+    all
 }
 
 /// The first count after `spp` at which to look without being asked.

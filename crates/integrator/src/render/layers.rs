@@ -7,13 +7,17 @@ use dapple_camera::{Film, PixelRect};
 use dapple_imaging::{Layer, Layers, Picture};
 use glam::DVec3;
 
-/// Beauty first if there is a picture, then the layers in the order they were asked for.
-pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile]) -> Layers {
+/// Beauty first if there is a picture, then the layers in the order they were asked for; last the sample counts where only
+/// some pixels have samples.
+pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile], some: bool) -> Layers {
     let rect = job.settings.rect();
     let beauty = job.settings.picture.then(|| rgb("", &film.mean()));
     let mut layers: Vec<Layer> = beauty.into_iter().collect();
     for &aov in job.settings.aovs.iter().filter(|aov| **aov != Aov::Beauty) {
         layers.push(layer(job, aov, rect, film, tiles));
+    }
+    if some && !job.settings.aovs.contains(&Aov::SampleCount) {
+        layers.push(layer(job, Aov::SampleCount, rect, film, tiles));
     }
     Layers {
         width: (rect.x1 - rect.x0) as usize,

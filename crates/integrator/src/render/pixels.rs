@@ -1,6 +1,6 @@
 //! Single pixels of a picture.
 
-use super::{each_tile, thread_count};
+use super::{each_tile, thread_count, watch};
 use crate::kernel::{self, Job};
 use crate::settings::Settings;
 use crate::tile::Tile;
@@ -17,12 +17,29 @@ pub fn render_pixels(
     spp: u32,
     pixels: &[(u32, u32)],
 ) -> Vec<DVec3> {
-    let job = Job::new(scene, camera, settings);
-    let (kernel, _) = kernel::choose(&job);
+    render_pixels_until(scene, camera, settings, spp, pixels, &|| false).unwrap_or_default()
+}
+
+/// As [`render_pixels`]; `None` once `stop`, which is asked all the time, says so.
+pub fn render_pixels_until(
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+    spp: u32,
+    pixels: &[(u32, u32)],
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Vec<DVec3>> {
     let tile = |&(x, y): &(u32, u32)| Tile::cut(PixelRect { x0: x, y0: y, x1: x + 1, y1: y + 1 }, settings);
     let mut tiles: Vec<Tile> = pixels.iter().flat_map(tile).collect();
-    each_tile(thread_count(settings), &mut tiles, |tile| {
-        tile.render(&job, kernel, (0, spp), settings.spread.as_deref());
+    watch::until(stop, |stopped| {
+        let job = Job { stop: stopped, ..Job::new(scene, camera, settings) };
+        let (kernel, _) = kernel::choose(&job);
+        each_tile(thread_count(settings), &mut tiles, |tile| {
+            if !job.is_stopped() {
+                tile.render(&job, kernel, (0, spp), settings.spread.as_deref());
+            }
+        });
     });
-    tiles.iter().map(|tile| tile.film.mean_at(tile.rect.x0, tile.rect.y0)).collect()
+    let mean = |tile: &Tile| (tile.spp == spp).then(|| tile.film.mean_at(tile.rect.x0, tile.rect.y0));
+    tiles.iter().map(mean).collect()
 }

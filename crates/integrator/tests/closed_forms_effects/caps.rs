@@ -12,7 +12,7 @@ pub fn found_by_chance(what: &str, scene: &Scene, exact: f64, effect: Effect, mo
     let camera = scene.cameras[0].camera.clone();
     for (tracer, pattern) in TRACERS.into_iter().flat_map(|t| PATTERNS.map(|p| (t, p))) {
         let side = if pattern == Pattern::Grid { 64 } else { 4 };
-        let settings = one_pixel(tracer, pattern, &[(effect, [side; 2])], side * side);
+        let settings = by_chance(one_pixel(tracer, pattern, &[(effect, [side; 2])], side * side));
         let what = format!("{what}, {tracer:?} {pattern}");
         if pattern == Pattern::Grid {
             let bound = midpoint_bound([0.0, most], [side; 2]);

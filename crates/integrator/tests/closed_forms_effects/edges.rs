@@ -61,7 +61,7 @@ impl Edge {
             let side = if tracer == Tracer::Nested { side } else { 8 };
             let sides: Vec<u32> = self.a.iter().flat_map(|(effect, _)| sides_of(*effect, side)).collect();
             for pattern in PATTERNS {
-                let settings = one_pixel(tracer, pattern, &plans, 64);
+                let settings = by_chance(one_pixel(tracer, pattern, &plans, 64));
                 let deterministic =
                     pattern == Pattern::Grid && (tracer == Tracer::Nested || self.a.len() == 1);
                 let n = if deterministic { 2 } else { 400 };

@@ -101,9 +101,9 @@ pub fn assert_close(what: &str, outcome: &Outcome, exact: f64) {
     assert!((mean - exact).abs() <= 4.0 * error + floor, "{what}: {mean} ± {error}, exact {exact}");
 }
 
-/// Shows `color` from both sides and is no light: found by chance only.
+/// Emits `color` from both sides and reflects nothing.
 pub fn shadeless(color: f32) -> TexturedMaterial {
-    TexturedMaterial { unlit: true, ..matte(color, 0.0) }
+    TexturedMaterial { double_sided: true, ..matte(0.0, color) }
 }
 
 /// A mirror of square blur `blur` that loses nothing.

@@ -1,6 +1,7 @@
 //! Every way to estimate the same integrals: nested, paired, and as paths; each with every pattern.
 
 use dapple_integrator::camera::Camera;
+use dapple_integrator::settings::Strategy;
 use dapple_integrator::{Combine, Effect, Method, Plans, Settings, render};
 use dapple_sampling::{Moments, Pattern, Plan};
 use dapple_scene::Scene;
@@ -52,6 +53,12 @@ pub fn one_pixel(
         plans,
         ..Settings::default()
     }
+}
+
+/// Lights are found by the directions of lobes alone.
+pub fn by_chance(settings: Settings) -> Settings {
+    let light = Plan::new(1, settings.pattern);
+    Settings { strategy: Strategy::BsdfOnly, plans: Plans { light, ..settings.plans }, ..settings }
 }
 
 /// The picture's values for one seed, row by row; they must be grey.

@@ -24,7 +24,7 @@ const STEP: [Option<f64>; 4] = [Some(-1.0), Some(-2.0), Some(-2.0), Some(-2.0)];
 pub fn only(effect: Effect, plan: Plan) -> Settings {
     let mut settings = one_pixel(Tracer::Nested, plan.pattern, &[], 1);
     *settings.plans.of_mut(effect) = plan;
-    settings
+    if effect == Effect::Light { settings } else { by_chance(settings) }
 }
 
 /// Parallel rays down to z = 0 and the half-plane n·(x, y) ≤ c there, or, mirrored, to a blurred mirror at z = 0 under

@@ -15,7 +15,7 @@ use dapple_testkit::{Rng, quadrature};
 use glam::DVec2;
 
 fn both(combine: Combine, effects: &[Effect], plan: Plan) -> Settings {
-    let mut settings = one_pixel(Tracer::Nested, plan.pattern, &[], 1);
+    let mut settings = by_chance(one_pixel(Tracer::Nested, plan.pattern, &[], 1));
     effects.iter().for_each(|&effect| *settings.plans.of_mut(effect) = plan);
     Settings { combine, max_bounces: 2, ..settings }
 }

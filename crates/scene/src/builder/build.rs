@@ -1,12 +1,15 @@
 //! From what was added to a scene in render space: objects, cameras, lights, and what the scene then is.
 use super::{CameraPose, Geometry, SceneBuilder, placed::Placed};
 use crate::{
-    NamedCamera, Object, Scene, SceneError, Space, Survey, TexturedMaterial, Warning, bake, channels,
-    constants,
-    emission::{AreaLights, Emitter, Form, Movement},
+    AlphaMode, NamedCamera, Object, Scene, SceneError, SharedPlaces, Space, Survey, TexturedMaterial,
+    Warning, bake,
+    bodies::Finder,
+    channels, constants,
+    emission::{AreaLights, Form, Movement},
     error::quoted,
     framing,
     moving::{self, OwnSpaces},
+    patterns::Patterns,
     punctual, scene, studio,
     studio::STUDIO,
     tangent,
@@ -33,6 +36,7 @@ impl SceneBuilder {
     pub fn build(mut self) -> Result<Scene, SceneError> {
         self.check()?;
         self.settle();
+        let emitted: Vec<bool> = self.materials.iter().map(TexturedMaterial::is_light).collect();
         self.put_out();
         let constant_textures = constants::fold(&mut self.materials, &mut self.textures);
         let bounds = self.bounds()?;
@@ -42,6 +46,7 @@ impl SceneBuilder {
         let mut cameras = self.cameras(&space)?;
         let mut lights = punctual::lights(&self.punctual, &space, &self.exposure)
             .map_err(|(i, what)| self.invalid(format!("light {i}"), what))?;
+        let bodies = Finder::new(&self.placed, &self.materials, &self.exposure);
         let (world, mut objects, seen) = self.world(&space)?;
         if cameras.is_empty() {
             cameras.push(self.framed(&world, &seen)?);
@@ -49,8 +54,17 @@ impl SceneBuilder {
         for m in &mut self.materials {
             m.sigma_a = (m.sigma_a.as_dvec3() / space.scale).as_vec3();
         }
-        self.warn_of_unaimed(&objects, &seen);
+        let whole = |i: usize| seen[i].1.as_ref().map(|movement| movement.whole);
+        let (bodies, warnings) = bodies.rank(&mut objects, &self.materials, &space, whole);
+        self.warnings.extend(warnings);
         let mut area = self.area_lights(&world, &mut objects, &seen);
+        // Left out, light still decides what is seen where surfaces share a place.
+        let is_light = |m: usize| if self.reads.light { self.materials[m].is_light() } else { emitted[m] };
+        let emits = objects.iter().map(|o| is_light(o.material as usize)).collect();
+        let mut shared_places = SharedPlaces::find(&world, emits, (&area, &lights), &space);
+        if let Some(shared) = &mut shared_places {
+            self.leave_hidden_out(shared, &mut area, &mut objects, &seen, &space);
+        }
         lights.splice(0..0, area.lights.drain(..));
         let environment = self.surroundings(&objects, &lights).map(|e| {
             lights.push(Light::Environment(e));
@@ -67,6 +81,7 @@ impl SceneBuilder {
             space,
             world,
             objects,
+            bodies,
             materials: self.materials,
             textures: self.textures,
             light_choice: LightChoice::new(&lights, radius),
@@ -79,6 +94,7 @@ impl SceneBuilder {
             warnings: self.warnings,
             radius,
             files: self.files,
+            shared_places,
             area,
         })
     }
@@ -94,33 +110,51 @@ impl SceneBuilder {
 
     fn area_lights(&self, world: &World, objects: &mut [Object], seen: &[Seen]) -> AreaLights {
         let mut area = AreaLights::default();
+        let mut patterns = Patterns::new(world, &self.textures, &self.materials);
         for (i, (object, (form, movement))) in objects.iter_mut().zip(seen).enumerate() {
-            let material = &self.materials[object.material as usize];
-            let emitter = Emitter { world, textures: &self.textures, material };
-            area.add(&emitter, i as u32, *form, movement.as_ref());
+            area.add(&mut patterns, (i as u32, object.material), *form, movement.as_ref());
             object.first_light = area.first(i as u32, form.primitives());
         }
+        patterns.refine(&mut area, |object| objects[object as usize].material);
         area
     }
 
-    /// Round lights that do not stay round on their way.
-    fn warn_of_unaimed(&mut self, objects: &[Object], seen: &[Seen]) {
-        for (object, (form, _)) in objects.iter().zip(seen) {
-            let material = &self.materials[object.material as usize];
-            if matches!(form, Form::Unaimed) && material.is_light() {
-                let name = &object.name;
-                self.warnings.push(Warning(format!(
-                    "object '{name}' emits, moves, and is not scaled evenly: no rays are aimed at it and its light is noisy; scale it evenly, or make it a mesh"
-                )));
-            }
+    /// Lamps that another one covers in the same place are no lights.
+    fn leave_hidden_out(
+        &mut self,
+        shared: &mut SharedPlaces,
+        area: &mut AreaLights,
+        objects: &mut [Object],
+        seen: &[Seen],
+        space: &Space,
+    ) {
+        let is_solid = |object: u32| {
+            let material = &self.materials[objects[object as usize].material as usize];
+            material.alpha_mode == AlphaMode::Opaque
+        };
+        let hidden = shared.hidden(area, is_solid, space);
+        let count = hidden.iter().filter(|hidden| **hidden).count();
+        if count == 0 {
+            return;
         }
+        shared.remove(&hidden);
+        area.remove(&hidden);
+        for (i, (object, (form, _))) in objects.iter_mut().zip(seen).enumerate() {
+            object.first_light = area.first(i as u32, form.primitives());
+        }
+        let lie = if count == 1 { "1 light lies".into() } else { format!("{count} lights lie") };
+        self.warn(Warning(format!(
+            "{lie} in the place of another light, which alone shines there: remove the copies"
+        )));
     }
 
-    /// The environment, unless it is black; a white one for a scene that nothing would light.
+    /// The environment, unless it is black; a white one for a scene that nothing would light. What lights is decided by
+    /// what the scene says, not by how much of it is left by textures and holes.
     fn surroundings(&mut self, objects: &[Object], lights: &[Light]) -> Option<Environment> {
-        let unlit = |o: &Object| self.materials[o.material as usize].unlit;
-        let shown = !objects.is_empty() && objects.iter().all(unlit);
-        let lit = self.environment.is_some() || !lights.is_empty() || self.no_default_light;
+        let material = |o: &Object| &self.materials[o.material as usize];
+        let shown = !objects.is_empty() && objects.iter().all(|o| material(o).unlit);
+        let emits = objects.iter().any(|o| material(o).is_light());
+        let lit = self.environment.is_some() || !lights.is_empty() || emits || self.no_default_light;
         if self.reads.light && !lit && !shown {
             self.warn(Warning(format!("nothing in the scene emits light: {STUDIO}")));
             return Some(studio::studio());
@@ -140,14 +174,14 @@ impl SceneBuilder {
         let mut entry =
             Entry { space, world: WorldBuilder::default(), own: OwnSpaces::default(), dropped: 0, mended: 0 };
         let (mut objects, mut seen) = (Vec::new(), Vec::new());
-        for (i, Placed { name, material, geometry }) in
+        for (i, Placed { name, material, geometry, .. }) in
             std::mem::take(&mut self.placed).into_iter().enumerate()
         {
             let entered = entry.enter(self, geometry, material);
             seen.push(entered.map_err(|what| self.invalid(format!("object {i} '{}'", quoted(&name)), what))?);
             let textured =
                 self.materials.get(material as usize).is_some_and(|m| m.textures().next().is_some());
-            objects.push(Object { name, material, first_light: u32::MAX, textured });
+            objects.push(Object { name, material, first_light: u32::MAX, textured, body: u32::MAX });
         }
         let Entry { world, dropped, mended, .. } = entry;
         if dropped > 0 {

@@ -10,10 +10,14 @@ use std::sync::Arc;
 
 /// An object in the world.
 #[derive(Debug)]
-pub(super) struct Placed {
+pub(crate) struct Placed {
     pub name: String,
     pub material: u32,
     pub geometry: Geometry,
+    /// Objects of one group bound one body.
+    pub group: u32,
+    /// Node of the file; without a file, the object itself.
+    pub node: u32,
 }
 
 #[derive(Debug)]
@@ -66,6 +70,26 @@ impl Placed {
                 Some("its normal has no direction".into())
             }
             _ => None,
+        }
+    }
+
+    /// Its box in its own space, and how many times larger volumes are in the world when the shutter opens; of flat things
+    /// a flat box.
+    pub fn own_box(&self, exposure: &Exposure) -> Option<((DVec3, DVec3), f64)> {
+        let round = |radius: f64, flat: bool| {
+            let half = DVec3::new(radius, radius, if flat { 0.0 } else { radius });
+            (-half, half)
+        };
+        let of = |placement: &Placement| placement.linear.determinant().abs();
+        match &self.geometry {
+            Geometry::Mesh { mesh, placement } => {
+                Some((bake::bounds(mesh, &Placement::IDENTITY)?, of(placement)))
+            }
+            Geometry::Sphere { radius, .. } => Some((round(*radius, false), 1.0)),
+            Geometry::Disk { radius, .. } => Some((round(*radius, true), 1.0)),
+            Geometry::Moving { body, chain } => {
+                Some((body.bounds(&Placement::IDENTITY)?, of(&exposure.placement(chain))))
+            }
         }
     }
 

@@ -66,6 +66,7 @@ impl Materials {
         if let Some(dapple) = doc.dapple(&material.extras, &place)? {
             converted.base.mirror = mirror(&dapple).map_err(|what| doc.invalid(&*place, what))?;
         }
+        converted.priority = priority(doc, &material.extras, &place)?;
         converted.name = match &material.name {
             Some(name) if !name.is_empty() => name.clone(),
             _ => place.clone(),
@@ -221,6 +222,22 @@ fn mirror(dapple: &Value) -> Result<Option<Mirror>, &'static str> {
         (Some(&[r, g, b]), Some(blur)) => Ok(Some(Mirror { kr: Vec3::new(r, g, b), blur })),
         _ => Err("extras.dapple.mirror needs \"kr\": [r, g, b] and a number \"blur\""),
     }
+}
+
+/// `extras: {"dapple": {"priority": n}}`, or `extras: {"priority": n}`: where volumes overlap, the one of the highest
+/// number is there (default 0).
+fn priority(doc: &Document<'_>, extras: &json::Extras, place: &str) -> Result<f64, SceneError> {
+    let finite = |v: &Value| v.as_f64().filter(|v| v.is_finite());
+    if let Some(own) = doc.dapple(extras, place)?.as_ref().and_then(|dapple| dapple.get("priority")) {
+        return finite(own)
+            .ok_or_else(|| doc.invalid(place, "extras.dapple.priority must be a finite number"));
+    }
+    let plain = extras.as_ref().and_then(|e| serde_json::from_str::<Value>(e.get()).ok());
+    let Some(plain) = plain.as_ref().and_then(|e| e.get("priority")) else { return Ok(0.0) };
+    Ok(finite(plain).unwrap_or_else(|| {
+        doc.warn(format!("{place}: extras.priority is not a finite number and is left out"));
+        0.0
+    }))
 }
 
 /// Factors that glTF keeps within [0, 1].

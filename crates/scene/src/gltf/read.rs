@@ -95,7 +95,11 @@ impl Assembly<'_, '_> {
         }
         let shape = doc.dapple(&node.extras, &place)?.filter(|d| d.get("shape").is_some());
         match (shape, node.mesh) {
-            (Some(shape), mesh) => self.shape(&shape, mesh, index, whereabouts)?,
+            (Some(shape), mesh) => {
+                let first = self.builder.object_count();
+                self.shape(&shape, mesh, index, whereabouts)?;
+                self.builder.one_body(first..self.builder.object_count(), index as u32);
+            }
             (None, Some(mesh)) => self.instances(mesh, index, whereabouts)?,
             (None, None) => {}
         }
@@ -130,6 +134,7 @@ impl Assembly<'_, '_> {
         let objects = instances.len() as u64 * doc.root.meshes[mesh.value()].primitives.len() as u64;
         doc.keep(objects.saturating_mul(OBJECT + links * LINK), &name)?;
         for instance in instances {
+            let first = self.builder.object_count();
             for (mesh, material) in self.meshes[mesh.value()].iter().flatten() {
                 let (mesh, material) = (mesh.clone(), *material);
                 match &whereabouts.chain {
@@ -144,6 +149,7 @@ impl Assembly<'_, '_> {
                     }
                 };
             }
+            self.builder.one_body(first..self.builder.object_count(), index as u32);
         }
         Ok(())
     }

@@ -1,234 +1,280 @@
-//! Other renderers on the same axes: a command line per picture, timed from outside.
+//! Other renderers on the same axes: a command line per picture, timed from outside or by itself.
 //!
-//! Each has a reference of its own, made by itself, so that another idea of a material does not count as noise. Seconds
-//! are those of the whole command, loading included.
+//! Each has a reference of its own, made by itself, so that another idea of a material does not count as noise; with
+//! `--shared-reference` it is held against that of dapple's runs.
+
+mod command;
+mod startup;
+
+pub use command::External;
 
 use super::Session;
 use super::folder::plain;
-use crate::error::{self, Failure};
+use crate::error::Failure;
 use crate::interrupt;
+use command::Took;
 use dapple_analysis::converge::Reference;
 use dapple_analysis::curve::{Curve, Point};
 use dapple_analysis::results::{ReferenceRecord, Results, RunRecord, Seed};
-use dapple_integrator::imaging::{Picture, read};
-use std::process::{Command, Stdio};
-use std::time::Instant;
+use dapple_integrator::imaging::Picture;
+use startup::{RUNS, Startup};
 
-/// Share of its time that a renderer's reference gets.
-const REFERENCE: f64 = 0.4;
+/// Share of its time in which a renderer's speed is measured, by pictures of ever more samples. A reference of two pictures
+/// as long as the last of them takes as much again or more, and the curves of five seeds somewhat less.
+const SIZES: f64 = 0.35;
 
 /// The reference has so many times the samples of the last point of a curve.
 const AHEAD: u32 = 8;
 
-/// Seeds of the two halves.
-const HALVES: [u32; 2] = [1_000_001, 1_000_002];
+/// Seeds of the two halves lie so far above the first seed of the runs.
+const HALVES: u32 = 1_000_000;
 
-/// A renderer.
-pub struct External {
-    name: String,
-    command: String,
+/// What is measured: a renderer on a scene, against which reference.
+pub struct Task<'a> {
+    pub external: &'a External,
+    pub scene: &'a str,
+    /// That of dapple's runs and its key, where all share it.
+    pub shared: Option<(&'a Reference, &'a str)>,
+    /// When its time is up, in seconds of the clock.
+    pub end: f64,
 }
 
-impl External {
-    /// `NAME=COMMAND`; the command must say where `{spp}` and `{out}` go.
-    pub fn parse(text: &str) -> Result<Self, Failure> {
-        let wrong = |why: &str| Failure::Arguments(format!("--external '{text}': {why}"));
-        let (name, command) = text.split_once('=').ok_or_else(|| wrong("write it as NAME=COMMAND"))?;
-        for needed in ["{spp}", "{out}"] {
-            if !command.contains(needed) {
-                return Err(wrong(&format!("the command must contain {needed}")));
+/// The counts that fit, and how long they take.
+struct Sizes {
+    /// The largest count that was tried.
+    samples: u32,
+    /// Wall seconds of its picture, start-up included.
+    cost: f64,
+    startup: Startup,
+    tells_cpu: bool,
+}
+
+impl Task<'_> {
+    /// Measures and adds the record, or that of an earlier call.
+    pub fn measure(&self, session: &mut Session<'_>, old: &Results) -> Result<(), Failure> {
+        let (external, scene) = (self.external, self.scene);
+        let key = self.key(session);
+        let same = |r: &&RunRecord| r.scene == scene && r.name == external.name && r.key == key;
+        if let Some(done) = old.runs.iter().find(same) {
+            let reference = old.references.iter().filter(|r| r.scene == scene && r.key == done.reference);
+            if self.shared.is_none() {
+                reference.for_each(|r| session.add_reference(r.clone(), &external.name));
             }
+            session.results.runs.push(done.clone());
+            return Ok(());
         }
-        Ok(Self { name: name.trim().into(), command: command.trim().into() })
+        let sizes = self.sizes(session)?;
+        let enough = |s: &Sizes| self.shared.is_some() || s.samples >= AHEAD;
+        let Some(sizes) = sizes.filter(enough) else {
+            let said = format!("{AHEAD} samples per pixel take too long for a reference; see --budget");
+            session.results.left_out.push(format!("{scene}: {}: {said}", external.name));
+            return Ok(());
+        };
+        let made;
+        let (reference, reference_key) = match self.shared {
+            Some((reference, key)) => (reference, key.to_string()),
+            None => {
+                made = self.reference(session, sizes.samples)?;
+                let record = self.describe(session, sizes.samples, &made)?;
+                let key = record.key.clone();
+                session.add_reference(record, &external.name);
+                (&made, key)
+            }
+        };
+        let run = self.record(key, reference_key, &sizes);
+        let run = self.seeds(session, run, &sizes, reference)?;
+        session.results.runs.push(run);
+        session.folder.write(&mut session.results)
     }
 
-    fn has_seeds(&self) -> bool {
-        self.command.contains("{seed}")
+    /// The record of the run before its first seed.
+    fn record(&self, key: String, reference: String, sizes: &Sizes) -> RunRecord {
+        let (external, startup) = (self.external, &sizes.startup);
+        let tells = external.tells_time();
+        RunRecord {
+            scene: self.scene.into(),
+            name: external.name.clone(),
+            options: external.command.clone(),
+            key,
+            reference,
+            method: "external".into(),
+            varied: "spp".into(),
+            most: Some((sizes.samples / AHEAD).max(1)),
+            timing: startup.said(tells, sizes.tells_cpu),
+            startup_seconds: (startup.is_known && !tells).then_some(startup.wall),
+            startup_cpu_seconds: (startup.is_known && !sizes.tells_cpu).then_some(startup.cpu),
+            ..RunRecord::default()
+        }
     }
 
-    /// One picture and its seconds.
-    fn render(
+    /// Tells apart everything that changes what is measured.
+    fn key(&self, session: &Session<'_>) -> String {
+        let shared = self.shared.map(|(_, key)| format!(" against {key}")).unwrap_or_default();
+        format!("{} from seed {}{shared}", self.external.command, session.first_seed())
+    }
+
+    /// The largest count, by factors of four, whose picture fits, and the start-up.
+    fn sizes(&self, session: &Session<'_>) -> Result<Option<Sizes>, Failure> {
+        let seconds = SIZES * (self.end - session.clock.elapsed());
+        let draw = |spp: u32| {
+            let (_, took) = self.external.render(session, self.scene, spp, session.first_seed() + HALVES)?;
+            Ok::<Took, Failure>(took)
+        };
+        let (mut spp, mut spent, mut before) = (1, 0.0, 0.0);
+        let (mut longest, mut least) = (None, Vec::new());
+        while spp <= 1 << 20 && !interrupt::asked() {
+            let took = draw(spp)?;
+            spent += took.wall;
+            longest = Some((spp, took));
+            // What renders four times as long still starts up once: t(4n) − t(n) = 4 (t(n) − t(n/4)).
+            let more = if spp == 1 { 0.0 } else { 4.0 * (took.wall - before).max(0.0) };
+            before = took.wall;
+            if spp == 1 {
+                least.push(took);
+            }
+            if spent + took.wall + more > seconds {
+                break;
+            }
+            spp *= 4;
+        }
+        let Some(longest) = longest.filter(|(_, took)| took.wall <= 2.0 * seconds) else { return Ok(None) };
+        while least.len() < RUNS && longest.0 > 1 && !interrupt::asked() {
+            least.push(draw(1)?);
+        }
+        let startup = Startup::of(&least, longest);
+        let tells_cpu = longest.1.told_cpu.is_some();
+        Ok(Some(Sizes { samples: longest.0, cost: longest.1.wall, startup, tells_cpu }))
+    }
+
+    /// Two halves where seeds can be given, else one picture that is taken as exact.
+    fn reference(&self, session: &Session<'_>, spp: u32) -> Result<Reference, Failure> {
+        let half = |i: u32| {
+            let seed = session.first_seed() + HALVES + i;
+            Ok::<Picture, Failure>(self.external.render(session, self.scene, spp, seed)?.0)
+        };
+        let first = half(0)?;
+        if !self.external.has_seeds() {
+            return Ok(Reference::Exact(first));
+        }
+        Ok(Reference::Halves([first, half(1)?]))
+    }
+
+    fn describe(
         &self,
         session: &Session<'_>,
-        scene: &str,
-        spp: u32,
+        samples: u32,
+        reference: &Reference,
+    ) -> Result<ReferenceRecord, Failure> {
+        let (mean, name) = (reference.picture().mean(), &self.external.name);
+        let (kind, samples) = match reference {
+            Reference::Exact(_) => (
+                format!(
+                    "one picture by {name} at {samples} samples per pixel; its command has no {{seed}}, so the pictures that \
+                     are held against it may share samples with it, and their errors then look too small"
+                ),
+                0,
+            ),
+            Reference::Halves(_) => (format!("two halves by {name}, each with a seed of its own"), samples),
+        };
+        Ok(ReferenceRecord {
+            scene: self.scene.into(),
+            key: format!("external {}", self.key(session)),
+            name: String::new(),
+            kind,
+            samples,
+            mse: reference.mse(),
+            relative_rmse: reference.relative_rmse(),
+            mean: f64::from(mean.x + mean.y + mean.z) / 3.0,
+            files: session
+                .folder
+                .put_reference(&format!("{}-{}", plain(self.scene), plain(name)), reference)?,
+        })
+    }
+
+    /// Curves of as many seeds as there is time for.
+    fn seeds(
+        &self,
+        session: &mut Session<'_>,
+        mut run: RunRecord,
+        sizes: &Sizes,
+        reference: &Reference,
+    ) -> Result<RunRecord, Failure> {
+        let seeds = if self.external.has_seeds() { session.arguments.seeds } else { 1 };
+        if self.shared.is_some() {
+            let left = self.end - session.clock.elapsed();
+            run.most = Some(affordable(sizes, left / f64::from(seeds)));
+        }
+        for i in 0..seeds {
+            let most = run.most.unwrap_or(1);
+            if interrupt::asked() || (i > 0 && session.clock.elapsed() + curve_cost(sizes, most) > self.end) {
+                let (scene, name) = (self.scene, &run.name);
+                session.results.left_out.push(format!("{scene}: {name} has {i} of {seeds} seeds"));
+                break;
+            }
+            let seed = session.first_seed() + i;
+            let (points, picture) = self.curve(session, seed, most, &sizes.startup, reference)?;
+            if i == 0 {
+                run.size = [picture.width as u32, picture.height as u32];
+                let name = format!("{}-{}", plain(self.scene), plain(&run.name));
+                (run.files, run.flip) = session.folder.put_picture(&name, &picture, &reference.picture())?;
+                if points.last().is_none_or(|p| p.samples < f64::from(most)) {
+                    run.ends = "beyond it the reference's own error would spoil the measurement".into();
+                }
+            }
+            run.seeds.push(Seed { seed: seed.into(), points });
+        }
+        Ok(run)
+    }
+
+    /// Errors at doubling counts up to `most`, and the last picture.
+    fn curve(
+        &self,
+        session: &Session<'_>,
         seed: u32,
-    ) -> Result<(Picture, f64), Failure> {
-        let out = session.folder.file(&format!("{}-{}.exr", plain(scene), plain(&self.name)));
-        let line = self.command.replace("{scene}", scene).replace("{spp}", &spp.to_string());
-        let line = line.replace("{out}", &out.display().to_string()).replace("{seed}", &seed.to_string());
-        let what = format!("{scene}: {} · seed {seed} · {spp} spp", self.name);
-        session.bar.show_task(session.clock.fraction(), session.clock.elapsed(), &what);
-        let failed = |why: String| Failure::Arguments(format!("--external {}: `{line}` {why}", self.name));
-        // A picture of an earlier call must not be taken for this one's.
-        let _ = std::fs::remove_file(&out);
-        let start = Instant::now();
-        let done = shell(&line).stdin(Stdio::null()).stdout(Stdio::null()).output();
-        let seconds = start.elapsed().as_secs_f64();
-        let done = done.map_err(|e| failed(format!("cannot be started: {e}")))?;
-        if !done.status.success() {
-            let said = String::from_utf8_lossy(&done.stderr);
-            let last = said.lines().rfind(|l| !l.trim().is_empty()).unwrap_or_default().to_string();
-            return Err(failed(format!("failed ({}): {}", done.status, error::one_line(&last))));
+        most: u32,
+        startup: &Startup,
+        reference: &Reference,
+    ) -> Result<(Curve, Picture), Failure> {
+        let mut points = Vec::new();
+        let mut spp = 1;
+        loop {
+            let (picture, took) = self.external.render(session, self.scene, spp, seed)?;
+            let in_run =
+                |e| Failure::Arguments(format!("--external {}: {e}; render them alike", self.external.name));
+            let overall = reference.compare(&picture).map_err(in_run)?.overall;
+            if overall.mse >= reference.mse() {
+                let (seconds, cpu_seconds) = startup.rendering(&took);
+                points.push(Point {
+                    samples: f64::from(spp),
+                    seconds,
+                    cpu_seconds,
+                    mse: overall.mse,
+                    relmse: overall.relmse,
+                    relative_rmse: overall.relative_rmse,
+                });
+            }
+            spp *= 2;
+            if spp > most {
+                return Ok((points, picture));
+            }
         }
-        let picture = read::picture(&out).map_err(|e| failed(format!("left no picture: {e}")))?;
-        Ok((picture, seconds))
     }
 }
 
-fn shell(line: &str) -> Command {
-    let (shell, option) = if cfg!(windows) { ("cmd", "/C") } else { ("sh", "-c") };
-    let mut command = Command::new(shell);
-    command.arg(option).arg(line);
-    command
+/// Seconds of all counts of a curve up to `most`: rendering takes about twice that of the last, and each count starts up.
+fn curve_cost(sizes: &Sizes, most: u32) -> f64 {
+    let rendering = (sizes.cost - sizes.startup.wall).max(0.0);
+    let counts = f64::from(most.max(1).ilog2() + 1);
+    2.0 * rendering * f64::from(most) / f64::from(sizes.samples) + counts * sizes.startup.wall
 }
 
-/// Measures one renderer on one scene until second `end` of the clock; adds its record.
-pub fn measure(
-    session: &mut Session<'_>,
-    external: &External,
-    scene: &str,
-    old: &Results,
-    end: f64,
-) -> Result<(), Failure> {
-    let same = |r: &&RunRecord| r.scene == scene && r.name == external.name && r.key == external.command;
-    if let Some(done) = old.runs.iter().find(same) {
-        let reference = old.references.iter().filter(|r| r.scene == scene && r.key == done.reference);
-        session.results.references.extend(reference.cloned());
-        session.results.runs.push(done.clone());
-        return Ok(());
+/// The largest count, a power of two, whose curve takes at most `seconds`.
+fn affordable(sizes: &Sizes, seconds: f64) -> u32 {
+    let mut most = 1;
+    while most < 1 << 20 && 1.1 * curve_cost(sizes, 2 * most) <= seconds {
+        most *= 2;
     }
-    let seconds = end - session.clock.elapsed();
-    let Some((samples, cost)) = largest(session, external, scene, 0.5 * REFERENCE * seconds)? else {
-        session.results.left_out.push(format!("{scene}: {}: one picture takes too long", external.name));
-        return Ok(());
-    };
-    let reference = reference(session, external, scene, samples)?;
-    let name = format!("{}-{}", plain(scene), plain(&external.name));
-    let record = describe(session, external, scene, samples, &reference, &name)?;
-    session.results.references.push(record);
-    let mut run = RunRecord {
-        scene: scene.into(),
-        name: external.name.clone(),
-        options: external.command.clone(),
-        key: external.command.clone(),
-        reference: format!("external {}", external.name),
-        method: "external".into(),
-        varied: "spp".into(),
-        most: Some((samples / AHEAD).max(1)),
-        ..RunRecord::default()
-    };
-    // All counts of a curve together cost about twice its last.
-    let curve_cost = 2.0 * cost / f64::from(AHEAD);
-    let seeds = if external.has_seeds() { session.arguments.seeds } else { 1 };
-    for seed in 1..=seeds {
-        if interrupt::asked() || (seed > 1 && session.clock.elapsed() + curve_cost > end) {
-            let (had, name) = (seed - 1, &external.name);
-            session.results.left_out.push(format!("{scene}: {name} has {had} of {seeds} seeds"));
-            break;
-        }
-        let (points, picture) = curve(session, external, scene, seed, &run, &reference)?;
-        if seed == 1 {
-            run.size = [picture.width as u32, picture.height as u32];
-            (run.files, run.flip) = session.folder.put_picture(&name, &picture, &reference.picture())?;
-        }
-        run.seeds.push(Seed { seed: seed.into(), points });
-    }
-    session.results.runs.push(run);
-    session.folder.write(&mut session.results)
-}
-
-/// The largest count, by doubling, whose picture takes at most `seconds`, and what it takes.
-fn largest(
-    session: &Session<'_>,
-    external: &External,
-    scene: &str,
-    seconds: f64,
-) -> Result<Option<(u32, f64)>, Failure> {
-    let (mut found, mut spp, mut spent) = (None, 1, 0.0);
-    while spp <= 1 << 20 && !interrupt::asked() {
-        let (_, cost) = external.render(session, scene, spp, HALVES[0])?;
-        spent += cost;
-        found = Some((spp, cost));
-        if spent + 2.0 * cost > seconds {
-            break;
-        }
-        spp *= 2;
-    }
-    Ok(found.filter(|(_, cost)| *cost <= 2.0 * seconds))
-}
-
-/// Two halves where seeds can be given, else one picture that is taken as exact.
-fn reference(
-    session: &Session<'_>,
-    external: &External,
-    scene: &str,
-    spp: u32,
-) -> Result<Reference, Failure> {
-    let (first, _) = external.render(session, scene, spp, HALVES[0])?;
-    if !external.has_seeds() {
-        return Ok(Reference::Exact(first));
-    }
-    let (second, _) = external.render(session, scene, spp, HALVES[1])?;
-    Ok(Reference::Halves([first, second]))
-}
-
-fn describe(
-    session: &Session<'_>,
-    external: &External,
-    scene: &str,
-    samples: u32,
-    reference: &Reference,
-    name: &str,
-) -> Result<ReferenceRecord, Failure> {
-    let mean = reference.picture().mean();
-    let (kind, samples) = match reference {
-        Reference::Exact(_) => {
-            (format!("one picture of {} at {samples} samples per pixel", external.name), 0)
-        }
-        Reference::Halves(_) => (format!("two halves by {}", external.name), samples),
-    };
-    Ok(ReferenceRecord {
-        scene: scene.into(),
-        key: format!("external {}", external.name),
-        kind,
-        samples,
-        mse: reference.mse(),
-        relative_rmse: reference.relative_rmse(),
-        mean: f64::from(mean.x + mean.y + mean.z) / 3.0,
-        files: session.folder.put_reference(name, reference)?,
-    })
-}
-
-/// Errors at doubling counts up to the run's largest, and the last picture.
-fn curve(
-    session: &Session<'_>,
-    external: &External,
-    scene: &str,
-    seed: u32,
-    run: &RunRecord,
-    reference: &Reference,
-) -> Result<(Curve, Picture), Failure> {
-    let mut points = Vec::new();
-    let mut spp = 1;
-    loop {
-        let (picture, seconds) = external.render(session, scene, spp, seed)?;
-        let overall = reference.compare(&picture)?.overall;
-        if overall.mse >= reference.mse() {
-            points.push(Point {
-                samples: f64::from(spp),
-                seconds,
-                cpu_seconds: 0.0,
-                mse: overall.mse,
-                relmse: overall.relmse,
-                relative_rmse: overall.relative_rmse,
-            });
-        }
-        spp *= 2;
-        if spp > run.most.unwrap_or(1) {
-            return Ok((points, picture));
-        }
-    }
+    most
 }
 
 #[cfg(test)]
@@ -236,11 +282,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_say_where_counts_and_pictures_go() {
-        let found = External::parse("other = render {scene} -s {spp} -o {out} --seed {seed}").unwrap();
-        assert_eq!((found.name.as_str(), found.has_seeds()), ("other", true));
-        for bad in ["other", "other=render {spp}", "other=render {out}"] {
-            assert!(External::parse(bad).is_err(), "{bad}");
-        }
+    fn counts_fit_the_time() {
+        let startup = Startup { wall: 1.0, is_known: true, ..Startup::default() };
+        let sizes = Sizes { samples: 64, cost: 2.0, startup, tells_cpu: false };
+        // 64 samples: 2 s of rendering in all, 7 starts.
+        assert!((curve_cost(&sizes, 64) - 9.0).abs() < 1e-12);
+        assert_eq!(affordable(&sizes, 10.0), 64);
+        assert_eq!(affordable(&sizes, 9.8), 32);
+        assert_eq!(affordable(&sizes, 0.0), 1);
     }
 }

@@ -68,7 +68,9 @@ impl Folder {
         let scenes: Vec<String> = results.scenes().iter().map(|s| s.to_string()).collect();
         let mut shown = Vec::new();
         for scene in &scenes {
-            for (over, name) in [(Over::Seconds, "seconds"), (Over::Samples, "samples")] {
+            let axes =
+                [(Over::Seconds, "seconds"), (Over::CpuSeconds, "cpu-seconds"), (Over::Samples, "samples")];
+            for (over, name) in axes {
                 let chart = report::chart(results, scene, over);
                 let file = format!("{}-error-{name}", plain(scene));
                 write::replace(&self.file(&format!("{file}.svg")), chart.svg().as_bytes())?;
@@ -90,7 +92,7 @@ impl Folder {
         let bytes = |name: &String| std::fs::read(self.file(name)).ok();
         let png = |files: &[String], end: &str| files.iter().find(|f| f.ends_with(end)).and_then(bytes);
         let references = results.references.iter().filter(|r| r.scene == scene).filter_map(|r| {
-            Some(Shown { label: "reference".into(), picture: png(&r.files, "reference.png")?, errors: None })
+            Some(Shown { label: r.name.clone(), picture: png(&r.files, "reference.png")?, errors: None })
         });
         let runs = results.of_scene(scene).filter_map(|run| {
             let picture = png(&run.files, "picture.png")?;
@@ -102,10 +104,16 @@ impl Folder {
     /// Writes a reference; the names of its files.
     pub fn put_reference(&self, name: &str, reference: &Reference) -> Result<Vec<String>, Failure> {
         let mut files = Vec::new();
-        if let Reference::Halves(halves) = reference {
-            for (half, i) in halves.iter().zip(1..) {
-                files.push(format!("{name}-half-{i}.exr"));
-                self.put_exr(&files[i - 1], half)?;
+        match reference {
+            Reference::Halves(halves) => {
+                for (half, i) in halves.iter().zip(1..) {
+                    files.push(format!("{name}-half-{i}.exr"));
+                    self.put_exr(&files[i - 1], half)?;
+                }
+            }
+            Reference::Exact(picture) => {
+                files.push(format!("{name}-reference.exr"));
+                self.put_exr(&files[0], picture)?;
             }
         }
         files.push(format!("{name}-reference.png"));
@@ -113,11 +121,14 @@ impl Folder {
         Ok(files)
     }
 
-    /// The halves of a reference that an earlier call wrote, if they are whole.
+    /// A reference as it lies here, if it is whole.
     pub fn reference(&self, record: &ReferenceRecord) -> Option<Reference> {
-        let halves = record.files.iter().filter(|f| f.ends_with(".exr"));
-        let halves: Vec<Picture> = halves.filter_map(|f| read::picture(&self.file(f)).ok()).collect();
-        <[Picture; 2]>::try_from(halves).ok().map(Reference::Halves)
+        let files = record.files.iter().filter(|f| f.ends_with(".exr"));
+        let pictures: Option<Vec<Picture>> = files.map(|f| read::picture(&self.file(f)).ok()).collect();
+        match <[Picture; 2]>::try_from(pictures?) {
+            Ok(halves) => Some(Reference::Halves(halves)),
+            Err(one) => one.into_iter().next().map(Reference::Exact),
+        }
     }
 
     /// Writes a run's picture and where its errors are; the names of the files, and FLIP.

@@ -1,5 +1,6 @@
 //! Which runs are there, and which of them should look alike?
 
+use super::folder::plain;
 use crate::args::study::ConvergeArgs;
 use crate::commands::render;
 use crate::error::Failure;
@@ -33,9 +34,7 @@ pub struct Planned {
 pub fn runs(arguments: &ConvergeArgs, base: &RenderOptions, scene: &Scene) -> Result<Vec<Planned>, Failure> {
     let typed = arguments.runs.iter().map(|run| split(run)).collect::<Result<Vec<_>, _>>()?;
     let named = if typed.is_empty() { default_runs(base) } else { typed };
-    if let Some(twice) = named.iter().enumerate().find(|(i, run)| named[..*i].iter().any(|r| r.0 == run.0)) {
-        return Err(Failure::Arguments(format!("--run {}: there are two of this name", twice.1.0)));
-    }
+    names(&named)?;
     let mut options = Vec::new();
     for (name, text) in &named {
         options.push(laid(base, name, text)?);
@@ -68,9 +67,26 @@ fn one(
         let said = format!("--run {name}: --vary {vary}: that effect is off in this run");
         return Err(Failure::Arguments(said));
     }
-    let scene_name = format!("{} {vary}", arguments.scenes.join(" "));
+    // Errors depend on what they are measured from.
+    let reference = (&arguments.reference, arguments.shared_reference);
+    let scene_name = format!("{} {vary} {reference:?}", arguments.scenes.join(" "));
     let (key, look) = (key(&scene_name, &of_result(&options)), key("", &of_look(&options)));
     Ok(Planned { run: Run { name, camera: view.camera, settings, vary }, text, key, look })
+}
+
+/// Fails unless all runs, and the files that are called after them, can be told apart from one another and from
+/// references.
+fn names(named: &[(String, String)]) -> Result<(), Failure> {
+    for (i, (name, _)) in named.iter().enumerate() {
+        let wrong = |why: &str| Err(Failure::Arguments(format!("--run {name}: {why}")));
+        if named[..i].iter().any(|(other, _)| plain(other) == plain(name)) {
+            return wrong("there are two of this name");
+        }
+        if name.starts_with("reference") {
+            return wrong("pictures of references are called so; use another name");
+        }
+    }
+    Ok(())
 }
 
 /// `NAME: OPTIONS`.

@@ -1,16 +1,19 @@
 //! One scene: the references, then every run seed after seed until time is up.
 
+use super::external::Task;
 use super::folder::plain;
 use super::plan::{self, Planned};
-use super::{Session, external};
+use super::{External, Session};
 use crate::error::Failure;
 use crate::load::{self, Loaded, Source};
 use crate::{interrupt, machine, settings_file, values};
 use clap::ArgMatches;
-use dapple_analysis::converge::{Allowance, Measurement, Reference, allowance, measure};
-use dapple_analysis::results::{ReferenceRecord, Results, RunRecord, Seed};
-use dapple_integrator::imaging::read;
+use dapple_analysis::converge::{Allowance, Measurement, Reference, allowance, apart, measure};
+use dapple_analysis::results::{Difference, ReferenceRecord, Results, RunRecord, Seed};
+use dapple_integrator::Settings;
+use dapple_integrator::imaging::{Window, read};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Share of a scene's time that its references get.
 const REFERENCE: f64 = 0.35;
@@ -33,8 +36,11 @@ pub fn scene(
     (options.spp, options.time_limit, options.seed) = (None, None, None);
     let loaded = load::load(&source, &options)?;
     let planned = plan::runs(session.arguments, &options, &loaded.scene)?;
+    names(&planned, &session.externals)?;
     let first = session.results.runs.len();
-    session.results.runs.extend(planned.iter().map(|p| record(name, p, old)));
+    let shared = session.arguments.shared_reference;
+    let look = |p: &Planned| if shared { planned[0].look.clone() } else { p.look.clone() };
+    session.results.runs.extend(planned.iter().map(|p| record(name, p, look(p), old)));
     // Other renderers come last, each with the time of a run.
     let others = std::mem::take(&mut session.externals);
     let share = (end - session.clock.elapsed()) / (planned.len() + others.len()) as f64;
@@ -43,17 +49,75 @@ pub fn scene(
     let references = scene.references(session, old)?;
     scene.rounds(session, &references)?;
     scene.note_left_out(session);
-    for (i, other) in others.iter().enumerate() {
+    let shared = references.get(&planned[0].look).filter(|_| shared).map(|r| (r, planned[0].look.as_str()));
+    for (i, external) in others.iter().enumerate() {
+        if session.arguments.shared_reference && shared.is_none() {
+            break;
+        }
         let left = (end - session.clock.elapsed()) / (others.len() - i) as f64;
         let end = session.clock.elapsed() + left;
-        external::measure(session, other, name, old, end)?;
+        Task { external, scene: name, shared, end }.measure(session, old)?;
     }
     session.externals = others;
+    session.results.differences.extend(differences(session, name));
     Ok(())
 }
 
+/// Fails where a renderer is called like a run, or like another one, or like a reference.
+fn names(planned: &[Planned], externals: &[External]) -> Result<(), Failure> {
+    for (i, external) in externals.iter().enumerate() {
+        let name = &external.name;
+        let wrong = |why: &str| Err(Failure::Arguments(format!("--external {name}: {why}")));
+        let runs = planned.iter().map(|p| &p.run.name);
+        if runs.chain(externals[..i].iter().map(|e| &e.name)).any(|other| plain(other) == plain(name)) {
+            return wrong("there are two of this name");
+        }
+        if name.starts_with("reference") {
+            return wrong("pictures of references are called so; use another name");
+        }
+    }
+    Ok(())
+}
+
+/// The picture of `--reference`, which must be as large as the runs' and whole.
+fn from_file(path: &Path, size: (u32, u32)) -> Result<Reference, Failure> {
+    let picture = read::windowed(path)?;
+    let (w, h) = picture.full_size;
+    if (w, h) != (size.0 as usize, size.1 as usize) {
+        return Err(Failure::Arguments(format!(
+            "{}: the reference has {w}x{h} pixels, the runs {}x{}; see --size",
+            path.display(),
+            size.0,
+            size.1
+        )));
+    }
+    let whole = picture.covering(Window::full((w, h)), &path.display().to_string())?;
+    Ok(Reference::Exact(whole))
+}
+
+/// How far the further references of a scene are from the first.
+fn differences(session: &Session<'_>, scene: &str) -> Vec<Difference> {
+    let records: Vec<&ReferenceRecord> =
+        session.results.references.iter().filter(|r| r.scene == scene).collect();
+    let Some((first, others)) = records.split_first() else { return Vec::new() };
+    let Some(a) = session.folder.reference(first).filter(|_| !others.is_empty()) else { return Vec::new() };
+    let one = |record: &&ReferenceRecord| {
+        let b = session.folder.reference(record)?;
+        let names = [first.name.clone(), record.name.clone()];
+        let found = apart(&a, &b).ok();
+        Some(Difference {
+            scene: scene.into(),
+            names,
+            relative_rmse: found.map(|f| f.mse.max(0.0).sqrt() / first.mean),
+            noise: found.map_or(0.0, |f| f.noise.sqrt() / first.mean),
+            beyond_noise: found.filter(|f| f.noise_is_known).map(|f| f.is_sure()),
+        })
+    };
+    others.iter().filter_map(one).collect()
+}
+
 /// The record of a run, continued if it is that of an earlier call.
-fn record(scene: &str, planned: &Planned, old: &Results) -> RunRecord {
+fn record(scene: &str, planned: &Planned, look: String, old: &Results) -> RunRecord {
     let same = |r: &&RunRecord| r.scene == scene && r.key == planned.key && r.name == planned.run.name;
     if let Some(old) = old.runs.iter().find(same) {
         return old.clone();
@@ -64,7 +128,7 @@ fn record(scene: &str, planned: &Planned, old: &Results) -> RunRecord {
         name: run.name.clone(),
         options: planned.text.clone(),
         key: planned.key.clone(),
-        reference: planned.look.clone(),
+        reference: look,
         method: values::method_name(run.settings.method).into(),
         pattern: run.pattern().to_string(),
         varied: run.varied(),
@@ -94,9 +158,10 @@ impl SceneRuns<'_> {
         session: &mut Session<'_>,
         old: &Results,
     ) -> Result<BTreeMap<String, Reference>, Failure> {
+        let shared = session.arguments.shared_reference;
         let mut looks: Vec<&Planned> = Vec::new();
         for planned in self.planned {
-            if looks.iter().all(|p| p.look != planned.look) {
+            if (looks.is_empty() || !shared) && looks.iter().all(|p| p.look != planned.look) {
                 looks.push(planned);
             }
         }
@@ -105,8 +170,11 @@ impl SceneRuns<'_> {
         for (i, planned) in looks.iter().enumerate() {
             let made = self.reference(session, planned, old, i, seconds)?;
             let Some((reference, record)) = made else { break };
-            session.results.references.push(record);
+            session.add_reference(record, &planned.run.name);
             references.insert(planned.look.clone(), reference);
+        }
+        if let Some(one) = references.values().next().filter(|_| shared).cloned() {
+            references.extend(self.planned.iter().map(|p| (p.look.clone(), one.clone())));
         }
         Ok(references)
     }
@@ -122,17 +190,7 @@ impl SceneRuns<'_> {
         let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
         let name = plain(self.name) + &number;
         if let Some(path) = &session.arguments.reference {
-            let reference = Reference::Exact(read::picture(path)?);
-            let (size, picture) = (planned.run.settings.size, reference.picture());
-            if (picture.width, picture.height) != (size.0 as usize, size.1 as usize) {
-                let (w, h) = (picture.width, picture.height);
-                return Err(Failure::Arguments(format!(
-                    "{}: the reference has {w}x{h} pixels, the runs {}x{}; see --size",
-                    path.display(),
-                    size.0,
-                    size.1
-                )));
-            }
+            let reference = from_file(path, planned.run.settings.size)?;
             let files = session.folder.put_reference(&name, &reference)?;
             let record = self.describe(planned, &reference, path.display().to_string(), 0, files);
             return Ok(Some((reference, record)));
@@ -149,12 +207,18 @@ impl SceneRuns<'_> {
             session.bar.show_task(session.clock.fraction(), session.clock.elapsed(), &what);
             interrupt::asked()
         };
-        let Some((reference, spp)) = Reference::render(scene, &run.camera, &run.settings, seconds, &stop)
-        else {
+        let settings = Settings { seed: session.first_seed().into(), ..run.settings.clone() };
+        let Some((reference, spp)) = Reference::render(scene, &run.camera, &settings, seconds, &stop) else {
             return Ok(None);
         };
         let files = session.folder.put_reference(&name, &reference)?;
-        let record = self.describe(planned, &reference, "two halves".into(), spp, files);
+        let record = self.describe(
+            planned,
+            &reference,
+            "two independent halves by dapple's path tracer with Sobol points".into(),
+            spp,
+            files,
+        );
         Ok(Some((reference, record)))
     }
 
@@ -170,6 +234,7 @@ impl SceneRuns<'_> {
         ReferenceRecord {
             scene: self.name.into(),
             key: planned.look.clone(),
+            name: String::new(),
             kind,
             samples,
             mse: reference.mse(),
@@ -191,14 +256,15 @@ impl SceneRuns<'_> {
             for (i, planned) in self.planned.iter().enumerate() {
                 let Some(reference) = references.get(&planned.look) else { continue };
                 let records = &session.results.runs;
-                if records[self.first + i].seeds.iter().any(|s| s.seed == u64::from(round)) {
+                let seed = session.first_seed() + round - 1;
+                if records[self.first + i].seeds.iter().any(|s| s.seed == u64::from(seed)) {
                     continue;
                 }
                 if interrupt::asked() || !self.fits(session, i) {
                     return self.page(session);
                 }
                 rendered = true;
-                if !self.seed(session, i, round, reference)? {
+                if !self.seed(session, i, seed, reference)? {
                     return self.page(session);
                 }
             }
@@ -232,7 +298,7 @@ impl SceneRuns<'_> {
         &self,
         session: &mut Session<'_>,
         i: usize,
-        round: u32,
+        seed: u32,
         reference: &Reference,
     ) -> Result<bool, Failure> {
         let seeds = session.arguments.seeds as usize;
@@ -241,18 +307,18 @@ impl SceneRuns<'_> {
         let seconds = allowance(self.left(session), &sized, costs.len() - sized.len(), seeds);
         let run = &self.planned[i].run;
         let stop = |p: &dapple_integrator::Progress| {
-            let what = format!("{}: {} · seed {round} · {} spp", self.name, run.name, p.spp);
+            let what = format!("{}: {} · seed {seed} · {} spp", self.name, run.name, p.spp);
             session.bar.show_task(session.clock.fraction(), session.clock.elapsed(), &what);
             interrupt::asked() || !session.clock.has(0.0)
         };
         let most = session.results.runs[self.first + i].most;
         let granted = Allowance { seconds, most, stop: &stop, cpu_seconds: &machine::cpu_seconds };
-        let found = measure(&self.loaded.scene, run, round.into(), reference, &granted)?;
+        let found = measure(&self.loaded.scene, run, seed.into(), reference, &granted)?;
         // The seed that finds the counts may be cut short; the others would be incomplete.
         if found.curve.is_empty() || (found.stopped && most.is_some()) {
             return Ok(false);
         }
-        self.put(session, i, round, reference, found)?;
+        self.put(session, i, seed, reference, found)?;
         Ok(true)
     }
 
@@ -260,7 +326,7 @@ impl SceneRuns<'_> {
         &self,
         session: &mut Session<'_>,
         i: usize,
-        round: u32,
+        seed: u32,
         reference: &Reference,
         found: Measurement,
     ) -> Result<(), Failure> {
@@ -276,7 +342,7 @@ impl SceneRuns<'_> {
                     session.folder.put_picture(&name, picture, &reference.picture())?;
             }
         }
-        record.seeds.push(Seed { seed: round.into(), points: found.curve });
+        record.seeds.push(Seed { seed: seed.into(), points: found.curve });
         session.folder.write(&mut session.results)
     }
 

@@ -1,0 +1,404 @@
+//! Finding what lies in one place with an emitter: a tree over the emitters' boxes, through which every primitive goes.
+//!
+//! Memory grows with the emitters alone. A primitive and an emitter that are both known to share a place are not compared
+//! again, and subtrees of such emitters not entered by such primitives, so that many surfaces in one place cost no square
+//! of their number. Where the work would still exceed a bound, everything is said to share a place: that is slower to
+//! render, and right.
+use super::outline::{Outline, Polygon, Shape as Form, are_apart};
+use super::{Coincident, NONE, WHOLE, World};
+use crate::boxes::Aabb;
+use crate::offset::gamma;
+use crate::shapes::Shape;
+use crate::world::objects::{Body, Object, Place};
+use crate::{Frame, Hit, Ray};
+use glam::{DVec3, Vec3};
+
+/// Boxes are grown by this part of their farthest coordinate: more than the error bounds of two surfaces.
+const PADDING: f64 = 1.0 / (1u64 << 20) as f64;
+/// Comparisons at most; a comparison of outlines counts as many.
+const BUDGET: u64 = 1 << 26;
+const OUTLINE: u64 = 32;
+/// Emitters per leaf.
+const LEAF: usize = 4;
+
+/// A primitive, a whole object, or (with `object` = `POINT`) a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Item {
+    object: u32,
+    primitive: u32,
+}
+
+const POINT: u32 = u32::MAX;
+
+impl Item {
+    /// Whether it may shine somewhere; what is asked about as a whole may.
+    fn shines(self, shines: &dyn Fn(u32, u32) -> bool) -> bool {
+        self.object == POINT || self.primitive == WHOLE || shines(self.object, self.primitive)
+    }
+}
+
+/// What goes through the tree.
+struct Visitor {
+    item: Item,
+    is_emitter: bool,
+    /// An emitter, but dark.
+    is_dull: bool,
+    /// Its corners, if it is a triangle.
+    own: Option<[DVec3; 3]>,
+    bounds: Aabb,
+}
+
+struct Node {
+    bounds: Aabb,
+    /// Leaf: its emitters. Inner: empty, the first child follows, the second is `second`.
+    items: std::ops::Range<usize>,
+    second: usize,
+    /// The object that all emitters below belong to, if none of them shines.
+    only: Option<u32>,
+    /// All emitters below are known to share a place.
+    done: bool,
+}
+
+pub(super) struct Search<'a> {
+    world: &'a World,
+    points: &'a [(DVec3, DVec3)],
+    origin_error: DVec3,
+    /// By object.
+    emits: Vec<bool>,
+    emitters: Vec<(Item, Aabb)>,
+    /// Of each emitter.
+    found: Vec<bool>,
+    nodes: Vec<Node>,
+    budget: u64,
+    result: Coincident,
+}
+
+impl World {
+    /// The primitives and `points` (given as boxes that they stay in) that share a place with an emitter or, of points,
+    /// with a surface; `emits` says which objects emit, `shines` which of their primitives do so somewhere: primitives of one
+    /// object that do not are not compared with each other. None when there are none. `origin_error`: bound per axis of the
+    /// error with which coordinates came into the world. What moves shares a place with everything on its way.
+    pub fn coincident(
+        &self,
+        emits: impl Fn(u32) -> bool,
+        shines: impl Fn(u32, u32) -> bool,
+        points: &[(DVec3, DVec3)],
+        origin_error: Vec3,
+    ) -> Option<Box<Coincident>> {
+        let mut search = Search::new(self, (emits, &shines), points, origin_error);
+        if search.emitters.is_empty() {
+            return None;
+        }
+        search.run(&shines);
+        let result = search.result;
+        let none = result.starts.iter().all(|start| *start == NONE) && !result.points.contains(&true);
+        (!none).then(|| Box::new(result))
+    }
+}
+
+impl<'a> Search<'a> {
+    fn new(
+        world: &'a World,
+        (emits, shines): (impl Fn(u32) -> bool, &dyn Fn(u32, u32) -> bool),
+        points: &'a [(DVec3, DVec3)],
+        origin_error: Vec3,
+    ) -> Self {
+        let result = Coincident {
+            starts: vec![NONE; world.objects.len()],
+            bits: Vec::new(),
+            points: vec![false; points.len()],
+            thickness: 0.0,
+            origin_error,
+        };
+        let origin_error = origin_error.as_dvec3();
+        let emits: Vec<bool> = (0..world.objects.len() as u32).map(emits).collect();
+        let mut search = Self {
+            world,
+            points,
+            origin_error,
+            emits,
+            emitters: Vec::new(),
+            found: Vec::new(),
+            nodes: Vec::new(),
+            budget: BUDGET,
+            result,
+        };
+        for object in 0..world.objects.len() as u32 {
+            let primitives = if search.emits[object as usize] { search.primitives(object) } else { 0..0 };
+            primitives.for_each(|primitive| search.add(Item { object, primitive }));
+        }
+        (0..points.len() as u32).for_each(|i| search.add(Item { object: POINT, primitive: i }));
+        search.found = vec![false; search.emitters.len()];
+        let count = search.emitters.len();
+        if count > 0 {
+            search.split(0..count, shines);
+        }
+        search
+    }
+
+    fn add(&mut self, item: Item) {
+        let bounds = self.bounds(item);
+        if bounds.is_finite() {
+            self.emitters.push((item, bounds));
+        }
+    }
+
+    /// Writes the subtree over some of the emitters: halves by number along the longest axis.
+    fn split(&mut self, range: std::ops::Range<usize>, shines: &dyn Fn(u32, u32) -> bool) {
+        let of = &mut self.emitters[range.clone()];
+        let bounds = of.iter().fold(Aabb::EMPTY, |b, (_, c)| b.union(*c));
+        let index = self.nodes.len();
+        let leaf = of.len() <= LEAF;
+        let items = if leaf { range.clone() } else { 0..0 };
+        let object = of[0].0.object;
+        let is_dull = leaf && of.iter().all(|(item, _)| item.object == object && !item.shines(shines));
+        let only = is_dull.then_some(object);
+        self.nodes.push(Node { bounds, items, second: 0, only, done: false });
+        if leaf {
+            return;
+        }
+        let size = bounds.hi - bounds.lo;
+        let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
+        let middle = of.len() / 2;
+        of.select_nth_unstable_by(middle, |(_, a), (_, b)| {
+            (a.lo[axis] + a.hi[axis]).total_cmp(&(b.lo[axis] + b.hi[axis]))
+        });
+        self.split(range.start..range.start + middle, shines);
+        let second = self.nodes.len();
+        self.nodes[index].second = second;
+        self.split(range.start + middle..range.end, shines);
+        let (first, second) = (self.nodes[index + 1].only, self.nodes[second].only);
+        self.nodes[index].only = first.filter(|_| first == second);
+    }
+
+    fn run(&mut self, shines: &dyn Fn(u32, u32) -> bool) {
+        for object in 0..self.world.objects.len() as u32 {
+            let whole = self.object_bounds(object);
+            if !(whole.is_finite() && self.is_near(0, &whole)) {
+                continue;
+            }
+            let is_emitter = self.emits[object as usize];
+            for primitive in self.primitives(object) {
+                let item = Item { object, primitive };
+                let mut is_found = self.result.contains(object, primitive);
+                let (own, bounds) = (self.triangle(item), self.bounds(item));
+                let is_dull = is_emitter && !item.shines(shines);
+                self.visit(0, &Visitor { item, is_emitter, is_dull, own, bounds }, &mut is_found);
+                if self.budget == 0 {
+                    return self.everything();
+                }
+            }
+        }
+    }
+
+    /// Whether the box meets that of any emitter.
+    fn is_near(&self, node: usize, bounds: &Aabb) -> bool {
+        let at = &self.nodes[node];
+        meet(&at.bounds, bounds)
+            && if at.second == 0 {
+                self.emitters[at.items.clone()].iter().any(|(_, b)| meet(b, bounds))
+            } else {
+                self.is_near(node + 1, bounds) || self.is_near(at.second, bounds)
+            }
+    }
+
+    /// Compares a primitive with the emitters below a node.
+    fn visit(&mut self, node: usize, visitor: &Visitor, is_found: &mut bool) {
+        let Visitor { item, is_emitter, is_dull, own, bounds } = visitor;
+        let item = *item;
+        self.budget = self.budget.saturating_sub(1);
+        let at = &self.nodes[node];
+        if (*is_dull && at.only == Some(item.object))
+            || (at.done && *is_found)
+            || self.budget == 0
+            || !meet(&at.bounds, bounds)
+        {
+            return;
+        }
+        let (second, items) = (at.second, at.items.clone());
+        if second != 0 {
+            self.visit(node + 1, visitor, is_found);
+            self.visit(second, visitor, is_found);
+            self.nodes[node].done = self.nodes[node + 1].done && self.nodes[second].done;
+            return;
+        }
+        for i in items.clone() {
+            let (emitter, of_emitter) = self.emitters[i];
+            // Two emitters meet twice: once is enough.
+            let is_second =
+                *is_emitter && (emitter.object, emitter.primitive) <= (item.object, item.primitive);
+            if is_second || (self.found[i] && *is_found) || !meet(&of_emitter, bounds) {
+                continue;
+            }
+            if own.as_ref().is_some_and(|own| self.are_apart((item, own), emitter, bounds)) {
+                continue;
+            }
+            self.budget = self.budget.saturating_sub(OUTLINE);
+            if self.outline(item).meets(&self.outline(emitter)) {
+                self.found[i] = true;
+                self.mark(emitter);
+                if emitter.object != POINT {
+                    *is_found = true;
+                    self.mark(item);
+                }
+            }
+        }
+        self.nodes[node].done = items.into_iter().all(|i| self.found[i]);
+    }
+
+    /// A quick look that tells most neighbours in a mesh; the tolerance is below every error bound, `within` above.
+    fn are_apart(&self, (item, own): (Item, &[DVec3; 3]), emitter: Item, bounds: &Aabb) -> bool {
+        let Some(other) = self.triangle(emitter) else { return false };
+        let largest = bounds.largest().max_element();
+        let is_flat = |item: Item| matches!(self.world.objects[item.object as usize].place, Place::World);
+        let within = match is_flat(item) && is_flat(emitter) {
+            // Of two points, along a diagonal.
+            true => 4.0 * (largest * f64::from(gamma(8)) + self.origin_error.max_element()),
+            false => f64::INFINITY,
+        };
+        are_apart(own, &other, largest / (1u64 << 40) as f64, within)
+    }
+
+    fn triangle(&self, item: Item) -> Option<[DVec3; 3]> {
+        let object = self.world.objects.get(item.object as usize).filter(|_| item.primitive != WHOLE)?;
+        object.mesh()?;
+        Some(object.corners_exact(item.primitive, self.world.shutter.0.into()))
+    }
+
+    fn mark(&mut self, item: Item) {
+        if item.object == POINT {
+            self.result.points[item.primitive as usize] = true;
+            return;
+        }
+        let error = self.outline(item).error.element_sum() as f32;
+        // Of two surfaces, and a little more.
+        self.result.thickness = self.result.thickness.max(2.5 * error);
+        let start = &mut self.result.starts[item.object as usize];
+        if item.primitive == WHOLE {
+            *start = WHOLE;
+        }
+        if *start == NONE {
+            *start = self.result.bits.len() as u32;
+            let count = self.world.objects[item.object as usize].mesh().map_or(1, |m| m.triangles.len());
+            self.result.bits.resize(self.result.bits.len() + count.div_ceil(64), 0);
+        }
+        if *start != WHOLE {
+            self.result.bits[*start as usize + (item.primitive / 64) as usize] |= 1 << (item.primitive % 64);
+        }
+    }
+
+    /// Too much to compare: everything may share a place.
+    #[cold]
+    fn everything(&mut self) {
+        self.result.starts.fill(WHOLE);
+        self.result.points.fill(true);
+        let reach = self.world.bounds().map_or(0.0, |(lo, hi)| lo.abs().max(hi.abs()).max_element());
+        self.result.thickness = reach * (8.0 * PADDING) as f32 + self.origin_error.element_sum() as f32;
+    }
+
+    fn primitives(&self, object: u32) -> std::ops::Range<u32> {
+        match self.world.objects.get(object as usize) {
+            None | Some(Object { place: Place::Nowhere(_), .. }) => 0..0,
+            Some(object) if object.is_moving() => WHOLE..WHOLE + 1,
+            Some(object) => 0..object.mesh().map_or(1, |mesh| mesh.triangles.len() as u32),
+        }
+    }
+
+    /// Padded by what can be one place with it.
+    fn bounds(&self, item: Item) -> Aabb {
+        let bounds = match (item.object, item.primitive) {
+            (POINT, i) => {
+                let (lo, hi) = self.points[i as usize];
+                Aabb::new(lo, hi)
+            }
+            (object, WHOLE) => return self.object_bounds(object),
+            (object, primitive) => self.primitive_bounds(&self.world.objects[object as usize], primitive),
+        };
+        self.padded(bounds)
+    }
+
+    fn padded(&self, b: Aabb) -> Aabb {
+        if b.is_finite() { b.padded(self.padding(b)) } else { b }
+    }
+
+    fn padding(&self, b: Aabb) -> f64 {
+        b.largest().max_element() * (2.0 * PADDING) + self.origin_error.max_element()
+    }
+
+    fn primitive_bounds(&self, object: &Object, primitive: u32) -> Aabb {
+        match (&object.body, &object.place) {
+            (Body::Mesh(_), _) => object
+                .corners_exact(primitive, self.world.shutter.0.into())
+                .into_iter()
+                .fold(Aabb::EMPTY, |b, p| b.union(Aabb::new(p, p))),
+            (Body::Shape(shape), Place::Fixed(pose)) => pose.bounds(shape.bounds()),
+            (Body::Shape(shape), _) => shape.bounds(),
+        }
+    }
+
+    fn object_bounds(&self, object: u32) -> Aabb {
+        let of = &self.world.objects[object as usize];
+        let bounds = match (&of.body, &of.place) {
+            (Body::Mesh(mesh), Place::World) => {
+                let grown = |b: Aabb, p: &Vec3| b.union(Aabb::new(p.as_dvec3(), p.as_dvec3()));
+                mesh.positions.iter().fold(Aabb::EMPTY, grown)
+            }
+            (Body::Shape(shape), Place::World) => shape.bounds(),
+            _ => self.world.second.as_ref().and_then(|s| s.bounds_of_object(object)).unwrap_or(Aabb::EMPTY),
+        };
+        self.padded(bounds)
+    }
+
+    fn outline(&self, item: Item) -> Outline {
+        let (shape, error) = match (item.object, item.primitive) {
+            (POINT, i) => {
+                let (lo, hi) = self.points[i as usize];
+                let error = lo.abs().max(hi.abs()) * f64::from(gamma(4));
+                (if lo == hi { Form::Point(lo) } else { Form::Box }, error)
+            }
+            (_, WHOLE) => (Form::Box, DVec3::splat(self.padding(self.bounds(item)))),
+            (object, primitive) => self.surface_outline(object, primitive),
+        };
+        Outline { shape, error: error + self.origin_error }
+    }
+
+    /// Of a primitive that stands still. On a triangle the error bound is greatest at a corner.
+    fn surface_outline(&self, id: u32, primitive: u32) -> (Form, DVec3) {
+        let (object, time) = (&self.world.objects[id as usize], self.world.shutter.0);
+        match (&object.body, &object.place) {
+            (Body::Mesh(_), _) => {
+                let corners = object.corners_exact(primitive, time.into());
+                let n = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+                let error = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(u, v)| {
+                    let hit = Hit { t: 0.0, u, v, primitive, object: id };
+                    object.surface(&Ray::new(Vec3::ZERO, Vec3::Z), time.into(), &hit).p_error.as_dvec3()
+                });
+                (
+                    Form::Flat(Box::new(Polygon::new(&corners)), n.normalize_or_zero()),
+                    error.into_iter().fold(DVec3::ZERO, DVec3::max),
+                )
+            }
+            (Body::Shape(shape), Place::World) => (standing(shape), shape.coordinate_error()),
+            (Body::Shape(_), _) => {
+                let bounds = self.primitive_bounds(object, primitive);
+                (Form::Box, DVec3::splat(self.padding(bounds)))
+            }
+        }
+    }
+}
+
+fn standing(shape: &Shape) -> Form {
+    match shape {
+        Shape::Sphere(s) => Form::Sphere { centre: s.centre.as_dvec3(), radius: s.radius.into() },
+        Shape::Disk(d) => {
+            let frame = Frame::from_z(d.normal.normalize_or(Vec3::Z));
+            let (x, y) = (frame.x.as_dvec3(), frame.y.as_dvec3());
+            let outline = Polygon::around_disk(d.centre.as_dvec3(), x, y, d.radius.into());
+            Form::Flat(Box::new(outline), frame.z.as_dvec3())
+        }
+    }
+}
+
+fn meet(a: &Aabb, b: &Aabb) -> bool {
+    a.lo.cmple(b.hi).all() && b.lo.cmple(a.hi).all()
+}

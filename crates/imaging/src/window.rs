@@ -1,0 +1,127 @@
+//! Which part of its frame does a picture hold?
+//!
+//! An EXR says how large the full picture is (the display window) and which pixels of it are there (the data window):
+//! a crop knows where it belongs. What it does not hold is not black, it is not known, and must not be compared.
+
+use crate::{ImageError, Picture};
+
+/// A rectangle of pixels of a full picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// First column.
+    pub x: usize,
+    /// First row from the top.
+    pub y: usize,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+impl Window {
+    /// All of a picture of that size.
+    pub fn full((width, height): (usize, usize)) -> Self {
+        Self { x: 0, y: 0, width, height }
+    }
+
+    /// One past the last column and row.
+    pub fn end(&self) -> (usize, usize) {
+        (self.x + self.width, self.y + self.height)
+    }
+
+    /// The pixels in both; `None` when there are none.
+    pub fn intersection(&self, other: &Self) -> Option<Self> {
+        let (x, y) = (self.x.max(other.x), self.y.max(other.y));
+        let (a, b) = (self.end(), other.end());
+        let (right, bottom) = (a.0.min(b.0), a.1.min(b.1));
+        (x < right && y < bottom).then(|| Self { x, y, width: right - x, height: bottom - y })
+    }
+}
+
+/// As in an error message: first column and row, then one past the last.
+impl std::fmt::Display for Window {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (right, bottom) = self.end();
+        write!(f, "{},{} to {right},{bottom}", self.x, self.y)
+    }
+}
+
+/// A picture and its place in the full one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Windowed {
+    /// The pixels of the window alone.
+    pub picture: Picture,
+    /// Which ones they are.
+    pub window: Window,
+    /// Width and height of the full picture.
+    pub full_size: (usize, usize),
+}
+
+impl From<Picture> for Windowed {
+    fn from(picture: Picture) -> Self {
+        let full_size = (picture.width, picture.height);
+        Self { picture, window: Window::full(full_size), full_size }
+    }
+}
+
+impl Windowed {
+    /// The pixels of `wanted`, if all of them are there.
+    pub fn part(&self, wanted: Window) -> Option<Picture> {
+        if self.window.intersection(&wanted) != Some(wanted) {
+            return None;
+        }
+        let (x, y) = (wanted.x - self.window.x, wanted.y - self.window.y);
+        let row = |y: usize| &self.picture.pixels[y * self.picture.width + x..][..wanted.width];
+        let pixels = (y..y + wanted.height).flat_map(row).copied().collect();
+        Some(Picture { width: wanted.width, height: wanted.height, pixels })
+    }
+
+    /// The pixels of `wanted`; an error that calls the picture `name` if some are missing.
+    pub fn covering(&self, wanted: Window, name: &str) -> Result<Picture, ImageError> {
+        let (has, full_size) = (self.window, self.full_size);
+        let partial = || Partial { name: name.into(), has, wanted, full_size };
+        self.part(wanted).ok_or_else(|| ImageError::Partial(Box::new(partial())))
+    }
+}
+
+/// A crop where more of the picture is needed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{name}: holds the pixels {has} of {}x{}, and {wanted} are needed; render them too", .full_size.0, .full_size.1)]
+pub struct Partial {
+    /// The file.
+    pub name: String,
+    /// What is there.
+    pub has: Window,
+    /// What is needed.
+    pub wanted: Window,
+    /// Width and height of the full picture.
+    pub full_size: (usize, usize),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn parts_are_where_they_belong() {
+        let pixels = (0..12).map(|i| Vec3::splat(i as f32)).collect();
+        let picture = Picture { width: 4, height: 3, pixels };
+        let window = Window { x: 10, y: 20, width: 4, height: 3 };
+        let windowed = Windowed { picture: picture.clone(), window, full_size: (64, 48) };
+        assert_eq!(windowed.part(window), Some(picture));
+        let part = windowed.part(Window { x: 12, y: 21, width: 2, height: 2 }).unwrap();
+        assert_eq!(part.pixels.iter().map(|p| p.x).collect::<Vec<_>>(), [6.0, 7.0, 10.0, 11.0]);
+        for outside in [
+            Window { x: 9, y: 20, width: 2, height: 2 },
+            Window { x: 13, y: 20, width: 2, height: 1 },
+            Window { x: 0, y: 0, width: 4, height: 3 },
+        ] {
+            assert_eq!(windowed.part(outside), None);
+            let said = windowed.covering(outside, "a.exr").unwrap_err().to_string();
+            assert!(said.contains("a.exr") && said.contains("10,20 to 14,23"), "{said}");
+        }
+        assert_eq!(window.intersection(&Window::full((10, 48))), None);
+        assert_eq!(window.intersection(&Window::full((11, 21))).unwrap().to_string(), "10,20 to 11,21");
+    }
+}

@@ -1,0 +1,111 @@
+//! Boundaries of bodies along a ray: several in one place are one, and those hidden inside a stronger body are none.
+
+use crate::medium::{Boundary, MediumStack};
+use crate::shared_place;
+use crate::vertex::Around;
+use crate::visibility::{Query, Visibility};
+use dapple_geometry::{Hit, Ray, Surface};
+use glam::Vec3;
+
+/// Most boundaries that are looked at in one place.
+const IN_ONE_PLACE: usize = 32;
+
+/// Most hidden boundaries that a ray passes without a bounce; the next one counts as a surface, which light passes as a
+/// bounce. That is a bound on time and no loss of light.
+const HIDDEN: usize = 1024;
+
+/// Where a ray ends, and what it passed on the way.
+pub(crate) struct Met {
+    /// The surface, and the boundary that it is, if any; None where the ray leaves the scene.
+    pub at: Option<(Hit, Surface, Option<Boundary>)>,
+    /// From the origin of the ray.
+    pub distance: f32,
+    /// What is left of light after the way.
+    pub transmittance: Vec3,
+    /// The bodies around the end of the ray, on its near side.
+    pub stack: MediumStack,
+    /// Some body had to be forgotten on the way.
+    pub overflows: bool,
+}
+
+/// The nearest surface that is not a hidden boundary, in a scene with bodies.
+#[inline(never)]
+pub(crate) fn meet<V: Visibility>(around: &Around<'_, V>, ray: &Ray, stack: &MediumStack) -> Met {
+    let (scene, bodies) = (around.scene, around.job.media.bodies);
+    let mut ray = *ray;
+    let length = ray.d.length();
+    let mut met = Met { at: None, distance: 0.0, transmittance: Vec3::ONE, stack: *stack, overflows: false };
+    for passed in 0.. {
+        let Some(mut hit) = around.visibility.closest(scene, &ray, around.time, around.key) else {
+            met.transmittance *= met.stack.transmittance(bodies, f32::INFINITY);
+            break;
+        };
+        let mut surface = scene.world.surface(&ray, around.time, &hit);
+        if let Some(places) = shared_place::of(scene) {
+            shared_place::settle(places, &ray, (&mut hit, &mut surface), around);
+        }
+        let leg = hit.t * length;
+        met.transmittance *= met.stack.transmittance(bodies, leg);
+        met.distance += leg;
+        if scene.objects[hit.object as usize].body == u32::MAX {
+            met.at = Some((hit, surface, None));
+            break;
+        }
+        let (boundary, _) = gather(around, &ray, &hit, &mut surface, &met.stack);
+        met.overflows |= boundary.overflows;
+        if !boundary.is_hidden() || passed == HIDDEN {
+            met.at = Some((hit, surface, Some(boundary)));
+            break;
+        }
+        met.stack = boundary.after;
+        ray = Ray::new(surface.origin_towards(ray.d), ray.d);
+    }
+    met
+}
+
+/// The boundary at `hit`, with those of other bodies that lie in the same place: where two bodies touch, a ray leaves the
+/// one and enters the other at once. Rays that go on from `surface` start outside of all of them. Returns the last hit.
+pub(crate) fn gather<V: Visibility>(
+    around: &Around<'_, V>,
+    ray: &Ray,
+    hit: &Hit,
+    surface: &mut Surface,
+    stack: &MediumStack,
+) -> (Boundary, Hit) {
+    let (scene, media) = (around.scene, &around.job.media);
+    let mut boundary = Boundary::new(stack);
+    let from_outside = |of: &Surface| of.ng.dot(ray.d) < 0.0;
+    let first = *surface;
+    boundary.meet(scene.objects[hit.object as usize].body, from_outside(&first));
+    let mut last = *hit;
+    if media.bodies.len() < 2 {
+        return (boundary, last);
+    }
+    let mut known = [(hit.object, from_outside(&first)); IN_ONE_PLACE];
+    let mut count = 1;
+    let at = Query { scene, ray, time: around.time, key: around.key };
+    while count < IN_ONE_PLACE {
+        let Some(next) = around.visibility.closest_where(&at, &|h| last.wins_over(h)) else { break };
+        let body = scene.objects[next.object as usize].body;
+        let other = scene.world.surface(ray, around.time, &next);
+        if body == u32::MAX || !are_one_place(&first, &other) {
+            break;
+        }
+        last = next;
+        let crossing = (next.object, from_outside(&other));
+        // A ray through an edge meets both of its triangles.
+        if !known[..count].contains(&crossing) {
+            boundary.meet(body, crossing.1);
+            known[count] = crossing;
+            count += 1;
+        }
+        surface.p_error = surface.p_error.max(first.p_error + 2.0 * other.p_error);
+    }
+    (boundary, last)
+}
+
+/// Whether two hits of one ray lie within each other's error bounds, across the surfaces.
+pub(crate) fn are_one_place(a: &Surface, b: &Surface) -> bool {
+    let (between, error) = (b.p - a.p, a.p_error + b.p_error);
+    [a.ng, b.ng].iter().all(|n| n.dot(between).abs() <= n.abs().dot(error))
+}

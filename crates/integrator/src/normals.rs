@@ -1,0 +1,391 @@
+//! Shading normals that lean away from the surface, and lose no light by it.
+//!
+//! A normal map or interpolated vertex normals turn the hemisphere of the BSDF against that of the surface: part of what
+//! is reflected about the shading normal points into the surface, part of what is transmitted points out of it. Here the
+//! BSDF is seen and left through two maps, both the identity wherever nothing is wrong.
+//!
+//! **Leaving**: [`Tilt::fold`] turns directions about the axis that both horizons share (the shading normal's, and that of
+//! the surface), by an angle that depends only on their elevation ε about that axis, measured from the surface's horizon
+//! on the side to which the normal leans. With the tilt θ and δ = ε + θ, the elevation over the horizon of the
+//! shading normal,
+//!
+//! ψ = δ/3 + δ²/(9θ) for δ < 3θ, else ψ = ε
+//!
+//! maps the shading normal's hemisphere into the surface's, continuously and with a continuous derivative. A turn about
+//! a fixed axis by a function of the angle changes solid angles by dψ/dδ alone, so density and value are those of the BSDF
+//! times dδ/dψ, exactly: the directional albedo is that of the BSDF, whatever the lobe, and delta lobes stay delta
+//! lobes. As cosine lobes vanish at their own horizon, what a matte surface sends along the surface goes to zero
+//! continuously: no hard terminator. Transmission is folded by the same map on the other side, w → −fold(−w).
+//! For θ > 60° the range of 3θ would exceed the hemisphere, and is π.
+//!
+//! **Being seen**: [`facing`] turns a normal that leans away from the viewer back towards `wo`, so far that the cosine
+//! stays above a bound that falls with the viewer's elevation over the surface; normals well in view stay as they are.
+//!
+//! **Losing**: single scattering between the facets of a rough surface loses light, how much depends on the angle. About a
+//! mapped normal it is what the surface would lose without the map ([`dapple_materials::Bsdf::losing_as`]).
+//!
+//! Nothing here is random: light samples, BSDF samples and their densities see one and the same function. It is not
+//! reciprocal, as no BSDF about a leaning normal is that stays one [Veach 1997, §5.3]; `docs/stability.md` has figures. The
+//! microfacet model of [Schüßler et al. 2017] is, but light that meets its facets twice is reflected twice: a
+//! metal darkens with the map, and its analytic form loses what meets them more often.
+
+use crate::kernel::Job;
+use crate::terminator;
+use dapple_geometry::{Frame, Hit, Surface, offset::gamma};
+use dapple_scene::Shading;
+use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
+
+/// The least cosine between normal and viewer is this share of the viewer's own over the surface, when that is small…
+const LEAST_SHARE: f32 = 0.75;
+/// …and saturates about this cosine.
+const SATURATION: f32 = 0.25;
+
+/// A shading normal that leans, as seen from one `wo`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tilt {
+    /// Unit, on the side of `wo`: normal of the plane that reflected light leaves above and transmitted light below.
+    pub horizon: Vec3,
+    /// Unit and in that plane: to where the shading normal leans.
+    lean: Vec3,
+    /// Between horizon and shading normal, 0..π/2.
+    angle: f32,
+    /// Components along `lean` and `horizon` of a normal of the plane in which the folded range ends.
+    end: Vec2,
+    /// The horizon is that of the smooth surface a facet stands for, and reflected light may pass over the facet.
+    pub is_over: bool,
+    /// Cosine at which the surface would be seen without its normal map; None where there is none.
+    pub unmapped: Option<f32>,
+}
+
+/// Whether a unit normal differs from the geometric one by more than normals in f32, interpolated, are rounded by.
+#[inline]
+pub(crate) fn leans(n: Vec3, ng: Vec3) -> bool {
+    (n - ng).abs().max_element() > gamma(8)
+}
+
+impl Tilt {
+    /// Of the shading normal at a hit seen from `wo`, and the frame about that normal, turned to the viewer. None edge-on,
+    /// where no light goes.
+    #[inline(never)]
+    pub fn new(
+        job: &Job<'_>,
+        shading: &Shading,
+        (hit, surface): (&Hit, &Surface),
+        wo: Vec3,
+        time: f32,
+    ) -> (Frame, Option<Self>) {
+        let height = surface.ng.dot(wo);
+        if height == 0.0 || height.is_nan() {
+            return (shading.frame, None);
+        }
+        let (side, up) = (height.signum(), surface.ng * height.signum());
+        let given = shading.frame.z * side;
+        let n = facing(given, wo, up);
+        let frame =
+            if n == given { shading.frame } else { Frame::from_z_tangent(n * side, shading.frame.x, 1.0) };
+        let round = surface.ns * side;
+        let is_over = job.settings.soft_terminator
+            && shading.material.transmission == 0.0
+            && surface.is_smooth()
+            && n.dot(round) > 0.0
+            && terminator::lift(&job.scene.world, (hit, surface), up, time).is_some();
+        let flat = facing(round, wo, up);
+        let unmapped = (flat != n).then(|| flat.dot(wo));
+        (frame, Some(Self { unmapped, ..Self::between(n, if is_over { round } else { up }, is_over) }))
+    }
+
+    /// Of the normal `n` against `horizon`, both unit, less than a right angle apart.
+    fn between(n: Vec3, horizon: Vec3, is_over: bool) -> Self {
+        let (cos, across) = (n.dot(horizon), n.cross(horizon).length());
+        let lean = (n - horizon * cos).try_normalize();
+        let (Some(lean), true) = (lean, across > gamma(8)) else {
+            return Self { horizon, lean: Vec3::ZERO, angle: 0.0, end: Vec2::ZERO, is_over, unmapped: None };
+        };
+        // Orthogonalised twice: the first subtraction cancels.
+        let lean = (lean - horizon * lean.dot(horizon)).normalize();
+        let angle = libm::atan2f(across, cos);
+        let (sin, cos) = libm::sincosf(range(angle) - angle);
+        Self { horizon, lean, angle, end: Vec2::new(sin, -cos), is_over, unmapped: None }
+    }
+
+    /// Where light goes that the BSDF sends towards `w`, on the side of `wo` or not, and its density over that of `w`.
+    /// None where rounding leaves it in the surface.
+    pub fn leave(&self, w: Vec3, reflects: bool) -> Option<(Vec3, f32)> {
+        let side = if reflects { 1.0 } else { -1.0 };
+        let (out, density) = self.fold(w * side);
+        (out.dot(self.horizon) > 0.0).then_some((out * side, density))
+    }
+
+    /// The direction that leaves towards `wi`, the density of `wi` over its own, and whether it is reflection.
+    pub fn before(&self, wi: Vec3) -> (Vec3, f32, bool) {
+        let reflects = wi.dot(self.horizon) > 0.0;
+        let side = if reflects { 1.0 } else { -1.0 };
+        let (w, density) = self.unfold(wi * side);
+        (w * side, density, reflects)
+    }
+
+    /// From the shading normal's hemisphere into the surface's, and dδ/dψ.
+    fn fold(&self, w: Vec3) -> (Vec3, f32) {
+        let at = self.in_plane(w);
+        if at.dot(self.end) <= 0.0 {
+            return (w, 1.0);
+        }
+        let elevation = libm::atan2f(at.y, at.x);
+        let (a, b) = self.coefficients();
+        let delta = (elevation + self.angle).max(0.0);
+        (self.turned(w, at, delta * (a + b * delta) - elevation), 1.0 / (a + 2.0 * b * delta))
+    }
+
+    /// The inverse of [`Self::fold`], and the same dδ/dψ.
+    fn unfold(&self, w: Vec3) -> (Vec3, f32) {
+        let at = self.in_plane(w);
+        if at.dot(self.end) <= 0.0 {
+            return (w, 1.0);
+        }
+        let psi = libm::atan2f(at.y, at.x);
+        let (a, b) = self.coefficients();
+        let root = (a * a + 4.0 * b * psi).sqrt();
+        (self.turned(w, at, 2.0 * psi / (a + root) - self.angle - psi), 1.0 / root)
+    }
+
+    /// ψ = aδ + bδ² ends at δ = range with value range − θ and slope 1.
+    fn coefficients(&self) -> (f32, f32) {
+        let range = range(self.angle);
+        (1.0 - 2.0 * self.angle / range, self.angle / (range * range))
+    }
+
+    fn in_plane(&self, w: Vec3) -> Vec2 {
+        Vec2::new(w.dot(self.lean), w.dot(self.horizon))
+    }
+
+    /// `w`, with components `at`, turned by an angle about the axis of the tilt.
+    fn turned(&self, w: Vec3, at: Vec2, angle: f32) -> Vec3 {
+        let (sin, cos) = libm::sincosf(angle);
+        let to = Vec2::new(at.x * cos - at.y * sin, at.x * sin + at.y * cos);
+        (w + self.lean * (to.x - at.x) + self.horizon * (to.y - at.y)).normalize()
+    }
+}
+
+/// Elevations over the shading normal's horizon, at the axis, that are folded at a tilt of `angle`.
+fn range(angle: f32) -> f32 {
+    (3.0 * angle).min(PI)
+}
+
+/// The normal `n`, turned towards `wo` where it leans away from it: the cosine p = n·wo becomes
+///
+/// p + (q − p)²/(4(q − p₀)) below the knee q, and p₀ where that has its minimum,
+///
+/// with p₀ = 0.75 h/√(1 + 16h²) of the viewer's height h = up·wo, and q = min(2p₀, h). All unit, `up` on the side of `wo`,
+/// `n` on that of `up`. *Approximation*: keeps pixels from going black, and grazing lobes from losing
+/// their light.
+fn facing(n: Vec3, wo: Vec3, up: Vec3) -> Vec3 {
+    let (p, height) = (n.dot(wo), up.dot(wo));
+    let least = LEAST_SHARE * height / (1.0 + (height / SATURATION) * (height / SATURATION)).sqrt();
+    let knee = (2.0 * least).min(height);
+    if p >= knee {
+        return n;
+    }
+    let (missing, room) = (knee - p, knee - least);
+    let cos = if missing >= 2.0 * room { least } else { p + missing * missing / (4.0 * room) };
+    match (n - wo * p).try_normalize() {
+        Some(across) => (across * ((1.0 - cos) * (1.0 + cos)).sqrt() + wo * cos).normalize(),
+        None => up,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dapple_materials::{Bsdf, Lobes, Material};
+    use dapple_testkit::chi_square::ChiSquare;
+    use dapple_testkit::rng::Rng;
+    use glam::DVec3;
+
+    const UP: Vec3 = Vec3::Z;
+
+    fn direction(elevation: f32, azimuth: f32) -> Vec3 {
+        let (s, c) = libm::sincosf(elevation.to_radians());
+        let (y, x) = libm::sincosf(azimuth.to_radians());
+        Vec3::new(c * x, c * y, s)
+    }
+
+    fn tilted(angle: f32) -> (Vec3, Tilt) {
+        let n = direction(90.0 - angle, 35.0);
+        (n, Tilt::between(n, UP, false))
+    }
+
+    fn on_sphere(rng: &mut Rng) -> Vec3 {
+        let (z, phi) = (2.0 * rng.f32() - 1.0, std::f32::consts::TAU * rng.f32());
+        let r = ((1.0 - z) * (1.0 + z)).sqrt();
+        Vec3::new(r * libm::cosf(phi), r * libm::sinf(phi), z)
+    }
+
+    #[test]
+    fn a_hemisphere_is_folded_into_the_other_and_back() {
+        let mut rng = Rng::new(1);
+        for angle in [1e-4, 0.5, 5.0, 20.0, 45.0, 60.0, 75.0, 89.0] {
+            let (n, tilt) = tilted(angle);
+            for _ in 0..20_000 {
+                let w = on_sphere(&mut rng);
+                let w = if w.dot(n) < 0.0 { -w } else { w };
+                let (out, density) = tilt.fold(w);
+                assert!(out.z > -1e-6, "{angle}: {w} goes to {out}");
+                assert!((out.length() - 1.0).abs() < 1e-6);
+                // Close to the horizon of steep tilts ψ falls as δ², and its inverse magnifies rounding.
+                let (back, same) = tilt.unfold(out);
+                let slack = 2e-6 * density;
+                assert!((back - w).length() < slack, "{angle}: {w}, {out}, {back}");
+                assert!((same / density - 1.0).abs() < 10.0 * slack, "{angle}: {w} {density} {same}");
+                if w.z > (2.0 * angle.to_radians()).sin() {
+                    assert!(out == w || angle > 45.0, "well above the surface nothing moves");
+                }
+                let (leaving, reflects) = (tilt.leave(-w, false), tilt.before(-out).2);
+                assert!(leaving.is_none_or(|(w, _)| w == -out && !reflects), "transmission alike");
+            }
+        }
+    }
+
+    #[test]
+    fn the_density_is_that_of_the_area_of_the_image() {
+        let mut rng = Rng::new(2);
+        for angle in [2.0, 20.0, 50.0, 80.0] {
+            let (n, tilt) = tilted(angle);
+            for _ in 0..2000 {
+                let w = on_sphere(&mut rng);
+                if w.dot(n) < 0.05 {
+                    continue;
+                }
+                let (a, b) = w.any_orthonormal_pair();
+                let h = 2e-3;
+                let at = |d: Vec3| tilt.fold((w + d).normalize()).0.as_dvec3();
+                let (da, db) = (at(a * h) - at(a * -h), at(b * h) - at(b * -h));
+                let area = da.cross(db).length() / f64::from(4.0 * h * h);
+                let density = f64::from(tilt.fold(w).1);
+                assert!((area * density - 1.0).abs() < 0.02, "{angle}: {w} {area} {density}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_tilt_of_rounding_moves_nothing() {
+        let tilt = Tilt::between(Vec3::new(1e-7, 0.0, 1.0), UP, false);
+        for w in [Vec3::X, Vec3::new(0.8, 0.6, 0.0), Vec3::new(1.0, 0.0, -1e-8)] {
+            assert_eq!((tilt.fold(w), tilt.unfold(w)), ((w, 1.0), (w, 1.0)));
+        }
+    }
+
+    #[test]
+    fn a_normal_keeps_facing_the_viewer_and_one_in_view_stays() {
+        for view in [0.01, 1.0, 5.0, 10.0, 45.0, 90.0] {
+            let wo = direction(view, 0.0);
+            let height = wo.z;
+            assert_eq!(facing(UP, wo, UP), UP, "no lean, no turn");
+            let least = LEAST_SHARE * height / (1.0 + 16.0 * height * height).sqrt();
+            let (mut last, mut kept) = (None::<f32>, false);
+            for k in 0..900 {
+                let n = direction(k as f32 * 0.1 + 0.05, 180.0);
+                let turned = facing(n, wo, UP);
+                let cos = turned.dot(wo);
+                assert!(cos > 0.999 * least - 1e-7 && turned.dot(UP) > 0.0, "{view} {k}: {cos}");
+                assert!(last.is_none_or(|last| (cos - last).abs() < 0.004), "continuous: {view} {k}");
+                kept |= turned == n;
+                last = Some(cos);
+            }
+            assert!(kept || view <= 10.0);
+        }
+    }
+
+    /// Value times cosine and density towards `wi`, as [`crate::vertex`] takes them.
+    fn eval(tilt: &Tilt, frame: &Frame, bsdf: &Bsdf, wi: Vec3) -> (Vec3, f32) {
+        let (w, density, reflects) = tilt.before(wi);
+        let local = frame.to_local(w);
+        if (local.z > 0.0) != reflects {
+            return (Vec3::ZERO, 0.0);
+        }
+        let (f, pdf) = bsdf.eval(local, Lobes::ALL);
+        (f * (local.z.abs() * density), pdf * density)
+    }
+
+    fn materials() -> [Material; 4] {
+        let metal = |roughness| Material { roughness, ..Material::default() };
+        let plastic = Material { metallic: 0.0, roughness: 0.4, ..Material::default() };
+        let glass = Material { transmission: 1.0, thin: false, ..plastic };
+        [metal(0.3), metal(0.7), plastic, glass]
+    }
+
+    #[test]
+    fn samples_follow_the_density_and_carry_the_value() {
+        let cases = [(20.0, 60.0, 0.0), (50.0, 80.0, 100.0), (60.0, 20.0, 200.0), (85.0, 45.0, 215.0)];
+        for material in materials() {
+            for (angle, view, azimuth) in cases {
+                let wo = direction(90.0 - view, azimuth);
+                let n = facing(tilted(angle).0, wo, UP);
+                let (tilt, frame) = (Tilt::between(n, UP, false), Frame::from_z(n));
+                let bsdf = Bsdf::new(&material, frame.to_local(wo));
+                let mut worst = 0.0f32;
+                let sample = |u: Vec2, uc: f32| {
+                    let sample = bsdf.sample_f(uc, u, Lobes::ALL)?;
+                    let (wi, density) = tilt.leave(frame.to_world(sample.wi), sample.wi.z > 0.0)?;
+                    let (f_cos, pdf) = eval(&tilt, &frame, &bsdf, wi);
+                    // Above the edge of total reflection the density is all rounding.
+                    if sample.pdf > 1e-3 {
+                        worst = worst.max((pdf / (sample.pdf * density) - 1.0).abs().min(1.0));
+                        worst = worst.max((f_cos / pdf - sample.weight).abs().max_element());
+                    }
+                    Some(wi)
+                };
+                let test = ChiSquare { samples: 60_000, ..ChiSquare::family(16) };
+                let outcome = test.sphere(sample, |wi| eval(&tilt, &frame, &bsdf, wi).1);
+                assert!(outcome.passed(), "{material:?} {angle} {view} {azimuth}: {outcome}");
+                assert!(worst < 0.02, "{material:?} {angle} {view} {azimuth}: off by {worst}");
+            }
+        }
+    }
+
+    /// How far f(a, b) and f(b, a) are apart, in means over pairs of directions: for the figures in `docs/stability.md`.
+    #[test]
+    fn reciprocity_is_lost_as_about_any_leaning_normal() {
+        let mut rng = Rng::new(3);
+        for material in &materials()[..3] {
+            for angle in [0.01, 5.0, 20.0, 40.0, 60.0] {
+                let (given, _) = tilted(angle);
+                let f = |wo: Vec3, wi: Vec3, folds: bool| {
+                    let n = if folds { facing(given, wo, UP) } else { given };
+                    let (tilt, frame) = (Tilt::between(n, UP, false), Frame::from_z(n));
+                    let bsdf = Bsdf::new(material, frame.to_local(wo));
+                    let f_cos = if folds {
+                        eval(&tilt, &frame, &bsdf, wi).0
+                    } else {
+                        bsdf.f(frame.to_local(wi), Lobes::ALL) * frame.to_local(wi).z.max(0.0)
+                    };
+                    f64::from(f_cos.x / wi.z)
+                };
+                let mut sums = [[0.0f64; 2]; 2];
+                for _ in 0..20_000 {
+                    let (a, b) = (on_sphere(&mut rng).abs(), on_sphere(&mut rng).abs());
+                    let (a, b) = (turn(a, &mut rng), turn(b, &mut rng));
+                    // By projected solid angle of both.
+                    let weight = f64::from(a.z * b.z);
+                    for (folds, sum) in [false, true].into_iter().zip(&mut sums) {
+                        let (x, y) = (f(a, b, folds), f(b, a, folds));
+                        sum[0] += weight * (x - y).abs();
+                        sum[1] += weight * (x + y) * 0.5;
+                    }
+                }
+                let [without, with] = sums.map(|[difference, mean]| difference / mean);
+                println!(
+                    "metallic {} roughness {} tilt {angle}: {without:.3} without the fold, {with:.3} with it",
+                    material.metallic, material.roughness
+                );
+                assert!(with < 1.8 * without + 0.02, "{angle}: {with}, {without}");
+            }
+        }
+    }
+
+    fn turn(w: Vec3, rng: &mut Rng) -> Vec3 {
+        let (s, c) = DVec3::new(0.0, 0.0, f64::from(rng.f32()) * std::f64::consts::TAU).z.sin_cos();
+        let (s, c) = (s as f32, c as f32);
+        Vec3::new(w.x * c - w.y * s, w.x * s + w.y * c, w.z)
+    }
+}

@@ -1,0 +1,324 @@
+//! How bright can a single sample be that is found by chance alone?
+//!
+//! What no sample has seen is in no statistic of the samples. But a sample that has not been seen yet cannot be brighter
+//! than what there is to be found: with an upper bound M of the value of a sample, N samples none of which was that bright
+//! leave a second moment of at most M²·ln(1/δ)/N with confidence 1 − δ. Here M is looked for, in the few places where
+//! light is far brighter than elsewhere:
+//!
+//! - emitters that no light sample can find: seen through smooth surfaces, by the camera itself, or not aimed at. Their
+//!   radiance is known, and a path carries no more of it than a throughput of 1;
+//! - surfaces that a light is close to, or that it is focused on: rays are sent from every light, and where they arrive a
+//!   light sample is evaluated in the direction in which the surface reflects it most.
+//!
+//! *Approximation*: light is followed to the first surface, by [`PROBES`] rays or a few per light; what two surfaces one
+//! after the other focus is not looked for, and textures are looked at where rays happen to hit them.
+
+use crate::kernel::Job;
+use crate::sample::Sample;
+use crate::settings::Settings;
+use dapple_camera::{Camera, Projection};
+use dapple_geometry::{Frame, Hit, Opaque, Ray, Surface, offset::offset_origin};
+use dapple_lights::{Light, LightSample};
+use dapple_materials::{Bsdf, Lobe, Lobes, Material};
+use dapple_sampling::{Key, mis, warp};
+use dapple_scene::Scene;
+use glam::{Vec2, Vec3};
+
+/// Rays that are sent from lights, and from the camera.
+const PROBES: usize = 4096;
+
+/// Most rays from one light.
+const PER_LIGHT: usize = 64;
+
+/// Pixels that an emitter has to cover to be met by many samples: a hundred of the fewest that a render with a limit takes.
+const LARGE: f32 = 2.0;
+
+/// Render space fits into a few units: from here lights are seen whole.
+const FAR: f32 = 16.0;
+
+/// Smoother surfaces that let light through are taken to be able to focus all of it.
+const SMOOTH: f32 = 0.3;
+
+/// Upper bounds of the value of one sample by where its light comes from: largest channel, W·m⁻²·sr⁻¹; 0 where nothing of
+/// that kind is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Peak {
+    /// Emitters that rays find by chance: through smooth surfaces, smaller than a pixel or two in the picture, or not aimed
+    /// at.
+    pub emitter: f64,
+    /// Any emitter: those that are large in the picture are met by many samples.
+    pub shown: f64,
+    /// Diffuse surfaces that a light is close to or focused on.
+    pub lit: f64,
+    /// Highlights of rough surfaces. Their brightness falls off gradually to all sides, so that samples tell of it before
+    /// the middle of one is met.
+    pub highlight: f64,
+}
+
+impl Peak {
+    /// The brightest of all.
+    pub fn most(&self) -> f64 {
+        self.shown.max(self.emitter).max(self.lit).max(self.highlight)
+    }
+}
+
+fn raise(bound: &mut f64, radiance: Vec3) {
+    let radiance = f64::from(radiance.max_element());
+    if radiance.is_finite() && radiance > *bound {
+        *bound = radiance;
+    }
+}
+
+/// The brightest value that a sample of `scene`, seen by `camera`, is likely to have. The same for all seeds and threads.
+pub fn peak(scene: &Scene, camera: &Camera, settings: &Settings) -> Peak {
+    let mut peak = Peak::default();
+    let job = Job::new(scene, camera, settings);
+    let probe = Probe { scene, camera, job: &job, key: Key::pixel(0x9ea4_0000, 0, 0) };
+    probe.emitters(&mut peak);
+    if settings.bounces() > 0 {
+        probe.from_camera(&mut peak);
+        probe.from_lights(&mut peak);
+    }
+    peak
+}
+
+struct Probe<'a> {
+    scene: &'a Scene,
+    camera: &'a Camera,
+    job: &'a Job<'a>,
+    key: Key,
+}
+
+/// A number in \[0,1) and a point of the unit square.
+fn number(key: Key, n: u32) -> f32 {
+    (key.branch(n).bits() >> 40) as f32 / (1u64 << 24) as f32
+}
+
+fn point(key: Key, n: u32) -> Vec2 {
+    Vec2::new(number(key, 2 * n), number(key, 2 * n + 1))
+}
+
+impl Probe<'_> {
+    /// Emitters that are found by chance.
+    fn emitters(&self, peak: &mut Peak) {
+        let through = self.job.bounces > 0 && self.is_smooth_anywhere();
+        for object in &self.scene.objects {
+            let material = &self.scene.materials[object.material as usize];
+            if through || object.first_light == u32::MAX && !material.unlit {
+                raise(&mut peak.emitter, material.emission);
+            }
+        }
+        let large = self.is_large();
+        for (i, light) in self.scene.lights.iter().enumerate().filter(|(_, light)| !light.is_delta()) {
+            for k in 0..self.per_light().max(4) {
+                let key = self.key.branch(1).branch(i as u32).branch(k as u32);
+                let Some((sample, from)) = self.on_light(light, key) else { continue };
+                let radiance = self.radiance(i, &sample);
+                raise(&mut peak.shown, radiance);
+                if through || !large[i] && self.sees(from, &sample) {
+                    raise(&mut peak.emitter, radiance);
+                }
+            }
+        }
+    }
+
+    /// Of every light, whether the object it belongs to takes up more than [`LARGE`] pixels as seen from the camera.
+    fn is_large(&self) -> Vec<bool> {
+        let mut large = vec![false; self.scene.lights.len()];
+        let mut starts = vec![true; large.len() + 1];
+        let is_area = |i: usize| self.scene.lights.get(i).is_some_and(Light::is_area);
+        (0..large.len()).for_each(|i| starts[i] = !is_area(i));
+        for object in &self.scene.objects {
+            starts.get_mut(object.first_light as usize).into_iter().for_each(|start| *start = true);
+        }
+        let (mut first, mut sum) = (0, 0.0);
+        for (i, light) in self.scene.lights.iter().enumerate() {
+            if starts[i] {
+                (first, sum) = (i, 0.0);
+            }
+            sum += self.pixels_of(light);
+            if starts[i + 1] {
+                large[first..=i].fill(sum > LARGE);
+            }
+        }
+        large
+    }
+
+    /// How many pixels a light covers, as far as nothing is in front of it.
+    fn pixels_of(&self, light: &Light) -> f32 {
+        let side = 2.0 / self.job.settings.size.1.max(1) as f32;
+        match (light, self.camera.projection) {
+            (Light::Environment(sky), _) => {
+                if sky.is_constant() {
+                    f32::INFINITY
+                } else {
+                    0.0
+                }
+            }
+            (Light::Moving(light), _) => light.at(0.0).map_or(0.0, |light| self.pixels_of(&light)),
+            (Light::Area(area), Projection::Orthographic { half_height }) => {
+                0.25 * area.shape.area() as f32 / (side * half_height).powi(2)
+            }
+            (Light::Area(_), Projection::Perspective { tan_half }) => {
+                let sample = light.sample(self.camera.origin, Vec2::splat(0.5), 0.0);
+                sample.map_or(0.0, |s| 1.0 / (s.pdf * (side * tan_half).powi(2)))
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Whether a material has a lobe by which all of a light's radiance can come from one direction.
+    fn is_smooth_anywhere(&self) -> bool {
+        let smooth = |m: &Material| match m.mirror {
+            Some(mirror) => mirror.blur == 0.0 && mirror.kr != Vec3::ZERO,
+            None if m.transmission > 0.0 => m.roughness < SMOOTH,
+            None => m.roughness == 0.0 && (m.metallic > 0.0 || m.specular > 0.0),
+        };
+        let used = self.scene.objects.iter().map(|o| &self.scene.materials[o.material as usize]);
+        used.filter(|m| !m.unlit).any(|m| smooth(&m.base) || !self.job.sharp.is_empty())
+    }
+
+    fn per_light(&self) -> usize {
+        (PROBES / self.scene.lights.len().max(1)).clamp(1, PER_LIGHT)
+    }
+
+    /// A place on a light, seen from anywhere around it.
+    fn on_light(&self, light: &Light, key: Key) -> Option<(LightSample, Vec3)> {
+        let from = match light {
+            Light::Environment(_) => Vec3::ZERO,
+            Light::Area(light) => light.shape.centroid() + warp::sphere(point(key, 0)) * FAR,
+            Light::Moving(light) => return self.on_light(&light.at(0.0)?, key),
+            _ => self.camera.origin,
+        };
+        light.sample(from, point(key, 1), 0.0).map(|sample| (sample, from))
+    }
+
+    fn radiance(&self, light: usize, sample: &LightSample) -> Vec3 {
+        match &sample.point {
+            Some(point) if !sample.delta => self.scene.light_radiance(light as u32, point, sample.radiance),
+            _ => sample.radiance,
+        }
+    }
+
+    /// Whether the camera may see the place where a light sample from `from` ends: within the picture, with nothing between.
+    fn sees(&self, from: Vec3, sample: &LightSample) -> bool {
+        let is_far = !sample.distance.is_finite();
+        let d = match &sample.point {
+            Some(point) => point.p - self.camera.origin,
+            None if is_far => sample.wi,
+            None => from + sample.wi * sample.distance - self.camera.origin,
+        };
+        if self.camera.motion.is_some() || self.camera.lens.is_some() {
+            return true;
+        }
+        let Projection::Perspective { tan_half } = self.camera.projection else { return true };
+        let (x, y, z) = (d.dot(self.camera.right), d.dot(self.camera.up), -d.dot(self.camera.backward));
+        let (w, h) = self.job.settings.size;
+        let wide = tan_half * w as f32 / h.max(1) as f32;
+        if z <= 0.0 || x.abs() > wide * z || y.abs() > tan_half * z {
+            return false;
+        }
+        let hit = self.scene.world.closest(&Ray::new(self.camera.origin, d), 0.0, &Opaque);
+        hit.is_none_or(|hit| self.scene.light_of(&hit).is_some() || !is_far && hit.t >= 1.0)
+    }
+
+    /// What camera rays, and diffuse directions from where they arrive, meet.
+    fn from_camera(&self, peak: &mut Peak) {
+        let rect = self.job.settings.rect();
+        let step = (rect.area() as f32 / PROBES as f32).sqrt().max(1.0) as u32;
+        for y in (rect.y0..rect.y1).step_by(step as usize) {
+            for x in (rect.x0..rect.x1).step_by(step as usize) {
+                let sample = Sample::new(self.job.settings, (x, y), 0).timed(self.job);
+                let (ray, _) = sample.camera_ray(self.job, (x, y));
+                let key = self.key.branch(2).branch(x).branch(y);
+                let Some((hit, surface)) = self.meet(&ray, sample.time) else { continue };
+                self.lit(peak, (&hit, &surface), sample.time, key);
+                let side = surface.ng * -ray.d.dot(surface.ng).signum();
+                let d = Frame::from_z(side).to_world(warp::hemisphere_cosine(point(key, 0)));
+                let next = Ray::new(surface.origin_towards(d), d);
+                let Some((hit, surface)) = self.meet(&next, sample.time) else { continue };
+                self.lit(peak, (&hit, &surface), sample.time, key.branch(1));
+            }
+        }
+    }
+
+    fn meet(&self, ray: &Ray, time: f32) -> Option<(Hit, Surface)> {
+        let hit = self.scene.world.closest(ray, time, &Opaque)?;
+        let surface = self.scene.world.surface(ray, time, &hit);
+        Some((hit, surface))
+    }
+
+    /// What one light, chosen as the path tracer does, does at a hit.
+    fn lit(&self, peak: &mut Peak, at: (&Hit, &Surface), time: f32, key: Key) {
+        let Some(choice) = &self.scene.light_choice else { return };
+        if let Some(chosen) = choice.sample(at.1.p, Vec3::ZERO, number(key, 99)) {
+            self.evaluate(peak, at, (chosen.index, chosen.pmf), time, key);
+        }
+    }
+
+    /// What every light does where its own rays arrive.
+    fn from_lights(&self, peak: &mut Peak) {
+        let Some(choice) = &self.scene.light_choice else { return };
+        for (i, light) in self.scene.lights.iter().enumerate().filter(|(i, _)| choice.contains(*i)) {
+            for k in 0..self.per_light() {
+                let key = self.key.branch(3).branch(i as u32).branch(k as u32);
+                let Some(ray) = self.leaving(light, key) else { continue };
+                let Some((hit, surface)) = self.meet(&ray, 0.0) else { continue };
+                let pmf = choice.pmf(surface.p, Vec3::ZERO, i);
+                self.evaluate(peak, (&hit, &surface), (i, pmf), 0.0, key);
+            }
+        }
+    }
+
+    /// A ray from a light: none of those infinitely far away, whose light is the same everywhere.
+    fn leaving(&self, light: &Light, key: Key) -> Option<Ray> {
+        match light {
+            Light::Point(light) => Some(Ray::new(light.p, warp::sphere(point(key, 2)))),
+            Light::Spot(light) => {
+                let d = warp::cone(point(key, 2), 1.0 - light.cos_outer);
+                Some(Ray::new(light.p, Frame::from_z(light.axis).to_world(d)))
+            }
+            Light::Moving(light) => self.leaving(&light.at(0.0)?, key),
+            Light::Area(_) => {
+                let (sample, _) = self.on_light(light, key)?;
+                let place = sample.point?;
+                let side = place.n * -place.n.dot(sample.wi).signum();
+                let d = Frame::from_z(side).to_world(warp::hemisphere_cosine(point(key, 2)));
+                Some(Ray::new(offset_origin(place.p, place.p_error, place.n, d), d))
+            }
+            Light::Distant(_) | Light::Environment(_) => None,
+        }
+    }
+
+    /// One sample of `light` at a hit, reflected or let through to where most of it goes.
+    fn evaluate(
+        &self,
+        peak: &mut Peak,
+        (hit, surface): (&Hit, &Surface),
+        (light, pmf): (usize, f32),
+        time: f32,
+        key: Key,
+    ) {
+        let shading = self.scene.shading(hit, surface, time);
+        let sample = self.scene.lights[light].sample(surface.p, point(key, 3), time);
+        let Some(sample) = sample.filter(|_| !shading.unlit && pmf > 0.0) else { return };
+        let (radiance, pdf) = (self.radiance(light, &sample), sample.pdf * pmf);
+        let wi = shading.frame.to_local(sample.wi);
+        for wo in [Vec3::new(-wi.x, -wi.y, wi.z), -wi] {
+            let bsdf = Bsdf::new(&shading.material, wo);
+            let weighed = |lobes| {
+                let (f, chance) = bsdf.eval(wi, lobes);
+                let weight = if sample.delta { 1.0 } else { mis::power(pdf, chance) };
+                // Found by aiming, or by the direction the surface scatters to.
+                (f * wi.z.abs() * radiance * (weight / pdf)).max(radiance * (1.0 - weight))
+            };
+            let diffuse = Lobes::of(Lobe::Diffuse);
+            if bsdf.lobes().contains(Lobe::Diffuse) {
+                raise(&mut peak.lit, weighed(diffuse));
+            }
+            if !bsdf.lobes().without(diffuse).without(Lobes::DELTA).is_empty() {
+                raise(&mut peak.highlight, weighed(Lobes::ALL.without(diffuse)));
+            }
+        }
+    }
+}

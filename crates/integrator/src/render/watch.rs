@@ -1,0 +1,162 @@
+//! When is a pass over, when is a render, and who is told?
+//!
+//! A thread of its own looks at the clock and asks the caller, so that a request to stop is heard within [`LOOK`]
+//! however long a tile, a pixel or a sample takes.
+
+use super::Progress;
+use crate::settings::Settings;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// From one look at the clock to the next.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// A pass takes about so long, seconds: what a request to stop can cost beside the sample under way.
+const PASS: f64 = 1.0;
+
+/// Decides how long each pass is, when to stop, and tells how far things are.
+pub(super) struct Watch<'a> {
+    pub start: Instant,
+    settings: &'a Settings,
+    progress: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    pixels: u64,
+    /// Samples that all pixels have.
+    spp: AtomicU32,
+    samples: AtomicU64,
+    rays: AtomicU64,
+    told_ms: AtomicU64,
+    /// The caller wants no more.
+    told: AtomicBool,
+    /// Samples under way are to end: the caller wants no more, or time is up.
+    pub stop: AtomicBool,
+}
+
+impl<'a> Watch<'a> {
+    pub fn new(settings: &'a Settings, progress: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Self {
+        Self {
+            start: Instant::now(),
+            settings,
+            progress,
+            pixels: settings.rect().area() as u64,
+            spp: AtomicU32::new(0),
+            samples: AtomicU64::new(0),
+            rays: AtomicU64::new(0),
+            told_ms: AtomicU64::new(0),
+            told: AtomicBool::new(false),
+            stop: AtomicBool::new(false),
+        }
+    }
+
+    /// End of the pass that follows after `spp` samples of every pixel; None when the render is over.
+    pub fn next_pass(&self, spp: u32) -> Option<u32> {
+        self.spp.store(spp, Ordering::Relaxed);
+        if spp > 0 {
+            self.tell();
+        }
+        let limit = self.settings.samples().unwrap_or(u32::MAX);
+        if spp >= limit || self.is_stopped() {
+            return None;
+        }
+        let round = self.settings.round();
+        let seconds = self.start.elapsed().as_secs_f64() / f64::from(spp.max(1));
+        let left = self.left().map_or(f64::INFINITY, |left| left.as_secs_f64());
+        if spp > 0 && left < seconds * f64::from(round) {
+            // A round that time cuts would be lost.
+            return None;
+        }
+        // Never more than half of what the time left is likely to hold: a pass that time cuts is lost.
+        let by_time = (PASS.min(0.5 * left) / seconds.max(1e-9)).clamp(1.0, 1e6) as u32;
+        let size = if spp == 0 { 1 } else { by_time.min(spp.saturating_mul(4)) };
+        Some(spp.saturating_add(size.next_multiple_of(round)).min(limit))
+    }
+
+    /// Does `work` while someone looks at the clock and asks the caller.
+    pub fn during<R>(&self, work: impl FnOnce() -> R) -> R {
+        let wait = || self.left().unwrap_or(LOOK).clamp(Duration::from_millis(1), LOOK);
+        beside(wait, || self.tell(), work)
+    }
+
+    /// Time left, if that is limited.
+    fn left(&self) -> Option<Duration> {
+        self.settings.time_limit.map(|limit| limit.saturating_sub(self.start.elapsed()))
+    }
+
+    /// Whether nothing more is to be begun.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Whether the render ended because it was told to, with `spp` samples of every pixel.
+    pub fn was_told(&self, spp: u32) -> bool {
+        self.told.load(Ordering::Relaxed) && self.settings.samples().is_none_or(|limit| spp < limit)
+    }
+
+    pub fn tile_done(&self, added: u64, rays: u64) {
+        self.samples.fetch_add(added, Ordering::Relaxed);
+        self.rays.fetch_add(rays, Ordering::Relaxed);
+        let now = self.start.elapsed().as_millis() as u64;
+        let told = self.told_ms.load(Ordering::Relaxed);
+        let due = now >= told + 100;
+        if due && self.told_ms.compare_exchange(told, now, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
+            self.tell();
+        }
+    }
+
+    /// Tells how far things are, and hears whether to go on.
+    fn tell(&self) {
+        let elapsed = self.start.elapsed();
+        let (samples, rays) = (self.samples.load(Ordering::Relaxed), self.rays.load(Ordering::Relaxed));
+        let by_samples = self
+            .settings
+            .samples()
+            .map_or(0.0, |spp| samples as f64 / (self.pixels.max(1) as f64 * f64::from(spp)));
+        let by_time = self
+            .settings
+            .time_limit
+            .map_or(0.0, |limit| elapsed.as_secs_f64() / limit.as_secs_f64().max(1e-9));
+        let fraction = by_samples.max(by_time).min(1.0);
+        let spp = self.spp.load(Ordering::Relaxed);
+        if (self.progress)(Progress { fraction, spp, rays, elapsed }).is_break() {
+            self.told.store(true, Ordering::Relaxed);
+            self.stop.store(true, Ordering::Relaxed);
+        }
+        if self.left().is_some_and(|left| left.is_zero()) {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Does `work`, and meanwhile, on a thread of its own, `look` again and again after `wait`.
+pub(super) fn beside<R>(
+    wait: impl Fn() -> Duration + Send,
+    look: impl Fn() + Send,
+    work: impl FnOnce() -> R,
+) -> R {
+    thread::scope(|scope| {
+        let (working, done) = channel::<()>();
+        let watch = move || {
+            while done.recv_timeout(wait()) == Err(RecvTimeoutError::Timeout) {
+                look();
+            }
+        };
+        // Where no thread can be had, it is looked between tiles.
+        let _ = thread::Builder::new().name("watch".into()).spawn_scoped(scope, watch);
+        let result = work();
+        drop(working);
+        result
+    })
+}
+
+/// Does `work` with a flag that is set once `stop` says so.
+pub(super) fn until<R>(stop: &(dyn Fn() -> bool + Sync), work: impl FnOnce(&AtomicBool) -> R) -> R {
+    let stopped = AtomicBool::new(stop());
+    let look = || {
+        if stop() {
+            stopped.store(true, Ordering::Relaxed);
+        }
+    };
+    beside(|| LOOK, look, || work(&stopped))
+}

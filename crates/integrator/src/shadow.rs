@@ -1,0 +1,130 @@
+//! What of a light comes through to a vertex: nothing behind matter, and what smooth clear surfaces leave of it.
+//!
+//! A shadow ray goes straight. Surfaces that do not bend light let it pass exactly: thin walls and boundaries between
+//! equal indices, if they are smooth, and boundaries hidden inside a stronger body; absorption counts piece by piece.
+//! Where light is bent the shadow ray ends, for the straight way is not the light's; with
+//! `Settings::transparent_shadows` it goes on, an *approximation*: what is not reflected passes, straight.
+//!
+//! What light can be found here by aiming, and by following the BSDF along the same straight way as well, is weighted as
+//! anywhere else (`emission::Arrival` keeps the vertex that the way began at). Surfaces are walked through in the order
+//! of `Hit::wins_over`, so that products do not depend on the order of traversal.
+
+use crate::interface::{are_one_place, gather};
+use crate::medium::MediumStack;
+use crate::vertex::{Around, Vertex};
+use crate::visibility::{Query, Visibility};
+use dapple_geometry::{Hit, Ray, Surface};
+use glam::Vec3;
+use std::cell::Cell;
+
+/// Most clear surfaces that a shadow ray passes; what comes through more is lost, and the ledger told.
+pub(crate) const MOST: u32 = 256;
+
+/// What a shadow ray finds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Passage {
+    /// Nothing comes through.
+    Blocked,
+    /// More clear surfaces than [`MOST`].
+    Lost,
+    Open(Way),
+}
+
+/// The way to a light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Way {
+    pub transmittance: Vec3,
+    /// Surfaces passed, each of which is a bounce of a path on the same way.
+    pub passed: u32,
+    /// Light is bent on the way, so that no path takes it.
+    pub bent: bool,
+}
+
+impl<V: Visibility> Around<'_, V> {
+    /// What comes through along `ray` from a light at `distance`, seen from within `stack`.
+    #[inline(always)]
+    pub fn passage(&self, ray: &Ray, stack: &MediumStack, distance: f32) -> Passage {
+        if self.job.clear_ways || !stack.is_empty() {
+            return self.through(ray, stack, distance);
+        }
+        if self.blocked(ray) {
+            return Passage::Blocked;
+        }
+        Passage::Open(Way { transmittance: Vec3::ONE, passed: 0, bent: false })
+    }
+
+    #[inline(never)]
+    fn through(&self, ray: &Ray, stack: &MediumStack, distance: f32) -> Passage {
+        let at = Query { scene: self.scene, ray, time: self.time, key: self.key };
+        let is_met = Cell::new(false);
+        let stops = |hit: &Hit| {
+            let may_pass = self.job.may_pass(hit.object, stack);
+            is_met.set(is_met.get() || may_pass);
+            !may_pass
+        };
+        if self.visibility.blocked_where(&at, &stops) {
+            return Passage::Blocked;
+        }
+        if !is_met.get() {
+            let transmittance = stack.transmittance(self.job.media.bodies, distance);
+            return Passage::Open(Way { transmittance, passed: 0, bent: false });
+        }
+        self.walk(&at, stack, distance)
+    }
+
+    /// From surface to surface.
+    fn walk(&self, at: &Query<'_>, stack: &MediumStack, distance: f32) -> Passage {
+        let (scene, bodies, length) = (self.scene, self.job.media.bodies, at.ray.d.length());
+        let mut way = Way { transmittance: Vec3::ONE, passed: 0, bent: false };
+        let (mut stack, mut gone) = (*stack, 0.0);
+        let mut last: Option<(Hit, Surface)> = None;
+        for _ in 0..=MOST {
+            let beyond = |hit: &Hit| last.is_none_or(|(last, _)| last.wins_over(hit));
+            let Some(mut hit) = self.visibility.closest_where(at, &beyond) else {
+                way.transmittance *= stack.transmittance(bodies, distance - gone);
+                return Passage::Open(way);
+            };
+            let mut surface = scene.world.surface(at.ray, self.time, &hit);
+            if last.is_some_and(|last| is_same_crossing(last, (hit, surface), at.ray.d)) {
+                last = Some((hit, surface));
+                continue;
+            }
+            way.transmittance *= stack.transmittance(bodies, hit.t * length - gone);
+            gone = hit.t * length;
+            let first = hit;
+            let mut boundary = None;
+            if scene.objects[hit.object as usize].body != u32::MAX && !bodies.is_empty() {
+                let (met, end) = gather(self, at.ray, &hit, &mut surface, &stack);
+                (boundary, hit) = (Some(met), end);
+            }
+            if boundary.is_none_or(|boundary| !boundary.is_hidden()) {
+                let seen = (at.ray, -at.ray.d / length);
+                let vertex = Vertex::new(self.job, seen, &first, &surface, (self.time, boundary.as_ref()));
+                if !self.pass(&vertex, &mut way) {
+                    return Passage::Blocked;
+                }
+            }
+            stack = boundary.map_or(stack, |boundary| boundary.after);
+            last = Some((hit, surface));
+        }
+        Passage::Lost
+    }
+
+    /// Passes one surface; false where nothing comes through.
+    fn pass(&self, vertex: &Vertex, way: &mut Way) -> bool {
+        let mut through = if vertex.shading.unlit { Vec3::ZERO } else { vertex.bsdf.straight() };
+        if through == Vec3::ZERO && self.job.settings.transparent_shadows && !vertex.shading.unlit {
+            through = vertex.bsdf.straightened();
+            way.bent = true;
+        }
+        way.transmittance *= through;
+        way.passed += 1;
+        way.transmittance != Vec3::ZERO
+    }
+}
+
+/// A ray through an edge meets both of its triangles: the same surface from the same side in one place.
+fn is_same_crossing((hit, surface): (Hit, Surface), (next, other): (Hit, Surface), d: Vec3) -> bool {
+    let side = |of: &Surface| of.ng.dot(d) < 0.0;
+    hit.object == next.object && side(&surface) == side(&other) && are_one_place(&surface, &other)
+}

@@ -1,0 +1,152 @@
+//! Bodies: volumes that light travels through, ranked by who wins where they overlap.
+//!
+//! A body is all volume primitives of one mesh node (of one instance); an object added in code is a body of its own.
+//! Where bodies overlap, the one with the highest priority (material `extras`) is there; with equal priority the one with
+//! the smaller bounding volume, then the one with the lower node index. Bodies are kept in that order, strongest first,
+//! so that the medium at a point is the one of the lowest index among the bodies that contain the point, whichever way it
+//! was reached.
+use crate::{Object, Space, TexturedMaterial, Warning, builder::Placed, moving::Exposure};
+use glam::{DVec3, Vec3};
+
+/// What fills a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Index of refraction; 0 where only Schlick's law is known.
+    pub ior: f32,
+    /// Absorption coefficient per render unit.
+    pub sigma_a: Vec3,
+}
+
+/// All bodies of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Bodies {
+    /// Strongest first.
+    pub all: Vec<Body>,
+    /// A box, in render space, that all of them stay in while the shutter is open; None without bodies.
+    pub bounds: Option<(Vec3, Vec3)>,
+}
+
+/// Part of an f32's digits in which bounding volumes count as equal: about 3e-5, so that the rounding of vertices does not
+/// decide which of two equal bodies wins.
+const EQUAL_BITS: u32 = 1 << 9;
+
+/// Room around the boxes of bodies, in parts of their largest coordinate: rounding of placed vertices.
+const ROOM: f32 = 1.0 / (1 << 16) as f32;
+
+/// The volumes of one body before they are ranked.
+struct Volume {
+    first: usize,
+    node: u32,
+    priority: f64,
+    /// Box in the space of the mesh, and the factor to world units of volume.
+    own: (DVec3, DVec3),
+    factor: f64,
+}
+
+/// An object that bounds a volume.
+struct Part {
+    object: usize,
+    /// Among the volumes.
+    volume: usize,
+    /// Its box when the shutter opens.
+    world: Option<(DVec3, DVec3)>,
+}
+
+/// Finds the bodies among the objects, ranks them and tells each object which one it bounds. Materials are those of the
+/// scene: absorption per render unit.
+pub(crate) struct Finder {
+    parts: Vec<Part>,
+    volumes: Vec<Volume>,
+}
+
+impl Finder {
+    /// Looks at the objects before they are moved into the world.
+    pub fn new(placed: &[Placed], materials: &[TexturedMaterial], exposure: &Exposure) -> Self {
+        let mut finder = Self { parts: Vec::new(), volumes: Vec::new() };
+        let mut group_of_last = None;
+        for (i, part) in placed.iter().enumerate() {
+            let Some(material) = materials.get(part.material as usize).filter(|m| m.is_volume()) else {
+                continue;
+            };
+            let (own, factor) = part.own_box(exposure).unwrap_or_default();
+            // The parts of a body come one after the other.
+            if group_of_last == Some(part.group)
+                && let Some(volume) = finder.volumes.last_mut()
+            {
+                volume.own = (volume.own.0.min(own.0), volume.own.1.max(own.1));
+            } else {
+                // Zero has one sign.
+                let (node, priority) = (part.node, material.priority + 0.0);
+                finder.volumes.push(Volume { first: i, node, priority, own, factor });
+                group_of_last = Some(part.group);
+            }
+            let volume = finder.volumes.len() - 1;
+            finder.parts.push(Part { object: i, volume, world: part.bounds(exposure) });
+        }
+        finder
+    }
+
+    /// The bodies. `whole`: the box, in render space, in which a moving object stays.
+    pub fn rank(
+        self,
+        objects: &mut [Object],
+        materials: &[TexturedMaterial],
+        space: &Space,
+        whole: impl Fn(usize) -> Option<(DVec3, DVec3)>,
+    ) -> (Bodies, Vec<Warning>) {
+        let mut order: Vec<usize> = (0..self.volumes.len()).collect();
+        order.sort_by(|&a, &b| {
+            let (x, y) = (&self.volumes[a], &self.volumes[b]);
+            let by_volume = x.size().total_cmp(&y.size());
+            y.priority.total_cmp(&x.priority).then(by_volume).then(x.node.cmp(&y.node)).then(a.cmp(&b))
+        });
+        let mut rank = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(r, &volume)| rank[volume] = r as u32);
+        let material = |object: &Object| &materials[object.material as usize];
+        let mut bodies = Bodies::default();
+        let mut warnings = Vec::new();
+        for &volume in &order {
+            let of = material(&objects[self.volumes[volume].first]);
+            bodies.all.push(Body { ior: of.base.ior, sigma_a: of.sigma_a });
+        }
+        for &Part { object: i, volume, world } in &self.parts {
+            objects[i].body = rank[volume];
+            let (mine, first) = (material(&objects[i]), material(&objects[self.volumes[volume].first]));
+            let same = |m: &TexturedMaterial| (m.base.ior, m.sigma_a, m.priority);
+            if same(mine) != same(first) {
+                let name = &objects[i].name;
+                warnings.push(Warning(format!(
+                    "the volumes of '{name}' differ between its primitives, which bound one body: the first one's is taken; use a mesh node for each"
+                )));
+            }
+            let render = world.map(|(lo, hi)| (space.to_render(lo), space.to_render(hi)));
+            let moving = whole(i).map(|(lo, hi)| (lo.as_vec3(), hi.as_vec3()));
+            bodies.bounds = bodies.bounds.into_iter().chain(moving.or(render)).reduce(union);
+        }
+        bodies.bounds = bodies.bounds.map(roomier);
+        warnings.dedup();
+        (bodies, warnings)
+    }
+}
+
+impl Volume {
+    /// World units of volume of the box that bounds it, placed; infinite for what is flat and bounds nothing.
+    fn size(&self) -> f32 {
+        let extent = self.own.1 - self.own.0;
+        let volume = (extent.x * extent.y * extent.z * self.factor).abs() as f32;
+        if !(volume > 0.0 && extent.min_element() > 0.0) {
+            return f32::INFINITY;
+        }
+        let bits = volume.to_bits().saturating_add(EQUAL_BITS / 2) / EQUAL_BITS * EQUAL_BITS;
+        f32::from_bits(bits)
+    }
+}
+
+fn union(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> (Vec3, Vec3) {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
+fn roomier((lo, hi): (Vec3, Vec3)) -> (Vec3, Vec3) {
+    let room = Vec3::splat(lo.abs().max(hi.abs()).max_element() * ROOM);
+    (lo - room, hi + room)
+}

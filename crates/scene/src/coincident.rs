@@ -1,0 +1,170 @@
+//! Which lights share their place with a surface?
+//!
+//! A lamp in the plane of a ceiling, lamps that lie in one another, a point light in a wall: found once, when the scene is
+//! built. Scenes without any carry nothing, and ask nothing.
+use crate::{Space, emission::AreaLights};
+use dapple_geometry::{
+    Coincident, Hit, World,
+    offset::{UNIT_ROUNDOFF, gamma},
+};
+use dapple_lights::{Area, AreaShape, Light};
+use glam::{DVec3, Vec3};
+
+/// Surfaces and lights that share a place.
+#[derive(Clone, Debug)]
+pub struct SharedPlaces {
+    /// The surfaces.
+    pub surfaces: Box<Coincident>,
+    /// By light.
+    lights: Vec<bool>,
+    /// By object: whether its material says that it emits.
+    emits: Vec<bool>,
+}
+
+impl SharedPlaces {
+    /// `emits`: by object; `punctual`: the lights that follow those of `area`. None when no light shares its place.
+    pub(crate) fn find(
+        world: &World,
+        emits: Vec<bool>,
+        (area, punctual): (&AreaLights, &[Light]),
+        space: &Space,
+    ) -> Option<Self> {
+        if cfg!(without = "coincident") {
+            return None;
+        }
+        let (numbers, points): (Vec<usize>, Vec<(DVec3, DVec3)>) =
+            punctual.iter().enumerate().filter_map(|(i, light)| Some((i, light.positions()?))).unzip();
+        let shines =
+            |object, primitive| area.of(&Hit { t: 0.0, u: 0.0, v: 0.0, primitive, object }).is_some();
+        let surfaces =
+            world.coincident(|object| emits[object as usize], shines, &points, origin_error(space))?;
+        let count = area.lights.len();
+        let mut shared: Vec<bool> = (0..count as u32).map(|i| area.is_on(i, &surfaces)).collect();
+        shared.resize(count + punctual.len(), false);
+        for (number, light) in numbers.into_iter().enumerate() {
+            shared[count + light] = surfaces.contains_point(number);
+        }
+        Some(Self { surfaces, lights: shared, emits })
+    }
+
+    /// The lights that are never seen, because an earlier one covers them in the same place; `is_solid` says of an object
+    /// whether it has no holes. Of what moves, and of what several others cover together, nothing is known: such lights
+    /// are sampled in vain.
+    pub(crate) fn hidden(
+        &self,
+        area: &AreaLights,
+        is_solid: impl Fn(u32) -> bool,
+        space: &Space,
+    ) -> Vec<bool> {
+        let mut hidden = vec![false; area.lights.len()];
+        let (mut covers, mut budget): (Vec<&Area>, _) = (Vec::new(), COMPARISONS);
+        for (i, light) in area.lights.iter().enumerate() {
+            let Light::Area(light) = light else { continue };
+            if !self.contains_light(i as u32) {
+                continue;
+            }
+            budget = budget.saturating_sub(covers.len());
+            hidden[i] =
+                budget > 0 && covers.iter().any(|cover| is_covered(light, cover, origin_error(space)));
+            if !hidden[i] && is_solid(area.sources[i].0) {
+                covers.push(light);
+            }
+        }
+        hidden
+    }
+
+    /// Takes lights out of the list, as [`AreaLights::remove`] does.
+    pub(crate) fn remove(&mut self, is_removed: &[bool]) {
+        let mut index = 0..self.lights.len();
+        self.lights.retain(|_| index.next().is_some_and(|i| !is_removed.get(i).copied().unwrap_or(false)));
+    }
+
+    /// Whether light `light` shares its place with a surface other than its own.
+    pub fn contains_light(&self, light: u32) -> bool {
+        self.lights.get(light as usize).copied().unwrap_or(false)
+    }
+
+    /// Whether the surface that was hit may share its place with an emitter.
+    #[inline]
+    pub fn contains(&self, hit: &Hit) -> bool {
+        self.surfaces.contains(hit.object, hit.primitive)
+    }
+
+    /// Whether an object's material says that it emits, be it with the light left out of the scene.
+    pub fn emits(&self, object: u32) -> bool {
+        self.emits.get(object as usize).copied().unwrap_or(false)
+    }
+
+    /// Lights that share their place.
+    pub fn light_count(&self) -> usize {
+        self.lights.iter().filter(|shared| **shared).count()
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.surfaces.memory_bytes() + self.lights.len() + self.emits.len()
+    }
+}
+
+/// Of lights with lights, at most.
+const COMPARISONS: usize = 1 << 26;
+
+/// Whether `light` lies wholly in the place of `cover`, which emits to wherever `light` does.
+fn is_covered(light: &Area, cover: &Area, origin_error: Vec3) -> bool {
+    let bound = |p: DVec3| (p.abs() * f64::from(gamma(7)) + origin_error.as_dvec3()) * 2.0;
+    let same_side = |n: Vec3, m: Vec3| cover.two_sided || (!light.two_sided && n.dot(m) > 0.0);
+    match (light.shape, cover.shape) {
+        (AreaShape::Sphere { centre, radius }, AreaShape::Sphere { centre: c, radius: r }) => {
+            let reach = bound(centre.as_dvec3().abs() + DVec3::splat(radius.into())).length();
+            let apart = (centre.as_dvec3() - c.as_dvec3()).length() + f64::from(radius - r).abs();
+            same_side(Vec3::Z, Vec3::Z) && apart <= reach
+        }
+        (AreaShape::Disk { centre, normal, radius }, AreaShape::Disk { centre: c, normal: n, radius: r }) => {
+            let reach = bound(centre.as_dvec3().abs() + DVec3::splat(radius.into())).length();
+            let apart = centre.as_dvec3() - c.as_dvec3();
+            let tilt = f64::from(normal.cross(n).length() * radius);
+            let in_plane = apart.dot(n.as_dvec3()).abs() + tilt <= reach;
+            same_side(normal, n) && in_plane && apart.length() + f64::from(radius) <= f64::from(r) + reach
+        }
+        (light, cover) => match (corners(&light), corners(&cover)) {
+            (Some(inner), Some(outer)) => {
+                let (n, m) = (normal(&inner), normal(&outer));
+                let is_inside = inner.iter().all(|q| is_on(&outer, m, *q, bound(*q)));
+                same_side(n.as_vec3(), m.as_vec3()) && is_inside
+            }
+            _ => false,
+        },
+    }
+}
+
+/// Of a flat light with edges, in order.
+fn corners(shape: &AreaShape) -> Option<Vec<DVec3>> {
+    match *shape {
+        AreaShape::Triangle(corners) => Some(corners.map(Vec3::as_dvec3).to_vec()),
+        AreaShape::Quad { corner, e1, e2 } => {
+            let [p, a, b] = [corner, e1, e2].map(Vec3::as_dvec3);
+            Some(vec![p, p + a, p + a + b, p + b])
+        }
+        _ => None,
+    }
+}
+
+fn normal(corners: &[DVec3]) -> DVec3 {
+    (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero()
+}
+
+/// Whether `q` lies on a convex polygon of unit normal `n`, within `bound` per axis.
+fn is_on(polygon: &[DVec3], n: DVec3, q: DVec3, bound: DVec3) -> bool {
+    let within = |axis: DVec3, distance: f64| distance <= axis.abs().dot(bound);
+    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    let beside = |(a, b): (&DVec3, &DVec3)| {
+        let outward = (*b - *a).cross(n).normalize_or_zero();
+        within(outward, outward.dot(q - *a))
+    };
+    within(n, n.dot(q - polygon[0]).abs()) && edges.into_iter().all(beside)
+}
+
+/// What coordinates of the world were rounded by before they came here: files have them in f32, half an ulp of their
+/// distance from the world's origin. The part that goes with render-space coordinates is in the surfaces' own bounds.
+fn origin_error(space: &Space) -> Vec3 {
+    ((space.centre.abs() * space.scale) * f64::from(UNIT_ROUNDOFF)).as_vec3()
+}
