@@ -25,7 +25,7 @@ enum Trust {
 }
 
 /// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
-const SIDECAR_KEYS: [&str; 41] = [
+const SIDECAR_KEYS: [&str; 42] = [
     "size",
     "crop",
     "camera",
@@ -63,6 +63,7 @@ const SIDECAR_KEYS: [&str; 41] = [
     "max-bounces",
     "no-roulette",
     "clamp",
+    "transparent-shadows",
     "no-soft-terminator",
     "filter",
     "plan",

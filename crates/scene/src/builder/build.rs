@@ -148,7 +148,7 @@ impl SceneBuilder {
         )));
     }
 
-    /// The environment, unless it is black; a white one for a scene that nothing would light. What lights is decided by
+    /// The environment, unless it is black; a studio for a scene that nothing would light. What lights is decided by
     /// what the scene says, not by how much of it is left by textures and holes.
     fn surroundings(&mut self, objects: &[Object], lights: &[Light]) -> Option<Environment> {
         let material = |o: &Object| &self.materials[o.material as usize];
