@@ -277,7 +277,9 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             let (f_cos, pdf) = beam.vertex.f_cos_and_pdf(sample.wi, lobes);
             // Not followed, a diffuse lobe still finds the environment.
             let followed = match place.count(plans.of(effect)) {
-                0 if matches!(light, Light::Environment(_)) => place.count(beam.around.job.integrals.sky(&place)),
+                0 if matches!(light, Light::Environment(_)) => {
+                    place.count(beam.around.job.integrals.sky(&place))
+                }
                 _ if alone => 0,
                 count => count,
             };

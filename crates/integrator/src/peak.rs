@@ -155,6 +155,7 @@ impl Probe<'_> {
                     0.0
                 }
             }
+            (Light::Patterned(light), _) => self.pixels_of(&Light::Area(light.area.clone())),
             (Light::Moving(light), _) => light.at(0.0).map_or(0.0, |light| self.pixels_of(&light)),
             (Light::Area(area), Projection::Orthographic { half_height }) => {
                 0.25 * area.shape.area() as f32 / (side * half_height).powi(2)
@@ -187,6 +188,7 @@ impl Probe<'_> {
         let from = match light {
             Light::Environment(_) => Vec3::ZERO,
             Light::Area(light) => light.shape.centroid() + warp::sphere(point(key, 0)) * FAR,
+            Light::Patterned(light) => light.area.shape.centroid() + warp::sphere(point(key, 0)) * FAR,
             Light::Moving(light) => return self.on_light(&light.at(0.0)?, key),
             _ => self.camera.origin,
         };
@@ -195,7 +197,9 @@ impl Probe<'_> {
 
     fn radiance(&self, light: usize, sample: &LightSample) -> Vec3 {
         match &sample.point {
-            Some(point) if !sample.delta => self.scene.light_radiance(light as u32, point, sample.radiance),
+            Some(point) if !sample.delta => {
+                self.scene.light_radiance(light as u32, point, sample.radiance, 0.0)
+            }
             _ => sample.radiance,
         }
     }
@@ -275,11 +279,11 @@ impl Probe<'_> {
         match light {
             Light::Point(light) => Some(Ray::new(light.p, warp::sphere(point(key, 2)))),
             Light::Spot(light) => {
-                let d = warp::cone(point(key, 2), 1.0 - light.cos_outer);
+                let d = warp::cone(point(key, 2), light.outer as f32);
                 Some(Ray::new(light.p, Frame::from_z(light.axis).to_world(d)))
             }
             Light::Moving(light) => self.leaving(&light.at(0.0)?, key),
-            Light::Area(_) => {
+            Light::Area(_) | Light::Patterned(_) => {
                 let (sample, _) = self.on_light(light, key)?;
                 let place = sample.point?;
                 let side = place.n * -place.n.dot(sample.wi).signum();
