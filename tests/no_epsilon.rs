@@ -6,13 +6,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Small numbers that are no lengths: file, literal, what it is.
-const DIMENSIONLESS: [(&str, &str, &str); 29] = [
+const DIMENSIONLESS: [(&str, &str, &str); 28] = [
     ("geometry/src/frame.rs", "1e-12", "squared sine"),
     ("geometry/src/motion/pose.rs", "1e-12", "volume over the product of the edges"),
     ("geometry/src/motion/pose.rs", "1e-14", "normal over the square of the size"),
     ("geometry/src/motion/pose.rs", "1e-15", "length over the product of lengths"),
     ("geometry/src/motion/track.rs", "1e-8", "angle"),
-    ("integrator/src/render.rs", "1e-9", "seconds"),
     ("scene/src/builtin.rs", "1e-3", "metres in a millimetre"),
     ("scene/src/emission.rs", "1e-3", "gap over the edge"),
     ("scene/src/gltf/material.rs", "1e-30", "transmitted share"),

@@ -72,8 +72,19 @@ const SIDECAR_KEYS: [&str; 42] = [
 
 /// Options that only the user can set: what is written, what is said, what the machine is used for, and consent.
 #[cfg(test)]
-const USER_KEYS: [&str; 11] =
-    ["output", "half", "log", "json", "quiet", "verbose", "threads", "settings", "allow-path", "strict", "yes"];
+const USER_KEYS: [&str; 11] = [
+    "output",
+    "half",
+    "log",
+    "json",
+    "quiet",
+    "verbose",
+    "threads",
+    "settings",
+    "allow-path",
+    "strict",
+    "yes",
+];
 
 /// All layers: the sidecar of `scene`, then `--settings`, then what was typed.
 pub fn layered(scene: Option<&Path>, typed: &ArgMatches) -> Result<RenderOptions, Failure> {

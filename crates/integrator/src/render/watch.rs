@@ -17,6 +17,9 @@ const LOOK: Duration = Duration::from_millis(50);
 /// A pass takes about so long, seconds: what a request to stop can cost beside the sample under way.
 const PASS: f64 = 1.0;
 
+/// Most samples per pixel of a pass.
+const MOST: f64 = 1e6;
+
 /// Decides how long each pass is, when to stop, and tells how far things are.
 pub(super) struct Watch<'a> {
     pub start: Instant,
@@ -68,7 +71,11 @@ impl<'a> Watch<'a> {
             return None;
         }
         // Never more than half of what the time left is likely to hold: a pass that time cuts is lost.
-        let by_time = (PASS.min(0.5 * left) / seconds.max(1e-9)).clamp(1.0, 1e6) as u32;
+        let by_time = if seconds > 0.0 {
+            (PASS.min(0.5 * left) / seconds).clamp(1.0, MOST) as u32
+        } else {
+            MOST as u32
+        };
         let size = if spp == 0 { 1 } else { by_time.min(spp.saturating_mul(4)) };
         Some(spp.saturating_add(size.next_multiple_of(round)).min(limit))
     }
@@ -116,7 +123,8 @@ impl<'a> Watch<'a> {
         let by_time = self
             .settings
             .time_limit
-            .map_or(0.0, |limit| elapsed.as_secs_f64() / limit.as_secs_f64().max(1e-9));
+            .filter(|limit| !limit.is_zero())
+            .map_or(0.0, |limit| elapsed.as_secs_f64() / limit.as_secs_f64());
         let fraction = by_samples.max(by_time).min(1.0);
         let spp = self.spp.load(Ordering::Relaxed);
         if (self.progress)(Progress { fraction, spp, rays, elapsed }).is_break() {

@@ -139,7 +139,9 @@ pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Rg
         (None, None) => return Err(doc.invalid(place, "has neither a URI nor a buffer view")),
     };
     if is_cut_short(bytes) {
-        doc.warn(format!("{place} is cut short: the JPEG data end before the picture does, and the rest is grey"));
+        doc.warn(format!(
+            "{place} is cut short: the JPEG data end before the picture does, and the rest is grey"
+        ));
     }
     let pixels =
         rgba8(bytes, &place).map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
