@@ -296,6 +296,7 @@ fn spoiled_scenes() {
         ("node", |root, _| root["nodes"][0]["children"] = serde_json::json!([0])),
         ("missing.bin", |root, _| root["buffers"][0]["uri"] = "missing.bin".into()),
         ("KHR_unheard_of", |root, _| {
+            root["nodes"][0]["extensions"] = serde_json::json!({ "KHR_unheard_of": {} });
             root["extensionsUsed"] = serde_json::json!(["KHR_unheard_of"]);
             root["extensionsRequired"] = serde_json::json!(["KHR_unheard_of"]);
         }),

@@ -3,7 +3,8 @@
 //! A file may hold a light and still leave its picture black: a few texels of an emissive texture on an object that nothing
 //! else lights. The rule: **a studio environment is added when, in a small render, less than a quarter of the pixels that
 //! show a surface are lit, and less than a twentieth by light that the surface reflects; lit means at least 1/256 of the
-//! luminance that 99 % of the pixels stay below.** The render is always the same for a scene and a camera.
+//! luminance that 99 % of the pixels stay below.** The render is always the same for a scene and a camera. A glance comes
+//! first: where direct light alone already shows most of the surfaces, nothing more is asked.
 //!
 //! So a planet in the sun stays dark on its far side, a room with one candle stays dim, and panels that glow by themselves
 //! are left alone.
@@ -13,11 +14,16 @@ use dapple_integrator::camera::Camera;
 use dapple_integrator::imaging::{Picture, color};
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Aov, Settings, render};
+use glam::Vec3;
 use std::ops::ControlFlow;
 
 /// Size of the small render, and its samples per pixel.
 const SIZE: (u32, u32) = (48, 36);
 const SAMPLES: u32 = 8;
+
+/// The glance: its size, at one sample per pixel, and the share of the surfaces that it has to find lit.
+const GLANCE: (u32, u32) = (16, 12);
+const CLEARLY: f64 = 0.75;
 
 /// Shares of the pixels that show a surface: lit at all, and by light that it reflects.
 const LIT: f64 = 0.25;
@@ -29,16 +35,45 @@ const PERCENTILE: f64 = 0.99;
 
 /// Whether the scene, seen by `camera`, is nearly black by its own light.
 pub fn is_wanted(scene: &Scene, camera: &Camera) -> bool {
-    let all = Settings { size: SIZE, spp: Some(SAMPLES), ..Settings::default() };
-    let emitted = Settings { max_bounces: 0, aovs: vec![Aov::Albedo, Aov::ObjectId], ..all.clone() };
     let progress = |_| if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let (all, emitted) = (render(scene, camera, &all, &progress), render(scene, camera, &emitted, &progress));
-    let surfaces = emitted.layers.picture(&Aov::ObjectId.to_string());
-    surfaces.is_some_and(|surfaces| is_dark(&all.film.mean(), &emitted.film.mean(), &surfaces))
+    // The picture, and a mask that is 0 where no surface is seen.
+    let look = |settings: &Settings| {
+        let outcome = render(scene, camera, settings, &progress);
+        (
+            outcome.film.mean(),
+            outcome
+                .layers
+                .picture(&Aov::ObjectId.to_string())
+                .unwrap_or_else(|| Picture::filled(0, 0, Vec3::ZERO)),
+        )
+    };
+    let aovs = vec![Aov::Albedo, Aov::ObjectId];
+    let glance = Settings {
+        size: GLANCE,
+        spp: Some(1),
+        max_bounces: 1,
+        threads: Some(1),
+        aovs,
+        ..Settings::default()
+    };
+    let (picture, surfaces) = look(&glance);
+    let black = Picture::filled(picture.width, picture.height, Vec3::ZERO);
+    if shares(&picture, &black, &surfaces).is_some_and(|(lit, _)| lit > CLEARLY) {
+        return false;
+    }
+    let whole =
+        Settings { size: SIZE, spp: Some(SAMPLES), max_bounces: Settings::default().max_bounces, ..glance };
+    let (emitted, surfaces) = look(&Settings { max_bounces: 0, ..whole.clone() });
+    is_dark(&look(&whole).0, &emitted, &surfaces)
 }
 
-/// The rule, for the picture, the light in it that surfaces emit, and a mask that is 0 where no surface is seen.
+/// The rule, for the picture, the light in it that surfaces emit, and the mask.
 fn is_dark(all: &Picture, emitted: &Picture, surfaces: &Picture) -> bool {
+    shares(all, emitted, surfaces).is_some_and(|(lit, reflecting)| lit < LIT && reflecting < REFLECTING)
+}
+
+/// Of the pixels that show a surface, the shares that are lit, and that reflect light; None if there are none.
+fn shares(all: &Picture, emitted: &Picture, surfaces: &Picture) -> Option<(f64, f64)> {
     let luminance = |p: &Picture| -> Vec<f64> {
         p.pixels.iter().map(|p| f64::from(color::luminance(*p)).max(0.0)).collect()
     };
@@ -48,18 +83,17 @@ fn is_dark(all: &Picture, emitted: &Picture, surfaces: &Picture) -> bool {
     let bright = sorted.get((sorted.len() as f64 * PERCENTILE) as usize).copied().unwrap_or(0.0);
     let is_seen = |y: f64| y > 0.0 && y >= bright * SEEN;
     let (mut shown, mut lit, mut reflecting) = (0.0, 0.0, 0.0);
-    for i in (0..all.len()).filter(|i| surfaces.pixels[*i].x > 0.0) {
+    for i in (0..all.len()).filter(|i| surfaces.pixels.get(*i).is_some_and(|id| id.x > 0.0)) {
         shown += 1.0;
         lit += f64::from(u8::from(is_seen(all[i])));
         reflecting += f64::from(u8::from(is_seen(all[i] - emitted[i])));
     }
-    shown > 0.0 && lit < LIT * shown && reflecting < REFLECTING * shown
+    (shown > 0.0).then(|| (lit / shown, reflecting / shown))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     /// 1000 pixels, of which so many glow, so many reflect, and the rest is black; all show a surface.
     fn dark(glowing: usize, reflecting: usize, reflected: f32) -> bool {

@@ -13,7 +13,7 @@ use dapple_integrator::{Method, Settings, render};
 use std::ops::ControlFlow;
 
 /// The longer side of the metered picture, in pixels, and its samples per pixel.
-const SIDE: f64 = 64.0;
+const SIDE: f64 = 32.0;
 const SAMPLES: u32 = 16;
 
 /// Exposure in stops for pictures of `camera` in `scene` with `settings`; 0 where all surfaces are unlit, whose colours are

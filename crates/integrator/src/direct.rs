@@ -57,8 +57,16 @@ impl<V: Visibility> Beam<'_, V> {
         let light = &scene.lights[chosen.index];
         let Some(sample) = light.sample_as(aim.aiming, p, aim.u, self.around.time) else { return Vec3::ZERO };
         let pdf = sample.pdf * chosen.pmf;
-        let f_cos = |alone| self.received(light, &sample, pdf, aim.followed, alone);
-        self.arriving(chosen.index, &sample, pdf, f_cos, rays)
+        let f_cos = self.received(light, &sample, pdf, aim.followed, false);
+        let alone = || self.received_alone(light, &sample, pdf, aim.followed);
+        self.arriving(chosen.index, &sample, pdf, (f_cos, alone), rays)
+    }
+
+    /// As [`Self::received`], of a light sample that is alone.
+    #[cold]
+    #[inline(never)]
+    fn received_alone(&self, light: &Light, sample: &LightSample, pdf: f32, followed: Lobes) -> Vec3 {
+        self.received(light, sample, pdf, followed, true)
     }
 
     /// f·cosθ towards a light sample of density `pdf`, what is followed weighted against being found that way unless the light
@@ -75,18 +83,17 @@ impl<V: Visibility> Beam<'_, V> {
         sum
     }
 
-    /// What of the light sample's radiance leaves the vertex, unless something stands in the way. `weighted`: f·cosθ towards
-    /// it, weighted against rays that find the same light, or as if there were none.
+    /// What of the light sample's radiance leaves the vertex, unless something stands in the way. First f·cosθ towards
+    /// it, weighted against rays that find the same light, then the same as if there were none.
     #[inline(always)]
     pub fn arriving(
         &self,
         light: usize,
         sample: &LightSample,
         pdf: f32,
-        weighted: impl Fn(bool) -> Vec3,
+        (f_cos, alone): (Vec3, impl Fn() -> Vec3),
         rays: &mut u64,
     ) -> Vec3 {
-        let f_cos = weighted(false);
         if f_cos == Vec3::ZERO {
             return Vec3::ZERO;
         }
@@ -116,7 +123,7 @@ impl<V: Visibility> Beam<'_, V> {
             Some(places) => shared_place::way(places, (light, sample), o, ray, &self.around),
         };
         let Some(ray) = ray else { return Vec3::ZERO };
-        self.through(&ray, sample, value, &|| weighted(true) * radiance / pdf)
+        self.through(&ray, sample, value, &|| alone() * radiance / pdf)
     }
 
     /// What comes through of `value`, or where no path takes the same way, of what the light sample is worth `alone`.
@@ -206,6 +213,7 @@ impl<V: Visibility> Beam<'_, V> {
 const END: f32 = 1.0 - 16.0 * UNIT_ROUNDOFF;
 
 /// From `o` to outside the light's error box; t = 1 is the light.
+#[inline(always)]
 fn shadow_ray(o: Vec3, sample: &LightSample) -> Ray {
     match &sample.point {
         Some(point) => {

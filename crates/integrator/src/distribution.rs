@@ -236,8 +236,9 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             let u = place.point_2d(plan, Dimension::LightPoint, i, s);
             let Some(sample) = light.sample_as(aiming, vertex.surface.p, u, self.time) else { continue };
             let beam = self.beam(vertex, place.ray_key(Dimension::ShadowAlpha, i, s), media, place);
-            let f_cos = |alone| Self::received(&beam, place, light, &sample, (n as f32, alone));
-            sum += beam.arriving(i as usize, &sample, sample.pdf, f_cos, self.rays);
+            let f_cos = Self::received(&beam, place, light, &sample, (n as f32, false));
+            let alone = || Self::received_alone(&beam, place, light, &sample, n as f32);
+            sum += beam.arriving(i as usize, &sample, sample.pdf, (f_cos, alone), self.rays);
             if !self.job.plain_shadows {
                 beam.tell(beta / n as f32, self.follow);
             }
@@ -286,6 +287,13 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             sum += f_cos * beam.weight(sample.delta, n * sample.pdf, followed as f32 * pdf);
         }
         sum
+    }
+
+    /// As [`Self::received`], of samples that are alone.
+    #[cold]
+    #[inline(never)]
+    fn received_alone(beam: &Beam<'_, V>, place: Place, light: &Light, sample: &LightSample, n: f32) -> Vec3 {
+        Self::received(beam, place, light, sample, (n, true))
     }
 
     /// Light that comes by way of other surfaces: Σ over lobes, mean over the directions of each.

@@ -21,6 +21,9 @@ use dapple_sampling::Dimension;
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
 
+/// Bounces after which a path looks whether it is to end.
+const LOOK: u32 = 256;
+
 /// Bounces before roulette begins.
 pub(crate) const ROULETTE_FROM: u32 = 3;
 
@@ -60,7 +63,8 @@ pub(crate) fn li<V: Visibility, F: Follow>(
     }
     let mut radiance = Vec3::ZERO;
     for depth in 0.. {
-        if job.is_stopped() {
+        // The tile looks after every sample; here so that a path without end does not keep it waiting.
+        if depth % LOOK == LOOK - 1 && job.is_stopped() {
             break;
         }
         *rays += 1;

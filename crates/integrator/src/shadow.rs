@@ -20,6 +20,9 @@ use std::cell::Cell;
 /// Most clear surfaces that a shadow ray passes; what comes through more is lost, and the ledger told.
 pub(crate) const MOST: u32 = 256;
 
+/// Through an edge or a corner a ray meets several triangles of one surface: at most so many for each surface, on average.
+const SAME: u32 = 16;
+
 /// What a shadow ray finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Passage {
@@ -78,7 +81,8 @@ impl<V: Visibility> Around<'_, V> {
         let mut way = Way { transmittance: Vec3::ONE, passed: 0, bent: false };
         let (mut stack, mut gone) = (*stack, 0.0);
         let mut last: Option<(Hit, Surface)> = None;
-        for _ in 0..=MOST {
+        let mut crossings = 0;
+        for _ in 0..SAME * (MOST + 1) {
             let beyond = |hit: &Hit| last.is_none_or(|(last, _)| last.wins_over(hit));
             let Some(mut hit) = self.visibility.closest_where(at, &beyond) else {
                 way.transmittance *= stack.transmittance(bodies, distance - gone);
@@ -88,6 +92,10 @@ impl<V: Visibility> Around<'_, V> {
             if last.is_some_and(|last| is_same_crossing(last, (hit, surface), at.ray.d)) {
                 last = Some((hit, surface));
                 continue;
+            }
+            crossings += 1;
+            if crossings > MOST {
+                break;
             }
             way.transmittance *= stack.transmittance(bodies, hit.t * length - gone);
             gone = hit.t * length;

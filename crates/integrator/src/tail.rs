@@ -7,7 +7,7 @@ pub const KEPT: usize = 64;
 /// number of threads, for a pixel's samples come in order and a tile's pixels too.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tail {
-    /// In no order.
+    /// In no order; the largest are among them, and at most as many others.
     squares: Vec<f64>,
     /// What does not exceed it is not among the largest.
     least: f64,
@@ -25,13 +25,10 @@ impl Tail {
     #[cold]
     fn keep(&mut self, square: f64) {
         self.squares.push(square);
-        if self.squares.len() > KEPT {
-            let smallest =
-                (0..self.squares.len()).min_by(|a, b| self.squares[*a].total_cmp(&self.squares[*b]));
-            smallest.map(|i| self.squares.swap_remove(i));
-        }
-        if self.squares.len() == KEPT {
-            self.least = self.squares.iter().copied().fold(f64::INFINITY, f64::min);
+        if self.squares.len() == 2 * KEPT {
+            let (_, least, _) = self.squares.select_nth_unstable_by(KEPT - 1, |a, b| b.total_cmp(a));
+            self.least = *least;
+            self.squares.truncate(KEPT);
         }
     }
 
@@ -44,6 +41,7 @@ impl Tail {
     pub fn sorted(&self) -> Vec<f64> {
         let mut all = self.squares.clone();
         all.sort_by(|a, b| b.total_cmp(a));
+        all.truncate(KEPT);
         all
     }
 }

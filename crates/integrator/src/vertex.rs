@@ -142,7 +142,7 @@ impl Vertex {
 
     /// Where a ray towards `wi` starts, unless there is no way: outside the position's error box, or above a facet that it
     /// passes over.
-    #[inline]
+    #[inline(always)]
     pub fn origin<V: Visibility>(&self, wi: Vec3, around: &Around<'_, V>) -> Option<Vec3> {
         match &self.tilt {
             Some(tilt) if tilt.is_over && wi.dot(self.seen_normal()) <= 0.0 => over_the_facet(self, around),

@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 /// The inside of a cube of mirrors that reflect `kr` and shine by `emission`.
 fn hall_of_mirrors(kr: f32, emission: f32) -> Scene {
     let mut builder = seen(DVec3::new(0.1, -0.2, 0.3), DVec3::new(0.7, 0.9, -0.4), 0.6);
+    builder.no_default_light();
     let mirror = builder.material(TexturedMaterial {
         base: Material { mirror: Some(Mirror { kr: Vec3::splat(kr), blur: 0.0 }), ..Material::default() },
         emission: Vec3::splat(emission),
@@ -115,6 +116,7 @@ fn branches_of_a_deep_tree_are_all_there() {
 #[test]
 fn a_tree_without_end_takes_a_small_stack() {
     let mut builder = seen(DVec3::new(0.1, -0.2, 0.3), DVec3::new(0.7, 0.9, -0.4), 0.6);
+    builder.no_default_light();
     let halves = TexturedMaterial {
         base: Material { metallic: 0.5, roughness: 0.4, ..Material::default() },
         emission: Vec3::splat(1e-3),

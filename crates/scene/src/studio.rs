@@ -22,7 +22,7 @@ const CEILING: f64 = 1.15;
 
 /// Direction to a light, its radiance on top of the walls', and how fast that falls with the angle.
 const LIGHTS: [(DVec3, f64, f64); 2] =
-    [(DVec3::new(-0.55, 0.6, 0.58), 3.2, 7.0), (DVec3::new(0.72, 0.28, -0.63), 1.2, 9.0)];
+    [(DVec3::new(-0.62, 0.6, 0.5), 3.2, 7.0), (DVec3::new(0.85, 0.28, -0.45), 1.2, 9.0)];
 
 /// The studio as an environment.
 pub fn studio() -> Environment {

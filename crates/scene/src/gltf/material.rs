@@ -117,10 +117,7 @@ impl Reader<'_, '_> {
         let unlit = m.extensions.as_ref().is_some_and(|e| e.unlit.is_some());
         let base = matter || (unlit && reads.light) || alpha_mode(m) != AlphaMode::Opaque;
         let emits = reads.light && Vec3::from_array(m.emissive_factor.0) != Vec3::ZERO;
-        let emissive_texture = self.texture(m.emissive_texture.as_ref(), Srgb, emits)?;
-        // The factor alone would make the whole surface glow where the texture meant a few lamps.
-        let glows_by_missing = emits && m.emissive_texture.is_some() && emissive_texture.is_none();
-        Ok(TexturedMaterial {
+        let mut out = TexturedMaterial {
             base: Material {
                 base_color: Vec3::new(r, g, b),
                 metallic: unit(pbr.metallic_factor.0),
@@ -129,7 +126,7 @@ impl Reader<'_, '_> {
             },
             alpha,
             alpha_mode: alpha_mode(m),
-            emission: if glows_by_missing { Vec3::ZERO } else { Vec3::from_array(m.emissive_factor.0) },
+            emission: Vec3::from_array(m.emissive_factor.0),
             double_sided: m.double_sided,
             normal_scale: normal.map_or(1.0, |n| n.scale),
             base_color_texture: self.texture(pbr.base_color_texture.as_ref(), Srgb, base)?,
@@ -139,9 +136,14 @@ impl Reader<'_, '_> {
                 matter && !unlit,
             )?,
             normal_texture: self.texture(normal_pointer, Linear, reads.shading_normals() && !unlit)?,
-            emissive_texture,
+            emissive_texture: self.texture(m.emissive_texture.as_ref(), Srgb, emits)?,
             ..TexturedMaterial::default()
-        })
+        };
+        // The factor alone would make the whole surface glow where the texture meant a few lamps.
+        if emits && m.emissive_texture.is_some() && out.emissive_texture.is_none() {
+            out.emission = Vec3::ZERO;
+        }
+        Ok(out)
     }
 
     fn extensions(&mut self, e: &extension::Material, out: &mut TexturedMaterial) -> Result<(), SceneError> {
