@@ -76,8 +76,8 @@ pub fn peak(scene: &Scene, camera: &Camera, settings: &Settings) -> Peak {
     let probe = Probe { scene, camera, job: &job, key: Key::pixel(0x9ea4_0000, 0, 0) };
     probe.emitters(&mut peak);
     if settings.bounces() > 0 {
-        probe.from_camera(&mut peak);
-        probe.from_lights(&mut peak);
+        probe.along_camera_rays(&mut peak);
+        probe.along_light_rays(&mut peak);
     }
     peak
 }
@@ -148,13 +148,7 @@ impl Probe<'_> {
     fn pixels_of(&self, light: &Light) -> f32 {
         let side = 2.0 / self.job.settings.size.1.max(1) as f32;
         match (light, self.camera.projection) {
-            (Light::Environment(sky), _) => {
-                if sky.is_constant() {
-                    f32::INFINITY
-                } else {
-                    0.0
-                }
-            }
+            (Light::Environment(sky), _) if sky.is_constant() => f32::INFINITY,
             (Light::Patterned(light), _) => self.pixels_of(&Light::Area(light.area.clone())),
             (Light::Moving(light), _) => light.at(0.0).map_or(0.0, |light| self.pixels_of(&light)),
             (Light::Area(area), Projection::Orthographic { half_height }) => {
@@ -227,7 +221,7 @@ impl Probe<'_> {
     }
 
     /// What camera rays, and diffuse directions from where they arrive, meet.
-    fn from_camera(&self, peak: &mut Peak) {
+    fn along_camera_rays(&self, peak: &mut Peak) {
         let rect = self.job.settings.rect();
         let step = (rect.area() as f32 / PROBES as f32).sqrt().max(1.0) as u32;
         for y in (rect.y0..rect.y1).step_by(step as usize) {
@@ -261,7 +255,7 @@ impl Probe<'_> {
     }
 
     /// What every light does where its own rays arrive.
-    fn from_lights(&self, peak: &mut Peak) {
+    fn along_light_rays(&self, peak: &mut Peak) {
         let Some(choice) = &self.scene.light_choice else { return };
         for (i, light) in self.scene.lights.iter().enumerate().filter(|(i, _)| choice.contains(*i)) {
             for k in 0..self.per_light() {
