@@ -10,7 +10,7 @@
 //! - surfaces that a light is close to, or that it is focused on: rays are sent from every light, and where they arrive a
 //!   light sample is evaluated in the direction in which the surface reflects it most.
 //!
-//! *Approximation*: light is followed to the first surface, by [`PROBES`] rays or a few per light; what two surfaces one
+//! *Approximation*: light is followed to the first surface, by `PROBES` rays or a few per light; what two surfaces one
 //! after the other focus is not looked for, and textures are looked at where rays happen to hit them.
 
 use crate::kernel::Job;

@@ -31,7 +31,7 @@ pub struct Settings {
     /// Samples per pixel of the path tracer. `None`: no limit (then `time_limit` must be set). The distribution tracer
     /// goes over its points once, or again and again while `time_limit` lasts.
     pub spp: Option<u32>,
-    /// Stop after this long, within a sample; what is kept is what all pixels have (see [`crate::render`]).
+    /// Stop after this long, within a sample; what is kept is what all pixels have (see [`mod@crate::render`]).
     pub time_limit: Option<Duration>,
     /// How the points of each dimension are laid out.
     pub pattern: Pattern,
