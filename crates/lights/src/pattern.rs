@@ -4,7 +4,7 @@
 //! A triangle falls into four congruent ones; those in which the emission still varies are divided again, the greatest
 //! differences first. A leaf without emission is never chosen; in every other leaf the density is at least a quarter of
 //! the greatest emission there, so no weight exceeds four times the mean. On the way down a part is chosen by its share
-//! of the emission times the solid angle that it fills, while that of what is divided is at least [`WIDE`]; below, where
+//! of the emission times the solid angle that it fills, while that of what is divided is at least `WIDE`; below, where
 //! its quarters look nearly alike, by its share alone.
 use crate::area::Aimed;
 use crate::polygon::Facet;
