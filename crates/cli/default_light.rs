@@ -23,7 +23,7 @@ const SAMPLES: u32 = 8;
 
 /// The glance: its size, at one sample per pixel, and the share of the surfaces that it has to find lit.
 const GLANCE: (u32, u32) = (16, 12);
-const CLEARLY: f64 = 0.75;
+const CLEARLY: f64 = 0.4;
 
 /// Shares of the pixels that show a surface: lit at all, and by light that it reflects.
 const LIT: f64 = 0.25;

@@ -111,8 +111,8 @@ impl<V: Visibility> Beam<'_, V> {
         let Some(o) = self.vertex.origin(sample.wi, &self.around) else { return Vec3::ZERO };
         let ray = shadow_ray(o, sample);
         *rays += 1;
-        if self.around.job.plain_shadows {
-            let is_hidden = match shared_place::of(self.around.scene) {
+        if V::PLAIN || self.around.job.plain_shadows {
+            let is_hidden = match shared_place::of(self.around.scene).filter(|_| !V::PLAIN) {
                 None => self.around.blocked(&ray),
                 Some(places) => shared_place::is_hidden(places, (light, sample), o, &ray, &self.around),
             };

@@ -81,8 +81,11 @@ pub(crate) fn pixel_point<V: Visibility, F: Follow>(
             let ray = job.camera_ray((x, y), offset, lens, time);
             let mut tree = Tree { job, visibility, time, follow, rays, held: None, nested: 0 };
             let place = on_lens.within(TIME, t).again(Effect::Time, again);
-            let start =
-                if job.media.is_empty() { MediumStack::EMPTY } else { job.media.at(job.scene, &ray, time) };
+            let start = if V::PLAIN || job.media.is_empty() {
+                MediumStack::EMPTY
+            } else {
+                job.media.at(job.scene, &ray, time)
+            };
             sum += tree.li(&ray, &Arrival::CAMERA, place, &start, Vec3::ONE);
         }
     }
@@ -117,13 +120,13 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         let (mut near, mut absorbed, mut boundary) = (stack, Vec3::ONE, None);
         let (mut hit, mut surface);
         let distance;
-        if self.job.media.is_empty() {
+        if V::PLAIN || self.job.media.is_empty() {
             let Some(nearest) = self.visibility.closest(scene, ray, self.time, key) else {
                 return self.escaped(ray, arrival, place, beta);
             };
             hit = nearest;
             surface = scene.world.surface(ray, self.time, &hit);
-            if let Some(places) = shared_place::of(scene) {
+            if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
                 shared_place::settle(places, ray, (&mut hit, &mut surface), &self.around(key));
             }
             distance = hit.t * length;
@@ -207,7 +210,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             let u = place.point_2d(plan, Dimension::Sky, 0, s);
             let beam = self.beam(vertex, place.ray_key(Dimension::Sky, 0, s), media, place);
             sum += beam.sky_on_diffuse(u, n as f32, aimed, self.rays);
-            if !self.job.plain_shadows {
+            if !V::PLAIN && !self.job.plain_shadows {
                 beam.tell(beta / n as f32, self.follow);
             }
         }
@@ -239,7 +242,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             let f_cos = Self::received(&beam, place, light, &sample, (n as f32, false));
             let alone = || Self::received_alone(&beam, place, light, &sample, n as f32);
             sum += beam.arriving(i as usize, &sample, sample.pdf, (f_cos, alone), self.rays);
-            if !self.job.plain_shadows {
+            if !V::PLAIN && !self.job.plain_shadows {
                 beam.tell(beta / n as f32, self.follow);
             }
         }

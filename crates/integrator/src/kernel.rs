@@ -111,6 +111,11 @@ impl<'a> Job<'a> {
             && (self.scene.has_alpha() || self.settings.cull_backfaces || self.settings.general)
     }
 
+    /// Whether no ray meets media, clear surfaces that shadow rays pass, or several surfaces in one place.
+    pub fn is_plain(&self) -> bool {
+        self.plain_shadows && self.scene.shared_places.is_none() && !self.settings.general
+    }
+
     pub fn is_paired(&self) -> bool {
         self.integrals.combine == Combine::Paired
     }
@@ -134,6 +139,14 @@ pub(crate) fn choose(job: &Job<'_>) -> (Kernel, &'static str) {
     let alpha = job.asks_alpha();
     let watched = cfg!(not(without = "layers"))
         && (job.settings.general || job.settings.aovs.iter().any(|aov| aov.needs_first_hit()));
+    if job.is_plain() && !watched {
+        return match (job.settings.method, alpha) {
+            (Method::Path, false) => (path_plain, "path"),
+            (Method::Path, true) => (path_plain_alpha, "path+alpha"),
+            (Method::Distribution, false) => (distribution_plain, "distribution"),
+            (Method::Distribution, true) => (distribution_plain_alpha, "distribution+alpha"),
+        };
+    }
     match (job.settings.method, alpha, watched) {
         (Method::Path, false, false) => (path_solid, "path"),
         (Method::Path, false, true) => (path_solid_watched, "path+first-hit"),
@@ -160,22 +173,31 @@ macro_rules! kernel {
     };
 }
 
-fn solid(_: &Job<'_>) -> Solid {
+fn solid(_: &Job<'_>) -> Solid<false> {
     Solid
 }
 
-fn cutout(job: &Job<'_>) -> Cutout {
+fn cutout<const PLAIN: bool>(job: &Job<'_>) -> Cutout<PLAIN> {
     Cutout { cull_backfaces: job.settings.cull_backfaces }
 }
 
+fn plain(_: &Job<'_>) -> Solid<true> {
+    Solid
+}
+
+kernel!(path_plain, path_sample, plain, first, &mut first.ledger);
+kernel!(path_plain_alpha, path_sample, cutout::<true>, first, &mut first.ledger);
+kernel!(distribution_plain, pixel_point, plain, first, &mut first.ledger);
+kernel!(distribution_plain_alpha, pixel_point, cutout::<true>, first, &mut first.ledger);
+
 kernel!(path_solid, path_sample, solid, first, &mut first.ledger);
 kernel!(path_solid_watched, path_sample, solid, first, first);
-kernel!(path_alpha, path_sample, cutout, first, &mut first.ledger);
-kernel!(path_alpha_watched, path_sample, cutout, first, first);
+kernel!(path_alpha, path_sample, cutout::<false>, first, &mut first.ledger);
+kernel!(path_alpha_watched, path_sample, cutout::<false>, first, first);
 kernel!(distribution_solid, pixel_point, solid, first, &mut first.ledger);
 kernel!(distribution_solid_watched, pixel_point, solid, first, first);
-kernel!(distribution_alpha, pixel_point, cutout, first, &mut first.ledger);
-kernel!(distribution_alpha_watched, pixel_point, cutout, first, first);
+kernel!(distribution_alpha, pixel_point, cutout::<false>, first, &mut first.ledger);
+kernel!(distribution_alpha_watched, pixel_point, cutout::<false>, first, first);
 
 /// One sample of the settings' method, with whoever follows it.
 pub(crate) fn followed<F: Follow>(
@@ -186,10 +208,10 @@ pub(crate) fn followed<F: Follow>(
     rays: &mut u64,
 ) -> (Vec3, f32) {
     match (job.settings.method, job.asks_alpha()) {
-        (Method::Path, false) => path_sample(job, Solid, pixel, index, follow, rays),
-        (Method::Path, true) => path_sample(job, cutout(job), pixel, index, follow, rays),
-        (Method::Distribution, false) => pixel_point(job, Solid, pixel, index, follow, rays),
-        (Method::Distribution, true) => pixel_point(job, cutout(job), pixel, index, follow, rays),
+        (Method::Path, false) => path_sample(job, solid(job), pixel, index, follow, rays),
+        (Method::Path, true) => path_sample(job, cutout::<false>(job), pixel, index, follow, rays),
+        (Method::Distribution, false) => pixel_point(job, solid(job), pixel, index, follow, rays),
+        (Method::Distribution, true) => pixel_point(job, cutout::<false>(job), pixel, index, follow, rays),
     }
 }
 

@@ -58,7 +58,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
     let (scene, settings) = (job.scene, job.settings);
     let mut ray = ray;
     let mut state = PathState::default();
-    if !job.media.is_empty() {
+    if !V::PLAIN && !job.media.is_empty() {
         state.stack = job.media.at(scene, &ray, sample.time);
     }
     let mut radiance = Vec3::ZERO;
@@ -73,7 +73,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         let length = ray.d.length();
         let (mut hit, mut surface);
         let (distance, boundary);
-        let has_media = !job.media.is_empty();
+        let has_media = !V::PLAIN && !job.media.is_empty();
         if has_media {
             let met = meet(&around, &ray, &state.stack);
             state.beta *= met.transmittance;
@@ -90,7 +90,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
             };
             (hit, boundary) = (nearest, None);
             surface = scene.world.surface(&ray, sample.time, &hit);
-            if let Some(places) = shared_place::of(scene) {
+            if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
                 shared_place::settle(places, &ray, (&mut hit, &mut surface), &around);
             }
             distance = hit.t * length;
@@ -176,7 +176,7 @@ fn direct<V: Visibility, F: Follow>(
         sum += beam.sky_on_diffuse(u, 1.0, |light, pdf| pdf * pmf(light), rays);
         sum += vertex.bsdf.diffuse_albedo() * job.settings.ambient;
     }
-    if !job.plain_shadows {
+    if !V::PLAIN && !job.plain_shadows {
         beam.tell(beta, follow);
     }
     sum

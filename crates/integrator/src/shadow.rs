@@ -47,7 +47,7 @@ impl<V: Visibility> Around<'_, V> {
     /// What comes through along `ray` from a light at `distance`, seen from within `stack`.
     #[inline(always)]
     pub fn passage(&self, ray: &Ray, stack: &MediumStack, distance: f32) -> Passage {
-        if self.job.clear_ways || !stack.is_empty() {
+        if !V::PLAIN && (self.job.clear_ways || !stack.is_empty()) {
             return self.through(ray, stack, distance);
         }
         if self.blocked(ray) {

@@ -11,6 +11,10 @@ use glam::Vec3;
 
 /// The two queries, with or without the alpha question compiled in.
 pub(crate) trait Visibility: Copy + Send + Sync {
+    /// Nothing is asked about media, clear ways and shared places, for there are none: see [`Job::is_plain`].
+    ///
+    /// [`Job::is_plain`]: crate::kernel::Job::is_plain
+    const PLAIN: bool;
     fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit>;
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool;
     /// Whether some of what stops the ray `counts`. Asks about everything on it, in any order, until the answer is yes.
@@ -58,9 +62,10 @@ impl<I: Filter, F: Fn(&Hit) -> bool> Filter for Where<'_, I, F> {
 
 /// Every surface stops every ray.
 #[derive(Clone, Copy)]
-pub(crate) struct Solid;
+pub(crate) struct Solid<const PLAIN: bool>;
 
-impl Visibility for Solid {
+impl<const PLAIN: bool> Visibility for Solid<PLAIN> {
+    const PLAIN: bool = PLAIN;
     #[inline(always)]
     fn closest(self, scene: &Scene, ray: &Ray, time: f32, _: Key) -> Option<Hit> {
         scene.world.closest(ray, time, &Opaque)
@@ -83,11 +88,12 @@ impl Visibility for Solid {
 
 /// Alpha MASK and BLEND, and back-face culling when asked for.
 #[derive(Clone, Copy)]
-pub(crate) struct Cutout {
+pub(crate) struct Cutout<const PLAIN: bool> {
     pub cull_backfaces: bool,
 }
 
-impl Visibility for Cutout {
+impl<const PLAIN: bool> Visibility for Cutout<PLAIN> {
+    const PLAIN: bool = PLAIN;
     fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit> {
         scene.world.closest(ray, time, &self.filter(scene, ray, time, key))
     }
@@ -108,7 +114,7 @@ impl Visibility for Cutout {
     }
 }
 
-impl Cutout {
+impl<const PLAIN: bool> Cutout<PLAIN> {
     fn filter<'a>(self, scene: &'a Scene, ray: &Ray, time: f32, key: Key) -> CutoutFilter<'a> {
         CutoutFilter { scene, d: ray.d, time, bits: key.bits(), cull_backfaces: self.cull_backfaces }
     }
