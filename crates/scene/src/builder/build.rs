@@ -92,6 +92,7 @@ impl SceneBuilder {
             shutter: self.exposure.shutter,
             survey,
             warnings: self.warnings,
+            bounds,
             radius,
             files: self.files,
             shared_places,
