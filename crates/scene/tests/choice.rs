@@ -29,7 +29,7 @@ fn load(file: &File, choice: gltf::Choice, at: f64) -> Scene {
 
 /// The typed error of a choice that is not there, and its words.
 fn refused(file: &File, choice: gltf::Choice) -> String {
-    let error = read(file, &options(choice, 0.0)).err().expect("this is not there");
+    let error = read(file, &options(choice, 0.0)).expect_err("this is not there");
     let text = error.to_string();
     assert!(matches!(error, SceneError::Choice { .. }), "{text}");
     assert!(text.starts_with("test.gltf: --") && text.lines().count() == 1, "{text}");
@@ -123,8 +123,7 @@ fn what_else_there_is_is_noted_unless_it_was_chosen() {
     assert_eq!(notes(choice("", "", "all")), "");
     assert_eq!(read(&squares(), &gltf::Options::default()).unwrap().notes().len(), 0);
     // However many there are, it is one line that ends.
-    let many = scenes(&["x"; 4]);
-    let mut many = many;
+    let mut many = squares();
     many.set("scenes", json!(vec![json!({"nodes": [0], "name": "y".repeat(500)}); 3000]));
     let note = read(&many, &gltf::Options::default()).unwrap().notes().join("\n");
     assert!(note.len() < 3000 && note.contains("and 2979 more"), "{note}");
@@ -181,7 +180,7 @@ fn variants_give_primitives_other_materials() {
     broken.json["meshes"][0]["primitives"][1]["extensions"]["KHR_materials_variants"]["mappings"][0]["material"] =
         json!(44);
     assert!(read(&broken, &gltf::Options::default()).is_ok(), "a mapping that is not used does not matter");
-    let said = read(&broken, &options(choice("", "gold", ""), 0.0)).err().unwrap().to_string();
+    let said = read(&broken, &options(choice("", "gold", ""), 0.0)).unwrap_err().to_string();
     assert!(said.contains("refers to material 44"), "{said}");
 }
 
