@@ -54,6 +54,7 @@ fn settings_text(
         format!("cull-backfaces = {}", settings.cull_backfaces),
         format!("size = \"{w}x{h}\""),
     ];
+    lines.extend(options.choice.given().map(|(key, value)| format!("{key} = {}", quoted(value))));
     match settings.method {
         Method::Path => {
             // Of a first round that was not finished: the samples that some pixels have.

@@ -4,6 +4,7 @@
 //! in this order, each later layer replacing what it names. All three go through clap, so a key of a settings
 //! file is by construction an option of the command line, with the same values and the same complaints.
 
+use crate::choose::ChoiceOptions;
 use crate::error::{self, Failure};
 use crate::values::{self, Color, Crop, PlanKind, Seconds, Size};
 use clap::{ArgMatches, Args, FromArgMatches};
@@ -141,6 +142,8 @@ pub struct RenderOptions {
     /// Camera by name or by index [default: the first]
     #[arg(long, value_name = "NAME|INDEX", help_heading = "View")]
     pub camera: Option<String>,
+    #[command(flatten)]
+    pub choice: ChoiceOptions,
     /// Time at which animation is evaluated, in seconds
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = values::finite64, help_heading = "View")]
     pub at: Option<f64>,
@@ -198,14 +201,15 @@ fn command() -> clap::Command {
     RenderOptions::augment_args(clap::Command::new("settings").no_binary_name(true).disable_help_flag(true))
 }
 
-/// The matches of an empty command line.
-pub fn empty_matches() -> ArgMatches {
-    command().get_matches_from::<[&str; 0], &str>([])
-}
-
 /// The long names of all options.
 pub fn names() -> Vec<String> {
-    command().get_arguments().filter_map(|a| a.get_long().map(String::from)).collect()
+    ids().into_iter().map(|(name, _)| name).collect()
+}
+
+/// The long names of all options, each with the id by which matches know it.
+pub fn ids() -> Vec<(String, String)> {
+    let named = |a: &clap::Arg| Some((a.get_long()?.to_string(), a.get_id().to_string()));
+    command().get_arguments().filter_map(named).collect()
 }
 
 impl RenderOptions {

@@ -25,10 +25,13 @@ enum Trust {
 }
 
 /// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
-const SIDECAR_KEYS: [&str; 42] = [
+const SIDECAR_KEYS: [&str; 45] = [
     "size",
     "crop",
     "camera",
+    "scene",
+    "variant",
+    "animation",
     "at",
     "shutter",
     "cull-backfaces",
@@ -88,6 +91,14 @@ const USER_KEYS: [&str; 11] = [
 
 /// All layers: the sidecar of `scene`, then `--settings`, then what was typed.
 pub fn layered(scene: Option<&Path>, typed: &ArgMatches) -> Result<RenderOptions, Failure> {
+    let (options, warning) = layers(scene, typed)?;
+    warning.iter().for_each(|warning| report::say(&format!("warning: {warning}")));
+    Ok(options)
+}
+
+/// As [`layered`], with the warning instead of saying it.
+pub fn layers(scene: Option<&Path>, typed: &ArgMatches) -> Result<(RenderOptions, Option<String>), Failure> {
+    let mut warning = None;
     let mut command_line = RenderOptions::default();
     command_line.lay_matches(typed)?;
     let mut options = RenderOptions::default();
@@ -96,8 +107,8 @@ pub fn layered(scene: Option<&Path>, typed: &ArgMatches) -> Result<RenderOptions
         let ignored = lay_file(&mut options, &sidecar, Trust::Scene { anywhere })?;
         if !ignored.is_empty() {
             let keys = ignored.join(", ");
-            report::say(&format!(
-                "warning: {}: ignored {keys}; a file beside the scene cannot set these (name it with --settings to use it as your own)",
+            warning = Some(format!(
+                "{}: ignored {keys}; a file beside the scene cannot set these (name it with --settings to use it as your own)",
                 sidecar.display()
             ));
         }
@@ -106,7 +117,7 @@ pub fn layered(scene: Option<&Path>, typed: &ArgMatches) -> Result<RenderOptions
         lay_file(&mut options, path, Trust::User)?;
     }
     options.lay_matches(typed)?;
-    Ok(options)
+    Ok((options, warning))
 }
 
 /// The settings file that comes with a scene, if there is one.

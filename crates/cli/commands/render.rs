@@ -110,10 +110,13 @@ fn check_adaptive(settings: &Settings) -> Result<(), Failure> {
     }
 }
 
-/// Says once what will look different from what the file says.
+/// Says once what will look different from what the file says, and what else the file could show.
 pub fn warn(loaded: &Loaded) {
     for warning in &loaded.scene.warnings {
         report::say(&format!("warning: {}", error::one_line(&warning.0)));
+    }
+    for note in &loaded.notes {
+        report::say(&format!("note: {}", error::one_line(note)));
     }
 }
 

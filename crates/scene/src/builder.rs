@@ -38,6 +38,8 @@ pub struct SceneBuilder {
     pub(crate) cameras: Vec<(String, CameraPose, Option<Vec<Node>>)>,
     pub(crate) exposure: Exposure,
     warnings: Vec<Warning>,
+    /// What else the file could show.
+    pub(crate) notes: Vec<String>,
     pub(crate) files: Vec<PathBuf>,
     unread: Unread,
     /// What the render looks at.
@@ -171,6 +173,12 @@ impl SceneBuilder {
     /// Adds something to tell the user.
     pub fn warn(&mut self, warning: Warning) {
         self.warnings.push(warning);
+    }
+
+    /// What else the file that the scene was read from could show (other scenes, variants, animations): one line each,
+    /// for those that nobody chose from.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     fn invalid(&self, place: impl Into<String>, what: impl Into<String>) -> SceneError {

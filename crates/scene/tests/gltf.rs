@@ -15,6 +15,7 @@ const OPTIONS: gltf::Options = gltf::Options {
     allow_path: false,
     strict: false,
     reads: Reads::EVERYTHING,
+    choice: gltf::Choice { scene: None, variant: None, animation: None },
 };
 
 fn read(bytes: &[u8]) -> Result<Scene, dapple_scene::SceneError> {
@@ -635,10 +636,10 @@ fn info_counts_without_reading_meshes() {
     let info = gltf::info(&path, &OPTIONS).unwrap();
     assert_eq!((info.counts.triangles, info.counts.vertices, info.counts.nodes), (2, 4, 5));
     assert_eq!(info.counts.shapes, load(&file::showcase()).survey.shapes);
-    assert_eq!(info.cameras, ["eye"]);
-    assert_eq!(info.lights, ["spot light 0 'lamp'"]);
+    assert_eq!((info.cameras.len(), info.cameras[0].name.as_str()), (1, "eye"));
+    assert_eq!((info.lights[0].kind, info.lights[0].name.as_deref()), ("spot", Some("lamp")));
     assert_eq!((info.textures[0].width, info.textures[0].height), (2, 1));
-    assert_eq!((info.animations[0].name.as_str(), info.animations[0].end), ("slide", 2.0));
+    assert_eq!((info.animations[0].name.as_deref(), info.animations[0].end), (Some("slide"), 2.0));
     assert!(info.extensions.iter().all(|e| e.supported && !e.required));
     assert!(serde_json::to_string(&info).unwrap().contains("\"triangles\":2"));
     let mut strange = file::showcase();

@@ -98,6 +98,7 @@ impl SceneBuilder {
             shutter: self.exposure.shutter,
             survey,
             warnings: self.warnings,
+            bounds,
             radius,
             files: self.files,
             shared_places,

@@ -5,6 +5,7 @@
 //! has, reading it ends in a scene or in one [`SceneError`] that says where and why.
 mod accessor;
 mod animation;
+mod choose;
 mod container;
 mod document;
 mod extensions;
@@ -19,10 +20,14 @@ mod source;
 mod texture;
 
 use crate::{Reads, SceneBuilder, SceneError};
+pub use choose::Choice;
 use container::Required;
 use dapple_camera::Shutter;
 use document::Document;
-pub use info::{AnimationInfo, Counts, ExtensionInfo, Info, TextureInfo};
+pub use info::{
+    AnimationInfo, CameraInfo, Counts, EmissiveInfo, ExtensionInfo, Info, LightInfo, MorphInfo, ObjectInfo,
+    SceneInfo, SkinInfo, TextureInfo, VariantInfo,
+};
 use std::path::Path;
 
 /// How to read a file.
@@ -38,6 +43,8 @@ pub struct Options {
     pub strict: bool,
     /// What is looked at; the rest is not read.
     pub reads: Reads,
+    /// Which scene, variant and animation.
+    pub choice: Choice,
 }
 
 /// Reads .gltf or .glb into a builder (to which an environment may still be added).
