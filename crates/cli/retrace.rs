@@ -1,6 +1,6 @@
 //! The command that traces one sample of a render again.
 
-use crate::{args, options};
+use crate::{args, options, uses};
 use clap::ArgMatches;
 use clap::parser::ValueSource;
 
@@ -33,7 +33,8 @@ pub fn command(scene: Option<&str>, pixel: (u32, u32), sample: u32, typed: &ArgM
         "--sample".into(),
         sample.to_string(),
     ];
-    for option in options::names().iter().filter(|o| !IRRELEVANT.contains(&o.as_str())) {
+    let matters = |o: &&String| !IRRELEVANT.contains(&o.as_str()) && uses::serves("replay", o);
+    for option in options::names().iter().filter(matters) {
         let id = option.replace('-', "_");
         let told = typed.value_source(&id) == Some(ValueSource::CommandLine);
         for value in typed.get_raw(&id).into_iter().flatten().filter(|_| told) {
@@ -72,6 +73,13 @@ mod tests {
             command(Some("a b.glb"), (3, 4), 5, &typed),
             "dapple replay 'a b.glb' --pixel 3,4 --sample 5 --spp=9 --no-roulette=true --env-color=1,1,1"
         );
+    }
+
+    #[test]
+    fn replay_takes_what_shapes_the_path() {
+        for option in IRRELEVANT.iter().filter(|option| **option != "json") {
+            assert!(!uses::serves("replay", option), "--{option}");
+        }
     }
 
     #[test]
