@@ -67,6 +67,9 @@ fn names_of_other_programs_lead_to_ours() {
         ("--region", "did you mean --crop?"),
         ("--config", "did you mean --settings?"),
         ("--counts", "--counts"),
+        ("--bounce", "did you mean --max-bounces?"),
+        ("--sampels", "did you mean --spp?"),
+        ("--no-half", "--half=false"),
         ("--zzzzz", "see dapple render --help"),
     ] {
         complains(&["render", "builtin:cornell", typed, "9"], &[&format!("unknown option '{typed}'"), meant]);
@@ -79,6 +82,9 @@ fn names_of_other_programs_lead_to_ours() {
     complains(&["render", "builtin:cornell", "--half", "false"], &["--half=false"]);
     complains(&["render", "--spp", "3", "--spp", "4"], &["--spp <N>", "give it once"]);
     complains(&["render", "--spp"], &["--spp <N> needs a value", "Samples per pixel"]);
+    complains(&["render", "--spp", "4.5"], &["'4.5'", "--spp <N>", "expected a whole number"]);
+    complains(&["sheet", "--output"], &["--output <FILE> needs a value (Where to write the sheet"]);
+    complains(&["info", "builtin:spheres"], &["did you mean builtin:cornell-spheres?"]);
     complains(&["info"], &["<SCENE>", "builtin:cornell-spheres"]);
     complains(&["sheet", "builtin:cornell", "--vary", "light"], &["--counts <LIST>", "Numbers of points"]);
     complains(

@@ -7,7 +7,7 @@ use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 /// The line about arguments that were typed.
 pub fn line(error: &Error) -> String {
     let all = args::command();
-    let sub = subcommand(error);
+    let sub = subcommand(error, &all);
     let said = match error.kind() {
         ErrorKind::UnknownArgument => unknown(error, &all, &sub),
         ErrorKind::InvalidSubcommand => {
@@ -17,18 +17,23 @@ pub fn line(error: &Error) -> String {
                 .unwrap_or_else(|| format!("the commands are {}", names.join(", ")));
             Some(format!("unknown command '{}'; {remedy}", error::short(&word)))
         }
-        ErrorKind::MissingRequiredArgument => missing(error, &all, &sub),
+        ErrorKind::MissingRequiredArgument => Some(missing(error, &all, &sub)),
         ErrorKind::ArgumentConflict => conflict(error),
-        ErrorKind::InvalidValue => invalid(error, &all, &sub),
+        ErrorKind::InvalidValue => Some(invalid(error, &all, &sub)),
         ErrorKind::ValueValidation => Some(validation(error)),
         _ => None,
     };
     said.unwrap_or_else(|| error::clap_line(error))
 }
 
-/// The command that was typed, as the usage names it; empty without one. Options on their own are a render's.
-fn subcommand(error: &Error) -> String {
+/// The command that was typed, as the usage names it or, where the error has none, the command line; empty without one.
+/// Options on their own are a render's.
+fn subcommand(error: &Error, all: &Command) -> String {
     let usage = text(error, ContextKind::Usage);
+    if usage.is_empty() {
+        let typed = std::env::args().nth(1).filter(|word| all.find_subcommand(word).is_some());
+        return typed.unwrap_or_else(|| "render".into());
+    }
     let mut words = usage.split_whitespace().skip_while(|word| *word != "dapple");
     match (words.next(), words.next()) {
         (None, _) => "render".into(),
@@ -56,16 +61,19 @@ fn unknown(error: &Error, all: &Command, sub: &str) -> Option<String> {
 }
 
 /// The missing arguments, each with what it is.
-fn missing(error: &Error, all: &Command, sub: &str) -> Option<String> {
+fn missing(error: &Error, all: &Command, sub: &str) -> String {
     let names = texts(error, ContextKind::InvalidArg);
-    let mut built = all.find_subcommand(sub)?.clone();
+    let all = names.iter().map(|name| format!("{name}{}", described(all, sub, name)));
+    format!("dapple {sub} needs {}", all.collect::<Vec<_>>().join(" and "))
+}
+
+/// What an argument is, in parentheses.
+fn described(all: &Command, sub: &str, name: &str) -> String {
+    let mut built = all.find_subcommand(sub).cloned().unwrap_or_default();
     built.build();
-    let described = names.iter().map(|name| {
-        let arg = built.get_arguments().find(|arg| arg.to_string() == *name);
-        let help = arg.and_then(|arg| arg.get_help()).map(ToString::to_string).unwrap_or_default();
-        if help.is_empty() { name.clone() } else { format!("{name} ({help})") }
-    });
-    Some(format!("dapple {sub} needs {}", described.collect::<Vec<_>>().join(" and ")))
+    let arg = built.get_arguments().find(|arg| arg.to_string() == name);
+    let help = arg.and_then(|arg| arg.get_help()).map(|help| format!(" ({help})"));
+    help.unwrap_or_default()
 }
 
 fn conflict(error: &Error) -> Option<String> {
@@ -80,22 +88,25 @@ fn conflict(error: &Error) -> Option<String> {
 }
 
 /// A value that is none of a fixed list, or none at all.
-fn invalid(error: &Error, all: &Command, sub: &str) -> Option<String> {
+fn invalid(error: &Error, all: &Command, sub: &str) -> String {
     let (name, value) = (text(error, ContextKind::InvalidArg), text(error, ContextKind::InvalidValue));
     let valid = texts(error, ContextKind::ValidValue);
     if value.is_empty() {
-        let mut built = all.find_subcommand(sub).cloned().unwrap_or_default();
-        built.build();
-        let arg = built.get_arguments().find(|arg| arg.to_string() == name);
-        let help = arg.and_then(|arg| arg.get_help()).map(ToString::to_string);
-        let help = help.map(|help| format!(" ({help})")).unwrap_or_default();
-        return Some(format!("{name} needs a value{help}"));
+        return format!("{name} needs a value{}", described(all, sub, &name));
     }
     let quoted = error::short(&value);
     let meant = suggest::nearest(&value, valid.iter().map(String::as_str));
     let meant = meant.map(|name| format!("; did you mean {name}?")).unwrap_or_default();
-    Some(format!("invalid value '{quoted}' for '{name}': choose from {}{meant}", valid.join(", ")))
+    format!("invalid value '{quoted}' for '{name}': choose from {}{meant}", valid.join(", "))
 }
+
+/// What the standard library says of numbers, in words.
+const NUMBERS: [(&str, &str); 4] = [
+    ("invalid digit found in string", "expected a whole number"),
+    ("cannot parse integer from empty string", "expected a whole number"),
+    ("number too large to fit in target type", "the number is too large"),
+    ("number too small to fit in target type", "the number is too small"),
+];
 
 /// A value that its option refused, with the option that takes such values where there is one.
 fn validation(error: &Error) -> String {
@@ -103,6 +114,9 @@ fn validation(error: &Error) -> String {
     let mut line = error::clap_line(error);
     if value.chars().count() > error::QUOTED {
         line = line.replace(&value, &error::short(&value));
+    }
+    for (said, plain) in NUMBERS {
+        line = line.replace(said, plain);
     }
     if name.starts_with("--time ") && crate::values::duration(&value).is_ok() {
         line += "; to stop after a time see --time-limit";

@@ -164,13 +164,18 @@ const COMMANDS: &[(&str, &str)] = &[
 /// Below this similarity (1 = the same) a word is no slip of another.
 const LIKE: f64 = 0.6;
 
-/// The one of `names` that `word` is likely to be a slip of: the nearest, or the only one that it begins.
+/// The one of `names` that `word` is likely to be a slip of: the only one that it begins, the only one that it is a part of,
+/// or the nearest.
 pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let word = word.to_ascii_lowercase();
     let names: Vec<&str> = names.into_iter().collect();
-    let begun: Vec<&&str> = names.iter().filter(|name| word.len() >= 3 && name.starts_with(&word)).collect();
-    if let [one] = begun[..] {
-        return Some(one);
+    let only = |least: usize, is: &dyn Fn(&str) -> bool| {
+        let mut found = names.iter().filter(|name| word.len() >= least && is(name));
+        found.next().filter(|_| found.next().is_none()).copied()
+    };
+    let part = only(3, &|name| name.starts_with(&word)).or_else(|| only(4, &|name| name.contains(&word)));
+    if part.is_some() {
+        return part;
     }
     let likeness = |name: &str| strsim::normalized_damerau_levenshtein(&word, name);
     let best = names.into_iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
@@ -189,10 +194,13 @@ pub fn option(all: &Command, sub: &str, word: &str) -> Option<String> {
     if own.contains(&plain) {
         return Some(format!("did you mean --{plain}?"));
     }
+    if let Some(flag) = plain.strip_prefix("no-").filter(|flag| own.iter().any(|own| own == flag)) {
+        return Some(format!("a flag is taken back by --{flag}=false"));
+    }
     let others = all.get_subcommands().filter(|other| longs(other).contains(&plain));
     let others: Vec<&str> = others.map(Command::get_name).collect();
     match others[..] {
-        [] => nearest(&plain, own.iter().map(String::as_str)).map(|name| format!("did you mean --{name}?")),
+        [] => slip(&plain, &own).map(|name| format!("did you mean --{name}?")),
         _ if sub.is_empty() => Some(format!("it is an option of dapple {}", others.join(", "))),
         _ => Some(format!("not with {sub}; it serves {}", others.join(", "))),
     }
@@ -212,8 +220,16 @@ pub fn key(word: &str, keys: &[String]) -> Option<String> {
     let plain = word.trim_start_matches('-').to_ascii_lowercase().replace('_', "-");
     let is_key = |name: &&str| keys.iter().any(|key| key == name);
     let meant = alias(OPTIONS, &plain).filter(is_key);
-    let meant = meant.or_else(|| nearest(&plain, keys.iter().map(String::as_str)));
+    let meant = meant.or_else(|| slip(&plain, keys));
     meant.map(|name| format!("did you mean {name}?"))
+}
+
+/// The one of `names` that a word is a slip of, in our words or in those of others.
+fn slip<'a>(word: &str, names: &'a [String]) -> Option<&'a str> {
+    let named = |meant: &str| names.iter().map(String::as_str).find(|name| *name == meant);
+    let ours = nearest(word, names.iter().map(String::as_str));
+    let theirs = || OPTIONS.iter().filter(|(_, name)| named(name).is_some()).map(|(other, _)| *other);
+    ours.or_else(|| nearest(word, theirs()).and_then(|other| named(alias(OPTIONS, other)?)))
 }
 
 fn alias(table: &[(&str, &'static str)], word: &str) -> Option<&'static str> {
@@ -242,6 +258,7 @@ mod tests {
             ("expose", "exposure"),
             ("max", "max-bounces"),
             ("env-rot", "env-rotation"),
+            ("bounce", "max-bounces"),
         ] {
             assert_eq!(nearest(word, names), Some(meant), "{word}");
         }
