@@ -76,7 +76,7 @@ fn names_of_other_programs_lead_to_ours() {
         let joined = format!("{typed}=9");
         complains(&["render", "builtin:cornell", &joined], &[&format!("unknown option '{typed}'"), meant]);
     }
-    complains(&["render", "--counts", "3"], &["--counts", "it serves sheet"]);
+    complains(&["render", "--counts", "3"], &["--counts", "it is an option of sheet"]);
     complains(&["--spp", "3"], &["--spp", "dapple render"]);
     complains(&["render", "builtin:cornell", "--time", "30s"], &["--time", "--time-limit"]);
     complains(&["render", "builtin:cornell", "--half", "false"], &["--half=false"]);

@@ -5,6 +5,7 @@ use clap::Command;
 /// What other programs call an option, and what it is called here.
 const OPTIONS: &[(&str, &str)] = &[
     ("samples", "spp"),
+    ("sample", "spp"),
     ("sample-count", "spp"),
     ("num-samples", "spp"),
     ("samples-per-pixel", "spp"),
@@ -125,6 +126,8 @@ const OPTIONS: &[(&str, &str)] = &[
     ("material-variant", "variant"),
     ("fail-if", "fail-above"),
     ("effect", "vary"),
+    ("light-samples", "light"),
+    ("shadow-samples", "light"),
     ("runs", "run"),
 ];
 
@@ -202,7 +205,7 @@ pub fn option(all: &Command, sub: &str, word: &str) -> Option<String> {
     match others[..] {
         [] => slip(&plain, &own).map(|name| format!("did you mean --{name}?")),
         _ if sub.is_empty() => Some(format!("it is an option of dapple {}", others.join(", "))),
-        _ => Some(format!("not with {sub}; it serves {}", others.join(", "))),
+        _ => Some(format!("not with {sub}: it is an option of {}", others.join(", "))),
     }
 }
 
