@@ -1,15 +1,18 @@
 //! What can be typed: the commands and their arguments. The options of a render are in [`crate::options`].
 
+#[cfg(feature = "manual")]
+pub mod manual;
 #[cfg(feature = "report")]
 pub mod study;
 
+use crate::help;
 use crate::options::RenderOptions;
 use crate::values::Pixel;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
 /// Renders glTF 2.0 scenes on the CPU. `dapple FILE` is short for `dapple render FILE`.
 #[derive(Debug, Parser)]
-#[command(name = "dapple", version, max_term_width = 100)]
+#[command(name = "dapple", bin_name = "dapple", version, max_term_width = 100)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -22,7 +25,7 @@ pub fn command() -> clap::Command {
         Cli::command().mut_subcommand("replay", |replay| replay.mut_arg("pixel", |a| a.long(PIXEL_PLAN)));
     #[cfg(feature = "report")]
     let command = study::reworded(command);
-    command
+    help::shaped(command)
 }
 
 /// What `replay` calls the render's `--pixel`.
@@ -43,6 +46,12 @@ pub enum Command {
     #[cfg(feature = "report")]
     #[command(flatten)]
     Study(study::Study),
+    /// Print the completions of a shell
+    #[cfg(feature = "manual")]
+    Completions(manual::CompletionsArgs),
+    /// Print a manual page, or write all of them into a folder
+    #[cfg(feature = "manual")]
+    Man(manual::ManArgs),
 }
 
 #[derive(Debug, Args)]

@@ -2,10 +2,13 @@
 
 use crate::default_light;
 use crate::effects;
-use crate::error::Failure;
+use crate::error::{self, Failure};
 use crate::machine;
 use crate::options::RenderOptions;
+use crate::report;
+use crate::suggest;
 use crate::values::Size;
+use crate::verbose;
 use dapple_integrator::camera::PixelRect;
 use dapple_integrator::imaging::read;
 use dapple_integrator::lights::Environment;
@@ -95,8 +98,13 @@ fn read_file(path: &Path, _: &RenderOptions) -> Result<SceneBuilder, Failure> {
 }
 
 fn unknown_builtin(name: &str) -> Failure {
-    let names = builtin::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-    Failure::Arguments(format!("builtin:{name}: there is no such built-in scene; choose from {names}"))
+    let names: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
+    let meant = suggest::nearest(name, names.iter().copied());
+    let meant = meant.map(|name| format!("did you mean builtin:{name}? ")).unwrap_or_default();
+    let (name, all) = (error::short(name), names.join(", builtin:"));
+    Failure::Arguments(format!(
+        "builtin:{name}: there is no such built-in scene; {meant}choose from builtin:{all}"
+    ))
 }
 
 /// A scene ready to be rendered, and what it took.
@@ -134,7 +142,11 @@ pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure>
             scene.warnings.push(Warning(format!("the scene's own light leaves it nearly black: {STUDIO}")));
         }
     }
-    Ok(Loaded { scene, notes, load_seconds, build_seconds: start.elapsed().as_secs_f64() })
+    let loaded = Loaded { scene, notes, load_seconds, build_seconds: start.elapsed().as_secs_f64() };
+    if RenderOptions::is(options.verbose) {
+        report::say(&verbose::scene(&loaded));
+    }
+    Ok(loaded)
 }
 
 /// `--env none`: nothing surrounds the scene, even if that leaves it dark.

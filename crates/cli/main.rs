@@ -6,9 +6,11 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(feature = "report"), allow(dead_code, reason = "some parts serve studies alone"))]
 
+mod aliases;
 mod args;
 mod choose;
 mod commands;
+mod complaint;
 mod default_light;
 mod effects;
 mod ending;
@@ -19,6 +21,8 @@ mod error_watch;
 #[path = "no_error_watch.rs"]
 mod error_watch;
 mod first_word;
+mod help;
+mod idle;
 mod inputs;
 mod interrupt;
 mod known;
@@ -34,7 +38,10 @@ mod progress;
 mod report;
 mod retrace;
 mod settings_file;
+mod suggest;
+mod uses;
 mod values;
+mod verbose;
 
 use args::{Cli, Command};
 use clap::FromArgMatches;
@@ -58,6 +65,9 @@ fn run() -> Result<ExitCode, Failure> {
         Ok(matches) => matches,
         Err(e) => return error::arguments(e).map(done),
     };
+    if let Some((name, typed)) = matches.subcommand() {
+        uses::refuse(name, typed)?;
+    }
     let cli = Cli::from_arg_matches(&matches).map_err(|e| Failure::Arguments(error::clap_line(&e)))?;
     match cli.command {
         None => {
@@ -69,6 +79,10 @@ fn run() -> Result<ExitCode, Failure> {
         Some(Command::Plan(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
         Some(Command::Rays(a)) => commands::rays::run(&a.scene, subcommand(&matches)).map(done),
+        #[cfg(feature = "manual")]
+        Some(Command::Completions(a)) => commands::manual::completions(&a).map(done),
+        #[cfg(feature = "manual")]
+        Some(Command::Man(a)) => commands::manual::man(&a).map(done),
         #[cfg(feature = "report")]
         Some(Command::Study(a)) => commands::study::run(a, subcommand(&matches)),
     }

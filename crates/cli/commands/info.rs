@@ -56,7 +56,7 @@ fn layers(
     scene: Option<&Path>,
     typed: &ArgMatches,
 ) -> Result<(RenderOptions, Option<String>, Option<Failure>), Failure> {
-    match settings_file::layers(scene, typed) {
+    match settings_file::layers(scene, typed, "info") {
         Ok((options, warning)) => Ok((options, warning, None)),
         Err(failure) => {
             let mut options = RenderOptions::default();

@@ -10,7 +10,7 @@ use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::progress::Bar;
 use crate::report::{self, Report};
-use crate::{effects, interrupt, machine, metadata, metering, retrace, settings_file};
+use crate::{effects, interrupt, machine, metadata, metering, retrace, settings_file, verbose};
 use clap::ArgMatches;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
@@ -28,7 +28,7 @@ const CENTURY: Duration = Duration::from_secs(3_200_000_000);
 /// Renders `scene` with the sidecar's, the settings file's and the typed options.
 pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let source = Source::new(scene);
-    let options = settings_file::layered(source.path(), typed)?;
+    let options = settings_file::layered(source.path(), typed, "render")?;
     report::start(&options);
     let mut outputs = Outputs::plan(&options, &source.name())?;
     let mut inputs = Inputs::of_render(&source, &options);
@@ -44,10 +44,16 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     say_no_picture(&options);
     interrupt::listen();
     expose(&mut outputs, &loaded, view, &settings, &options);
-    tracing::info!(?settings, "rendering");
+    let is_verbose = RenderOptions::is(options.verbose);
+    if is_verbose {
+        report::say(&verbose::render(&settings));
+    }
     let (outcome, known) = draw(&loaded, view, &settings, &options)?;
     let outcome = finish(outcome, &options, &loaded, view, &settings);
     let ending = Ending::of(&options, &settings, &outcome, &known);
+    if is_verbose {
+        report::say(&verbose::writing(&outputs));
+    }
     outputs.write(&outcome, &outcome.film.mean(), ending.comment())?;
     say_bad_samples(&outcome.stats, scene, typed);
     ending.line().iter().for_each(|line| report::say(line));

@@ -76,15 +76,9 @@ pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Fai
 /// What only `render` and a single run can have.
 fn check(arguments: &ConvergeArgs) -> Result<(), Failure> {
     let o = &arguments.options;
-    let refused = [
-        ("--spp", o.spp.is_some(), "the counts grow while the budget lasts"),
-        ("--time-limit", o.time_limit.is_some(), "see --budget"),
-        ("--seed", o.seed.is_some_and(|s| s > LARGEST_SEED), "the first seed is at most 2000000000"),
-        ("--aov", o.aov.is_some(), "only the picture itself is compared"),
-        ("--crop", o.crop.is_some(), "whole pictures are compared; see --size"),
-    ];
-    if let Some((name, _, why)) = refused.iter().find(|r| r.1) {
-        return Err(Failure::Arguments(format!("{name}: not with converge: {why}")));
+    if o.seed.is_some_and(|seed| seed > LARGEST_SEED) {
+        let said = "--seed: not with converge: the first seed is at most 2000000000";
+        return Err(Failure::Arguments(said.into()));
     }
     // Files in the folder are called after scenes.
     for (i, scene) in arguments.scenes.iter().enumerate() {

@@ -55,7 +55,7 @@ const FINER: u32 = 4;
 /// Renders all cells that there is time for, and writes the sheet.
 pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let source = Source::new(Some(&arguments.scene));
-    let mut options = settings_file::layered(source.path(), typed)?;
+    let mut options = settings_file::layered(source.path(), typed, "sheet")?;
     report::start(&options);
     let output = output(typed)?;
     let mut inputs = Inputs::of_render(&source, &options);
@@ -116,9 +116,6 @@ fn common(
     view: &NamedCamera,
     reference: Option<&Given<'_>>,
 ) -> RenderOptions {
-    if options.method == Some(Method::Path) {
-        report::say("note: --method path is left out: a sheet is rendered by the distribution tracer");
-    }
     options.method = Some(Method::Distribution);
     options.aov = None;
     // The two tracers have different defaults.

@@ -5,7 +5,8 @@ use crate::args::study::ConvergeArgs;
 use crate::commands::render;
 use crate::error::Failure;
 use crate::load;
-use crate::options::RenderOptions;
+use crate::options::{self, RenderOptions};
+use crate::uses;
 use crate::values::Size;
 use dapple_analysis::converge::Run;
 use dapple_integrator::Method;
@@ -120,7 +121,9 @@ fn default_runs(base: &RenderOptions) -> Vec<(String, String)> {
 fn laid(base: &RenderOptions, name: &str, text: &str) -> Result<RenderOptions, Failure> {
     let mut options = base.clone();
     let in_run = |e: Failure| Failure::Arguments(format!("--run {name}: {e}"));
-    options.lay(&words(text)).map_err(in_run)?;
+    let typed = options::parsed(&words(text)).map_err(in_run)?;
+    uses::refuse("converge", &typed).map_err(in_run)?;
+    options.lay_matches(&typed).map_err(in_run)?;
     if format!("{:?}", of_scene(base)) != format!("{:?}", of_scene(&options)) {
         let said =
             "size, crop, environment, time and output are the same for all runs; give them outside of --run";

@@ -31,7 +31,7 @@ pub fn scene(
 ) -> Result<(), Failure> {
     let end = session.clock.elapsed() + session.clock.left() / rest as f64;
     let source = Source::new(Some(name));
-    let mut options = settings_file::layered(source.path(), typed)?;
+    let mut options = settings_file::layered(source.path(), typed, "converge")?;
     options.output.clone_from(&session.arguments.options.output);
     (options.spp, options.time_limit, options.seed) = (None, None, None);
     let loaded = load::load(&source, &options)?;
