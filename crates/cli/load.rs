@@ -60,6 +60,14 @@ impl Source {
         }
     }
 
+    /// The files of the scene, named and not: what must not be written over. Meshes and images are not read.
+    pub fn files(&self, options: &RenderOptions) -> Result<Vec<PathBuf>, Failure> {
+        match self {
+            Self::Builtin(_) => Ok(Vec::new()),
+            Self::File(path) => files_of(path, options),
+        }
+    }
+
     /// Parts of the scene, to which an environment may still be added.
     pub fn read(&self, options: &RenderOptions) -> Result<SceneBuilder, Failure> {
         match self {
@@ -78,7 +86,20 @@ fn read_file(path: &Path, options: &RenderOptions) -> Result<SceneBuilder, Failu
     use dapple_integrator::scene::gltf;
     let (at, shutter) = (options.at.unwrap_or(0.0), options.exposure());
     let (allow_path, strict) = (RenderOptions::is(options.allow_path), RenderOptions::is(options.strict));
-    Ok(gltf::read(path, &gltf::Options { at, shutter, allow_path, strict, reads: options.reads() })?)
+    let (reads, light_unit) = (options.reads(), options.light_unit.unwrap_or_default());
+    Ok(gltf::read(path, &gltf::Options { at, shutter, allow_path, strict, reads, light_unit })?)
+}
+
+#[cfg(feature = "gltf")]
+fn files_of(path: &Path, options: &RenderOptions) -> Result<Vec<PathBuf>, Failure> {
+    use dapple_integrator::scene::gltf;
+    let allow_path = RenderOptions::is(options.allow_path);
+    Ok(gltf::files(path, &gltf::Options { allow_path, ..gltf::Options::default() })?)
+}
+
+#[cfg(not(feature = "gltf"))]
+fn files_of(path: &Path, _: &RenderOptions) -> Result<Vec<PathBuf>, Failure> {
+    Ok(vec![path.to_path_buf()])
 }
 
 #[cfg(not(feature = "gltf"))]

@@ -25,7 +25,7 @@ enum Trust {
 }
 
 /// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
-const SIDECAR_KEYS: [&str; 42] = [
+const SIDECAR_KEYS: [&str; 43] = [
     "size",
     "crop",
     "camera",
@@ -37,6 +37,7 @@ const SIDECAR_KEYS: [&str; 42] = [
     "env-rotation",
     "env-intensity",
     "env-smooth",
+    "light-unit",
     "aperture-radius",
     "focus-distance",
     "aperture-shape",

@@ -95,6 +95,13 @@ fn text(scene: &str, facts: &Value) -> Vec<String> {
     }
     lines.push(list(facts, "textures", texture));
     lines.push(list(facts, "lights", plain));
+    if let Some(unit) = facts["light_unit"]["unit"].as_str() {
+        let divided = if unit == "photometric" { ", divided by 683 lm/W" } else { "" };
+        lines.push(format!(
+            "light unit: {unit}{divided}: {} (--light-unit)",
+            plain(&facts["light_unit"]["why"])
+        ));
+    }
     if facts["emissive"].as_array().is_some_and(|names| !names.is_empty()) {
         lines.push(list(facts, "emissive", plain).replacen("emissive", "emissive materials", 1));
     }

@@ -91,6 +91,7 @@ impl SceneBuilder {
             at: self.exposure.at,
             shutter: self.exposure.shutter,
             survey,
+            light_unit: self.light_unit,
             warnings: self.warnings,
             radius,
             files: self.files,

@@ -7,7 +7,7 @@ use super::{
     node::Hierarchy,
     texture,
 };
-use crate::SceneError;
+use crate::{SceneError, light_unit::TakenUnit};
 use gltf::json::{extensions::scene::khr_lights_punctual::Type, mesh::Semantic, validation::Checked};
 use serde::Serialize;
 
@@ -31,6 +31,8 @@ pub struct Info {
     pub textures: Vec<TextureInfo>,
     /// Punctual lights: "point 'Lamp'" and so on.
     pub lights: Vec<String>,
+    /// What their intensities are taken as, and why; None without such lights.
+    pub light_unit: Option<LightUnitInfo>,
     /// Names of the cameras in the scene, as `--camera` takes them.
     pub cameras: Vec<String>,
     /// Animations with their length.
@@ -79,6 +81,15 @@ pub struct TextureInfo {
     pub error: Option<String>,
 }
 
+/// What intensities of punctual lights are taken as.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LightUnitInfo {
+    /// `radiometric`, or `photometric`: divided by 683 lm/W.
+    pub unit: String,
+    /// Why, as a clause.
+    pub why: String,
+}
+
 /// An animation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct AnimationInfo {
@@ -113,6 +124,7 @@ pub(super) fn info(doc: &Document<'_>) -> Result<Info, SceneError> {
         counts,
         emissive: emissive(doc),
         materials: labels(doc.root.materials.iter().map(|m| m.name.as_deref()), "material"),
+        light_unit: light_unit(doc),
         lights: lights(doc),
         cameras: cameras(doc, &hierarchy)?,
         animations: animations(doc)?,
@@ -186,6 +198,14 @@ fn lights(doc: &Document<'_>) -> Vec<String> {
         format!("{kind} {}", label("light", i, light.name.as_deref()))
     };
     lights.map_or(&[][..], |l| &l.lights).iter().enumerate().map(one).collect()
+}
+
+fn light_unit(doc: &Document<'_>) -> Option<LightUnitInfo> {
+    let taken = TakenUnit::new(doc.options.light_unit, doc.root.asset.generator.as_deref());
+    let there = doc.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+    there
+        .filter(|l| !l.lights.is_empty())
+        .map(|_| LightUnitInfo { unit: taken.unit().to_string(), why: taken.why })
 }
 
 fn cameras(doc: &Document<'_>, hierarchy: &Hierarchy) -> Result<Vec<String>, SceneError> {
