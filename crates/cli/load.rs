@@ -63,6 +63,14 @@ impl Source {
         }
     }
 
+    /// The files of the scene, named and not: what must not be written over. Meshes and images are not read.
+    pub fn files(&self, options: &RenderOptions) -> Result<Vec<PathBuf>, Failure> {
+        match self {
+            Self::Builtin(_) => Ok(Vec::new()),
+            Self::File(path) => files_of(path, options),
+        }
+    }
+
     /// Parts of the scene, to which an environment may still be added.
     pub fn read(&self, options: &RenderOptions) -> Result<SceneBuilder, Failure> {
         match self {
@@ -88,7 +96,20 @@ pub fn reader_options(options: &RenderOptions) -> dapple_integrator::scene::gltf
     let (at, shutter) = (options.at.unwrap_or(0.0), options.exposure());
     let (allow_path, strict) = (RenderOptions::is(options.allow_path), RenderOptions::is(options.strict));
     let (reads, choice) = (options.reads(), options.choice.of_file());
-    dapple_integrator::scene::gltf::Options { at, shutter, allow_path, strict, reads, choice }
+    let light_unit = options.light_unit.unwrap_or_default();
+    dapple_integrator::scene::gltf::Options { at, shutter, allow_path, strict, reads, choice, light_unit }
+}
+
+#[cfg(feature = "gltf")]
+fn files_of(path: &Path, options: &RenderOptions) -> Result<Vec<PathBuf>, Failure> {
+    use dapple_integrator::scene::gltf;
+    let allow_path = RenderOptions::is(options.allow_path);
+    Ok(gltf::files(path, &gltf::Options { allow_path, ..gltf::Options::default() })?)
+}
+
+#[cfg(not(feature = "gltf"))]
+fn files_of(path: &Path, _: &RenderOptions) -> Result<Vec<PathBuf>, Failure> {
+    Ok(vec![path.to_path_buf()])
 }
 
 #[cfg(not(feature = "gltf"))]

@@ -26,7 +26,7 @@ enum Trust {
 }
 
 /// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
-const SIDECAR_KEYS: [&str; 45] = [
+const SIDECAR_KEYS: [&str; 46] = [
     "size",
     "crop",
     "camera",
@@ -41,6 +41,7 @@ const SIDECAR_KEYS: [&str; 45] = [
     "env-rotation",
     "env-intensity",
     "env-smooth",
+    "light-unit",
     "aperture-radius",
     "focus-distance",
     "aperture-shape",

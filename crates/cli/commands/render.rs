@@ -39,6 +39,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     let view = &load::camera(&loaded.scene, &options)?;
     let settings = settings(&options, view)?;
     warn(&loaded);
+    say_light_unit(&loaded, &options);
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
     say_no_picture(&options);
@@ -126,6 +127,17 @@ pub fn warn(loaded: &Loaded) {
     }
 }
 
+/// Says that intensities of lights were divided, and why.
+pub fn say_light_unit(loaded: &Loaded, options: &RenderOptions) {
+    let taken = loaded.scene.light_unit.as_ref().filter(|taken| taken.is_photometric);
+    if let Some(taken) = taken.filter(|_| !RenderOptions::is(options.quiet)) {
+        report::say(&format!(
+            "note: intensities of lights are divided by 683 lm/W: {} (--light-unit radiometric takes them as they are)",
+            taken.why
+        ));
+    }
+}
+
 /// Meters the exposure of PNG pictures where none is given, and says it.
 fn expose(
     outputs: &mut Outputs,
@@ -134,12 +146,8 @@ fn expose(
     settings: &Settings,
     options: &RenderOptions,
 ) {
-    let metered = outputs.expose(|| metering::exposure(&loaded.scene, &view.camera, settings));
-    if let Some(stops) = metered.filter(|_| !RenderOptions::is(options.quiet)) {
-        report::say(&format!(
-            "exposure of the PNG metered: {stops:+.2} stops (--exposure {stops} repeats it)"
-        ));
-    }
+    let what = (&loaded.scene, &view.camera, settings);
+    outputs.expose(|| metering::metered("the PNG", options, what));
 }
 
 /// The picture, and its error by its own account.

@@ -103,7 +103,10 @@ impl<V: Visibility> Around<'_, V> {
                 continue;
             }
             if let Some(places) = shared_place::of(scene) {
-                if last.is_some_and(|last| shared_place::is_left_out(scene, last, (hit, surface))) {
+                if let Some((_, passed)) =
+                    last.filter(|last| shared_place::is_left_out(scene, *last, (hit, surface)))
+                {
+                    last = Some((hit, passed));
                     continue;
                 }
                 shared_place::settle(places, at.ray, (&mut hit, &mut surface), self);

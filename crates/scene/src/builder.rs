@@ -10,6 +10,7 @@ pub use pose::CameraPose;
 
 use crate::{
     Placement, Reads, SceneError, TexturedMaterial, Unread, Warning,
+    light_unit::TakenUnit,
     moving::{Body, Exposure},
     punctual::Punctual,
 };
@@ -31,6 +32,8 @@ pub struct SceneBuilder {
     placed: Vec<Placed>,
     /// With the chain of nodes that moves it, if one does.
     pub(crate) punctual: Vec<(Punctual, Option<Vec<Node>>)>,
+    /// Of the punctual lights of a file.
+    pub(crate) light_unit: Option<TakenUnit>,
     environment: Option<Environment>,
     /// The scene stays dark where nothing gives light.
     no_default_light: bool,
@@ -153,6 +156,15 @@ impl SceneBuilder {
     /// Adds a light in the direction `towards`; `irradiance` in W/m² per channel on a surface that faces it.
     pub fn distant_light(&mut self, towards: DVec3, irradiance: Vec3) {
         self.punctual.push((Punctual::Distant { towards, irradiance }, None));
+    }
+
+    /// Takes the intensities of the punctual lights so far as they are, or divides them.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn take_lights_as(&mut self, unit: TakenUnit) {
+        if unit.is_photometric {
+            self.punctual.iter_mut().for_each(|(light, _)| light.divide(crate::light_unit::LUMENS_PER_WATT));
+        }
+        self.light_unit = Some(unit).filter(|_| !self.punctual.is_empty());
     }
 
     /// Sets what surrounds the scene; replaces an earlier one. A constant black one is "nothing, on purpose".

@@ -69,6 +69,8 @@ pub struct Scene {
     pub shutter: Shutter,
     /// What there is, and what there is not.
     pub survey: Survey,
+    /// What the intensities of a file's punctual lights were taken as; None without such lights.
+    pub light_unit: Option<crate::light_unit::TakenUnit>,
     /// What will look different from what was asked for.
     pub warnings: Vec<Warning>,
     /// The file that the scene was read from and the files that it names, looked at or not; empty for a scene built in

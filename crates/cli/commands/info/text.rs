@@ -26,6 +26,7 @@ pub fn lines(scene: &str, facts: &Value) -> Vec<String> {
     }
     lines.push(list(facts, "textures", texture));
     block(&mut lines, facts, "lights", light);
+    lines.extend(light_unit(&facts["light_unit"]));
     if !is_empty(facts, "emissive") {
         lines.push(list(facts, "emissive", emissive).replacen("emissive", "emissive materials", 1));
     }
@@ -115,6 +116,12 @@ fn texture(t: &Value) -> String {
         Some(error) => format!("{} (cannot be read: {error})", plain(&t["name"])),
         None => format!("{} {}x{}", plain(&t["name"]), t["width"], t["height"]),
     }
+}
+
+fn light_unit(taken: &Value) -> Option<String> {
+    let unit = taken["unit"].as_str()?;
+    let divided = if unit == "photometric" { ", divided by 683 lm/W" } else { "" };
+    Some(format!("light unit: {unit}{divided}: {} (--light-unit)", plain(&taken["why"])))
 }
 
 fn light(l: &Value) -> String {

@@ -97,6 +97,7 @@ impl SceneBuilder {
             at: self.exposure.at,
             shutter: self.exposure.shutter,
             survey,
+            light_unit: self.light_unit,
             warnings: self.warnings,
             bounds,
             radius,

@@ -12,7 +12,7 @@ use super::{
     node::Hierarchy,
     texture,
 };
-use crate::SceneError;
+use crate::{SceneError, light_unit::TakenUnit};
 pub use choices::{AnimationInfo, SceneInfo, VariantInfo};
 use gltf::json;
 pub use objects::{MorphInfo, ObjectInfo, SkinInfo};
@@ -47,6 +47,8 @@ pub struct Info {
     pub textures: Vec<TextureInfo>,
     /// Punctual lights.
     pub lights: Vec<LightInfo>,
+    /// What their intensities are taken as, and why; None without such lights.
+    pub light_unit: Option<LightUnitInfo>,
     /// Cameras.
     pub cameras: Vec<CameraInfo>,
     /// Skins.
@@ -112,6 +114,15 @@ pub struct TextureInfo {
     pub error: Option<String>,
 }
 
+/// What intensities of punctual lights are taken as.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LightUnitInfo {
+    /// `radiometric`, or `photometric`: divided by 683 lm/W.
+    pub unit: String,
+    /// Why, as a clause.
+    pub why: String,
+}
+
 /// An extension.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ExtensionInfo {
@@ -144,6 +155,7 @@ pub(super) fn info(doc: &Document<'_>) -> Result<Info, SceneError> {
         objects,
         emissive: emissive(doc),
         materials: objects::materials(doc),
+        light_unit: light_unit(doc),
         lights: views::lights(doc, &hierarchy),
         cameras: views::cameras(doc, &hierarchy, (&placements, &moving))?,
         skins: objects::skins(doc, &hierarchy),
@@ -190,6 +202,14 @@ fn emissive(doc: &Document<'_>) -> Vec<EmissiveInfo> {
         emits.then(|| EmissiveInfo { name, radiance, textured: m.emissive_texture.is_some() })
     };
     objects::materials(doc).into_iter().zip(&doc.root.materials).filter_map(one).collect()
+}
+
+fn light_unit(doc: &Document<'_>) -> Option<LightUnitInfo> {
+    let taken = TakenUnit::new(doc.options.light_unit, doc.root.asset.generator.as_deref());
+    let there = doc.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+    there
+        .filter(|l| !l.lights.is_empty())
+        .map(|_| LightUnitInfo { unit: taken.unit().to_string(), why: taken.why })
 }
 
 fn extension_list(doc: &Document<'_>) -> Vec<ExtensionInfo> {

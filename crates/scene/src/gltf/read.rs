@@ -7,6 +7,7 @@ use super::{
     mesh::{self, Wanted},
     node::{self, Hierarchy},
 };
+use crate::light_unit::TakenUnit;
 use crate::{CameraPose, Placement, SceneBuilder, SceneError, Unread};
 use dapple_camera::Projection;
 use dapple_geometry::{Mesh, motion};
@@ -50,6 +51,7 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     assembly.materials.decode(doc, &mut assembly.builder)?;
     let unread = assembly.unread(hierarchy.order.len());
     let mut builder = assembly.builder;
+    builder.take_lights_as(TakenUnit::new(doc.options.light_unit, doc.root.asset.generator.as_deref()));
     builder.leave_unread(unread);
     builder.reads(doc.options.reads);
     doc.take_warnings().into_iter().for_each(|w| builder.warn(w));
