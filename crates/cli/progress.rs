@@ -1,5 +1,6 @@
 //! The progress bar: on standard error, and only where a person may be looking.
 
+use crate::report;
 use dapple_integrator::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
@@ -47,6 +48,14 @@ impl Bar {
                 "{what} · {} left",
                 if left.is_finite() { clock(left) } else { "?".into() }
             ));
+        }
+    }
+
+    /// A line to standard error, above the bar.
+    pub fn say(&self, line: &str) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| report::say(line)),
+            None => report::say(line),
         }
     }
 

@@ -191,7 +191,7 @@ impl SceneRuns<'_> {
         let name = plain(self.name) + &number;
         if let Some(path) = &session.arguments.reference {
             let reference = from_file(path, planned.run.settings.size)?;
-            let files = session.folder.put_reference(&name, &reference)?;
+            let files = session.folder.put_reference(&name, &reference);
             let record = self.describe(planned, &reference, path.display().to_string(), 0, files);
             return Ok(Some((reference, record)));
         }
@@ -211,7 +211,7 @@ impl SceneRuns<'_> {
         let Some((reference, spp)) = Reference::render(scene, &run.camera, &settings, seconds, &stop) else {
             return Ok(None);
         };
-        let files = session.folder.put_reference(&name, &reference)?;
+        let files = session.folder.put_reference(&name, &reference);
         let record = self.describe(
             planned,
             &reference,
