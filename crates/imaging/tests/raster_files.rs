@@ -84,7 +84,7 @@ fn coverage_is_unassociated_and_sixteen_bits_are_finer() {
             let expected = match a {
                 0.0 => [0; 4],
                 a => {
-                    let shown = Tone::Srgb.apply(colour * libm_exp2(0.1));
+                    let shown = Tone::Srgb.apply(colour * (alpha[i] / a) * libm_exp2(0.1));
                     [code(shown.x), code(shown.y), code(shown.z), code(a)]
                 }
             };
