@@ -39,8 +39,8 @@ pub(crate) struct FirstHit {
 
 impl FirstHit {
     /// Of a sample of which nothing is known yet.
-    pub fn new(hides_backdrop: bool, asks_all: bool) -> Self {
-        Self { hides_backdrop, asks_all, ..Self::default() }
+    pub fn of(settings: &Settings) -> Self {
+        Self { hides_backdrop: settings.transparent, ..Self::default() }
     }
 
     /// Objects + 1 that the rays met, one for each.
@@ -253,7 +253,11 @@ impl Tile {
 
     /// Adds a sample; false when the job was stopped before it was whole.
     fn sample(&mut self, job: &Job<'_>, kernel: Kernel, x: u32, y: u32, index: u32) -> bool {
-        let mut first = FirstHit::new(job.settings.transparent, self.first_hits.coverage.asks_objects());
+        let mut first = FirstHit::default();
+        if self.first_hits.is_asked {
+            first.hides_backdrop = job.settings.transparent;
+            first.asks_all = self.first_hits.coverage.asks_objects();
+        }
         let (mut value, weight) = kernel(job, (x, y), index, &mut first, &mut self.rays);
         if job.is_stopped() {
             return false;
