@@ -245,7 +245,7 @@ fn cryptomatte_holds_exact_shares_of_the_samples() {
                     seen += shares.len();
                 }
             }
-            assert!(seen > 20, "{seen}");
+            assert!(seen > 10, "{seen}");
             assert!(full > 0 || scene.objects.len() < 10, "no pixel has more ids than ranks");
         }
     }
