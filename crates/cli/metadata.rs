@@ -79,6 +79,9 @@ fn settings_text(
     if settings.transparent_shadows {
         lines.push("transparent-shadows = true".into());
     }
+    if settings.transparent {
+        lines.push("transparent = true".into());
+    }
     if let Some(clamp) = settings.clamp {
         lines.push(format!("clamp = {clamp}"));
     }

@@ -12,6 +12,7 @@ use crate::values::{self, Color, Crop, PlanKind, Seconds, Size};
 use clap::{ArgMatches, Args, FromArgMatches};
 use dapple_integrator::camera::{Aperture, Filter, Shutter};
 use dapple_integrator::imaging::Tone;
+use dapple_integrator::imaging::write::PngDepth;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::{LightUnit, Reads};
 use dapple_integrator::{Aov, Combine, Method};
@@ -76,7 +77,13 @@ pub struct RenderOptions {
     /// Write EXR channels as 16-bit half floats
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Output")]
     pub half: Option<bool>,
-    /// EXR layers beside the picture, comma-separated: albedo, normal, depth, position, variance, samples, object, material, removed. Where these show first hits alone (all but variance, samples and removed), the picture is rendered only if `beauty` is named too, or a PNG or HDR shows it
+    /// See nothing instead of the environment where no surface is, and write alpha: the share of a pixel that is covered, with associated colours in an EXR and unassociated ones in a PNG. The environment still lights the scene; clear panes cover
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Output")]
+    pub transparent: Option<bool>,
+    /// Bits per channel of PNG output: 8 or 16 [default: 8]
+    #[arg(long, value_name = "BITS", value_parser = values::png_depth, help_heading = "Output")]
+    pub png_depth: Option<PngDepth>,
+    /// EXR layers beside the picture, comma-separated: albedo, normal, depth, position, variance, samples, object, material, removed, cryptomatte (ids of objects and materials by name, for compositing). Where these show first hits alone (all but variance, samples and removed), the picture is rendered only if `beauty` is named too, or a PNG or HDR shows it
     #[arg(long, value_parser = aliases::named::<Aov>(aliases::LAYERS), value_name = "LIST", value_delimiter = ',', help_heading = "Output")]
     pub aov: Option<Vec<Aov>>,
     /// Exposure of PNG output, in stops; 0 shows radiance 1 as white [default: metered on a small render of the whole frame, and said]

@@ -77,9 +77,11 @@ const SIDECAR_KEYS: [&str; 46] = [
 
 /// Options that only the user can set: what is written, what is said, what the machine is used for, and consent.
 #[cfg(test)]
-const USER_KEYS: [&str; 11] = [
+const USER_KEYS: [&str; 13] = [
     "output",
     "half",
+    "transparent",
+    "png-depth",
     "log",
     "json",
     "quiet",

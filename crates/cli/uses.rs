@@ -53,6 +53,8 @@ const OF_ALL: &[&str] = &[
 const OF_SOME: &[(&str, &[&str])] = &[
     ("output", &["render", "plan", "rays", "sheet", "converge"]),
     ("half", &["render"]),
+    ("transparent", &["render", "plan"]),
+    ("png-depth", &["render"]),
     ("aov", &["render", "info", "plan", "rays"]),
     ("exposure", &["render", "sheet", "converge"]),
     ("tone", &["render", "sheet", "converge"]),

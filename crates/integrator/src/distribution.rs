@@ -168,7 +168,10 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     /// Radiance of the environment along a ray that leaves the scene.
     fn escaped(&mut self, ray: &Ray, arrival: &Arrival, place: Place, beta: Vec3) -> Vec3 {
         let strategy = self.job.settings.strategy;
-        let le = emission::escaped(self.job.scene, ray.d.normalize(), arrival, strategy);
+        let le = match place.depth == 0 && self.follow.hides_backdrop() {
+            true => Vec3::ZERO,
+            false => emission::escaped(self.job.scene, ray.d.normalize(), arrival, strategy),
+        };
         self.follow.escaped(place.depth, beta, le, ray.d);
         le
     }

@@ -138,7 +138,9 @@ pub(crate) type Kernel =
 pub(crate) fn choose(job: &Job<'_>) -> (Kernel, &'static str) {
     let alpha = job.asks_alpha();
     let watched = cfg!(not(without = "layers"))
-        && (job.settings.general || job.settings.aovs.iter().any(|aov| aov.needs_first_hit()));
+        && (job.settings.general
+            || job.settings.transparent
+            || job.settings.aovs.iter().any(|aov| aov.needs_first_hit()));
     if job.is_plain() && !watched {
         return match (job.settings.method, alpha) {
             (Method::Path, false) => (path_plain, "path"),

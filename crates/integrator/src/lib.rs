@@ -15,6 +15,8 @@ pub use dapple_scene as scene;
 
 pub mod aov;
 mod clear;
+mod coverage;
+mod cryptomatte;
 mod direct;
 mod distribution;
 pub mod effects;

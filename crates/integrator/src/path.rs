@@ -34,6 +34,10 @@ pub(crate) trait Follow {
     fn direct(&mut self, _direct: Vec3) {}
     fn scattered(&mut self, _depth: u32, _sample: &BsdfSample) {}
     fn escaped(&mut self, _depth: u32, _beta: Vec3, _radiance: Vec3, _d: Vec3) {}
+    /// Camera rays that meet no surface see nothing.
+    fn hides_backdrop(&self) -> bool {
+        false
+    }
     /// A path of throughput `_beta` ended before the light did.
     fn cut(&mut self, _why: Cut, _beta: Vec3) {}
 }
@@ -203,7 +207,10 @@ impl PathState {
     /// What the environment adds to a path that leaves along `d`.
     #[inline(always)]
     fn escaped<F: Follow>(&self, job: &Job<'_>, depth: u32, d: Vec3, follow: &mut F) -> Vec3 {
-        let le = emission::escaped(job.scene, d.normalize(), &self.arrival, job.settings.strategy);
+        let le = match depth == 0 && follow.hides_backdrop() {
+            true => Vec3::ZERO,
+            false => emission::escaped(job.scene, d.normalize(), &self.arrival, job.settings.strategy),
+        };
         follow.escaped(depth, self.beta, le, d);
         self.beta * le
     }

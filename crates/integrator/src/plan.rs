@@ -76,7 +76,7 @@ pub fn plan(scene: &Scene, camera: &Camera, settings: &Settings) -> RenderPlan {
         lights: lights(&job),
         geometry: geometry(scene),
         bytes_per_triangle: scene.world.memory_bytes() as f64 / triangles.max(1) as f64,
-        bytes_per_pixel: FILM_BYTES + FirstHits::bytes_per_pixel(&settings.aovs),
+        bytes_per_pixel: FILM_BYTES + FirstHits::bytes_per_pixel(settings),
         scene_bytes: scene.memory_bytes(),
         left_out: left_out(&job, &kinds, watched),
     }

@@ -49,6 +49,12 @@ pub struct Settings {
     pub aovs: Vec<Aov>,
     /// Render the picture itself. Without it only what first hits show is found out, and no light is followed.
     pub picture: bool,
+    /// Camera rays that leave the scene without having met a surface see nothing instead of the environment, which still
+    /// lights everything else and shows in mirrors and behind glass. The picture then has a channel A, the share of its
+    /// samples that met a surface, and its colours are associated with it (premultiplied). Holes of MASK and BLEND
+    /// materials are no surface; transmission is, for it is no coverage (glTF 2.0, KHR_materials_transmission), so that
+    /// clear panes cover.
+    pub transparent: bool,
     /// Hide back faces of single-sided materials (the letter of glTF).
     pub cull_backfaces: bool,
     /// Points of each of the distribution tracer's integrals; those with none are off in both tracers. The path tracer
@@ -115,6 +121,7 @@ impl Default for Settings {
             filter: Filter::default(),
             aovs: Vec::new(),
             picture: true,
+            transparent: false,
             cull_backfaces: false,
             plans: Plans::default(),
             sky: Plans::default().light,
