@@ -33,6 +33,7 @@ mod report;
 mod retrace;
 mod settings_file;
 mod values;
+mod view;
 
 use args::{Cli, Command};
 use clap::FromArgMatches;

@@ -25,17 +25,24 @@ enum Trust {
 }
 
 /// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
-const SIDECAR_KEYS: [&str; 42] = [
+const SIDECAR_KEYS: [&str; 49] = [
     "size",
     "crop",
     "camera",
     "at",
     "shutter",
+    "look-from",
+    "look-at",
+    "orbit",
+    "up",
+    "fov",
+    "backfaces",
     "cull-backfaces",
     "env",
     "env-color",
     "env-rotation",
     "env-intensity",
+    "env-nearest",
     "env-smooth",
     "aperture-radius",
     "focus-distance",
