@@ -44,6 +44,7 @@ mod suggest;
 mod uses;
 mod values;
 mod verbose;
+mod view;
 
 use args::{Cli, Command};
 use clap::FromArgMatches;

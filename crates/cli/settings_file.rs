@@ -26,7 +26,7 @@ enum Trust {
 }
 
 /// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
-const SIDECAR_KEYS: [&str; 46] = [
+const SIDECAR_KEYS: [&str; 53] = [
     "size",
     "crop",
     "camera",
@@ -35,11 +35,18 @@ const SIDECAR_KEYS: [&str; 46] = [
     "animation",
     "at",
     "shutter",
+    "look-from",
+    "look-at",
+    "orbit",
+    "up",
+    "fov",
+    "backfaces",
     "cull-backfaces",
     "env",
     "env-color",
     "env-rotation",
     "env-intensity",
+    "env-nearest",
     "env-smooth",
     "light-unit",
     "aperture-radius",

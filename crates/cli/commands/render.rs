@@ -91,7 +91,7 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         soft_terminator: !RenderOptions::is(options.no_soft_terminator),
         transparent_shadows: RenderOptions::is(options.transparent_shadows),
         transparent: RenderOptions::is(options.transparent),
-        cull_backfaces: RenderOptions::is(options.cull_backfaces),
+        backfaces: options.backfaces(),
         adaptive: RenderOptions::is(options.adaptive),
         ..default
     };

@@ -7,6 +7,7 @@
 
 use crate::direct::{Aim, Beam, Sides};
 use crate::emission::{self, Arrival, Rival};
+use crate::first_hit::{seen, start};
 use crate::interface::meet;
 use crate::kernel::Job;
 use crate::ledger::{Cut, FAINT, Ledger};
@@ -61,9 +62,14 @@ pub(crate) fn li<V: Visibility, F: Follow>(
 ) -> Vec3 {
     let (scene, settings) = (job.scene, job.settings);
     let mut ray = ray;
-    let mut state = PathState::default();
+    let mut near = job.near(&ray, sample.time);
+    let mut state = PathState { arrival: Arrival::of_camera(&ray), ..PathState::default() };
     if !V::PLAIN && !job.media.is_empty() {
         state.stack = job.media.at(scene, &ray, sample.time);
+        if near > 0.0 && !state.stack.is_empty() {
+            (ray, state.stack) = start(job, &ray, near, sample.time);
+            near = 0.0;
+        }
     }
     let mut radiance = Vec3::ZERO;
     for depth in 0.. {
@@ -79,7 +85,13 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         let (distance, boundary);
         let has_media = !V::PLAIN && !job.media.is_empty();
         if has_media {
-            let met = meet(&around, &ray, &state.stack);
+            let mut met = meet(&around, &ray, &state.stack);
+            if state.arrival.is_camera() && (met.first < near || met.is_passed(job, &ray, sample.time)) {
+                if met.first < near {
+                    (ray, state.stack) = start(job, &ray, near, sample.time);
+                }
+                met = meet(&around.from_camera(), &ray, &state.stack);
+            }
             state.beta *= met.transmittance;
             state.stack = met.stack;
             if met.overflows {
@@ -97,8 +109,15 @@ pub(crate) fn li<V: Visibility, F: Follow>(
             if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
                 shared_place::settle(places, &ray, (&mut hit, &mut surface), &around);
             }
+            if state.arrival.is_camera() && job.passes(&ray, (&hit, &surface), near, sample.time) {
+                let Some(shown) = seen(&around, &ray, (near, hit.t)) else {
+                    return radiance + state.escaped(job, depth, ray.d, follow);
+                };
+                (hit, surface, ray) = shown;
+            }
             distance = hit.t * length;
         }
+        near = 0.0;
         let wo = -ray.d / length;
         let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
         radiance += state.beta * le;
@@ -125,7 +144,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
             follow.cut(Cut::Faint, state.beta);
             return radiance;
         }
-        ray = next.ray;
+        ray = state.arrival.ending(next.ray);
         if settings.roulette
             && depth >= ROULETTE_FROM
             && !state.survives(sample.point_1d(depth, Dimension::Roulette))
@@ -242,6 +261,7 @@ impl PathState {
             is_seen: self.arrival.is_seen && next.sample.lobe.is_delta(),
             gone: 0.0,
             bent: false,
+            view: 0.0,
         };
     }
 }

@@ -4,6 +4,7 @@
 //! user reads is what happens.
 
 use crate::effects::{Combine, Effect};
+use crate::first_hit::Backfaces;
 use crate::kernel::{self, Job};
 use crate::kinds::{Kinds, Width};
 use crate::settings::{Method, Settings};
@@ -164,6 +165,16 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
         job.scene.world.second_level() > 0,
         "second level of the tree",
         "no shapes, instances or moving objects",
+    );
+    leave(job.camera.clip.is_some(), "near and far plane", "nothing lies before or beyond them");
+    leave(
+        job.hides_backs,
+        "hidden back faces",
+        match job.settings.backfaces {
+            Backfaces::Camera => "every surface is two-sided, or lets light through",
+            Backfaces::Shown => "back faces are shown",
+            Backfaces::Culled => "culled back faces are there for no ray",
+        },
     );
     leave(job.asks_alpha(), "alpha tests", "every surface is solid");
     leave(n.next_event, "next-event estimation and its dimensions", no_next_event(job, kinds));

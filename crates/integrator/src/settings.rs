@@ -2,6 +2,7 @@
 
 use crate::Aov;
 use crate::effects::{Combine, Plans};
+use crate::first_hit::Backfaces;
 use crate::spread::Spread;
 use dapple_camera::{Filter, PixelRect};
 use dapple_sampling::{Pattern, Plan};
@@ -55,8 +56,8 @@ pub struct Settings {
     /// materials are no surface; transmission is, for it is no coverage (glTF 2.0, KHR_materials_transmission), so that
     /// clear panes cover.
     pub transparent: bool,
-    /// Hide back faces of single-sided materials (the letter of glTF).
-    pub cull_backfaces: bool,
+    /// Which rays meet the back faces of single-sided materials.
+    pub backfaces: Backfaces,
     /// Points of each of the distribution tracer's integrals; those with none are off in both tracers. The path tracer
     /// takes `spp` samples of all at once, the distribution tracer as many as the pixel has points.
     pub plans: Plans,
@@ -122,7 +123,7 @@ impl Default for Settings {
             aovs: Vec::new(),
             picture: true,
             transparent: false,
-            cull_backfaces: false,
+            backfaces: Backfaces::Camera,
             plans: Plans::default(),
             sky: Plans::default().light,
             combine: Combine::Nested,
