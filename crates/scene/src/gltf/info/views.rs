@@ -63,12 +63,14 @@ pub(super) fn cameras(
     (placements, moving): (&[Placement], &[bool]),
 ) -> Result<Vec<CameraInfo>, SceneError> {
     let mut cameras = Vec::new();
+    let open = doc.options.at + doc.options.shutter.open;
     for &i in &hierarchy.order {
         let node = &doc.root.nodes[i];
         let Some(index) = node.camera else { continue };
         let camera = doc.get(&doc.root.cameras, index, "camera", "a node")?;
         let name = read::camera_name(index, camera, node.name.as_deref());
-        cameras.push(CameraInfo { name, moves: moving[i], ..posed(camera, &placements[i]) });
+        let placement = hierarchy.camera(i, placements, open);
+        cameras.push(CameraInfo { name, moves: moving[i], ..posed(camera, &placement) });
     }
     Ok(cameras)
 }
