@@ -10,7 +10,7 @@ use crate::options::RenderOptions;
 use crate::values::Pixel;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
-/// Renders glTF 2.0 scenes on the CPU. Without a command: the built-in Cornell box.
+/// Renders glTF 2.0 scenes on the CPU. `dapple FILE` is short for `dapple render FILE`.
 #[derive(Debug, Parser)]
 #[command(name = "dapple", bin_name = "dapple", version, max_term_width = 100)]
 pub struct Cli {
@@ -35,7 +35,7 @@ pub const PIXEL_PLAN: &str = "pixel-plan";
 pub enum Command {
     /// Render a scene to pictures
     Render(RenderArgs),
-    /// Say what is in a scene file
+    /// Say what is in a scene file and what a render of it with these options would say
     Info(InfoArgs),
     /// Say what a render of a scene needs, what is left out and why
     Plan(PlanArgs),
@@ -66,12 +66,8 @@ pub struct RenderArgs {
 pub struct InfoArgs {
     /// A .gltf or .glb file, or builtin:NAME
     pub scene: String,
-    /// Let the scene name files outside its own folder
-    #[arg(long)]
-    pub allow_path: bool,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub options: RenderOptions,
 }
 
 #[derive(Debug, Args)]

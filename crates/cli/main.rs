@@ -8,6 +8,7 @@
 
 mod aliases;
 mod args;
+mod choose;
 mod commands;
 mod complaint;
 mod default_light;
@@ -19,6 +20,7 @@ mod error_watch;
 #[cfg(not(feature = "report"))]
 #[path = "no_error_watch.rs"]
 mod error_watch;
+mod first_word;
 mod help;
 mod idle;
 mod inputs;
@@ -57,7 +59,9 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<ExitCode, Failure> {
-    let matches = match args::command().try_get_matches() {
+    let command = args::command();
+    let words = first_word::completed(&command, std::env::args_os());
+    let matches = match command.try_get_matches_from(words) {
         Ok(matches) => matches,
         Err(e) => return error::arguments(e).map(done),
     };
@@ -66,9 +70,12 @@ fn run() -> Result<ExitCode, Failure> {
     }
     let cli = Cli::from_arg_matches(&matches).map_err(|e| Failure::Arguments(error::clap_line(&e)))?;
     match cli.command {
-        None => commands::render::run(None, &options::empty_matches()),
+        None => {
+            first_word::greet();
+            Ok(ExitCode::SUCCESS)
+        }
         Some(Command::Render(a)) => commands::render::run(a.scene.as_deref(), subcommand(&matches)),
-        Some(Command::Info(a)) => commands::info::run(&a).map(done),
+        Some(Command::Info(a)) => commands::info::run(&a, subcommand(&matches)).map(done),
         Some(Command::Plan(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
         Some(Command::Rays(a)) => commands::rays::run(&a.scene, subcommand(&matches)).map(done),

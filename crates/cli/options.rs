@@ -5,6 +5,7 @@
 //! file is by construction an option of the command line, with the same values and the same complaints.
 
 use crate::aliases;
+use crate::choose::ChoiceOptions;
 use crate::complaint;
 use crate::error::{self, Failure};
 use crate::values::{self, Color, Crop, PlanKind, Seconds, Size};
@@ -12,7 +13,7 @@ use clap::{ArgMatches, Args, FromArgMatches};
 use dapple_integrator::camera::{Aperture, Filter, Shutter};
 use dapple_integrator::imaging::Tone;
 use dapple_integrator::sampling::{Pattern, Plan};
-use dapple_integrator::scene::Reads;
+use dapple_integrator::scene::{LightUnit, Reads};
 use dapple_integrator::{Aov, Combine, Method};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -145,6 +146,8 @@ pub struct RenderOptions {
     /// Camera by name or by index [default: the first]
     #[arg(long, value_name = "NAME|INDEX", help_heading = "View")]
     pub camera: Option<String>,
+    #[command(flatten)]
+    pub choice: ChoiceOptions,
     /// Time at which animation is evaluated, in seconds
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = values::finite64, help_heading = "View")]
     pub at: Option<f64>,
@@ -170,6 +173,10 @@ pub struct RenderOptions {
     /// Interpolate between the texels of the environment picture
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Environment")]
     pub env_smooth: Option<bool>,
+
+    /// What candela and lux of the file's point, spot and directional lights are taken as: radiometric (1 cd is 1 W/sr, 1 lx is 1 W/m²), photometric (divided by 683 lm/W), or auto: photometric if the file's generator is known to write that, such as Blender's exporter since 3.4.39 [default: auto]
+    #[arg(long, value_name = "NAME", help_heading = "Environment")]
+    pub light_unit: Option<LightUnit>,
 
     /// smallest: leave out what the scene does not need; general: nothing, for comparison [default: smallest]
     #[arg(long, value_name = "NAME", value_parser = values::plan_kind, help_heading = "General")]
@@ -205,11 +212,6 @@ pub fn parsed(arguments: &[OsString]) -> Result<ArgMatches, Failure> {
 /// A command that knows nothing but the options; parses layers that are not the command line.
 fn command() -> clap::Command {
     RenderOptions::augment_args(clap::Command::new("settings").no_binary_name(true).disable_help_flag(true))
-}
-
-/// The matches of an empty command line.
-pub fn empty_matches() -> ArgMatches {
-    command().get_matches_from::<[&str; 0], &str>([])
 }
 
 /// The long names of all options.

@@ -33,11 +33,10 @@ pub fn command(scene: Option<&str>, pixel: (u32, u32), sample: u32, typed: &ArgM
         "--sample".into(),
         sample.to_string(),
     ];
-    let matters = |o: &&String| !IRRELEVANT.contains(&o.as_str()) && uses::serves("replay", o);
-    for option in options::names().iter().filter(matters) {
-        let id = option.replace('-', "_");
-        let told = typed.value_source(&id) == Some(ValueSource::CommandLine);
-        for value in typed.get_raw(&id).into_iter().flatten().filter(|_| told) {
+    let matters = |o: &str| !IRRELEVANT.contains(&o) && uses::serves("replay", o);
+    for (option, id) in options::ids().iter().filter(|(o, _)| matters(o)) {
+        let told = typed.value_source(id) == Some(ValueSource::CommandLine);
+        for value in typed.get_raw(id).into_iter().flatten().filter(|_| told) {
             let name = if option == "pixel" { args::PIXEL_PLAN } else { option };
             words.push(quoted(&format!("--{name}={}", value.to_string_lossy())));
         }
@@ -67,11 +66,11 @@ mod tests {
 
     #[test]
     fn what_shapes_the_path_is_repeated() {
-        let typed = ["--spp", "9", "--no-roulette", "--json", "--env-color", "1,1,1"];
+        let typed = ["--spp", "9", "--no-roulette", "--json", "--scene", "2", "--env-color", "1,1,1"];
         let typed = matches(&[&["dapple", "render", "a b.glb", "-o", "x.png"], &typed[..]].concat());
         assert_eq!(
             command(Some("a b.glb"), (3, 4), 5, &typed),
-            "dapple replay 'a b.glb' --pixel 3,4 --sample 5 --spp=9 --no-roulette=true --env-color=1,1,1"
+            "dapple replay 'a b.glb' --pixel 3,4 --sample 5 --spp=9 --no-roulette=true --scene=2 --env-color=1,1,1"
         );
     }
 

@@ -26,10 +26,13 @@ enum Trust {
 }
 
 /// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
-const SIDECAR_KEYS: [&str; 42] = [
+const SIDECAR_KEYS: [&str; 46] = [
     "size",
     "crop",
     "camera",
+    "scene",
+    "variant",
+    "animation",
     "at",
     "shutter",
     "cull-backfaces",
@@ -38,6 +41,7 @@ const SIDECAR_KEYS: [&str; 42] = [
     "env-rotation",
     "env-intensity",
     "env-smooth",
+    "light-unit",
     "aperture-radius",
     "focus-distance",
     "aperture-shape",
@@ -89,6 +93,18 @@ const USER_KEYS: [&str; 11] = [
 
 /// All layers: the sidecar of `scene`, then `--settings`, then what was typed. What `command` does not use is passed over.
 pub fn layered(scene: Option<&Path>, typed: &ArgMatches, command: &str) -> Result<RenderOptions, Failure> {
+    let (options, warning) = layers(scene, typed, command)?;
+    warning.iter().for_each(|warning| report::say(&format!("warning: {warning}")));
+    Ok(options)
+}
+
+/// As [`layered`], with the warning instead of saying it.
+pub fn layers(
+    scene: Option<&Path>,
+    typed: &ArgMatches,
+    command: &str,
+) -> Result<(RenderOptions, Option<String>), Failure> {
+    let mut warning = None;
     let mut command_line = RenderOptions::default();
     command_line.lay_matches(typed)?;
     let mut options = RenderOptions::default();
@@ -97,8 +113,8 @@ pub fn layered(scene: Option<&Path>, typed: &ArgMatches, command: &str) -> Resul
         let ignored = lay_file(&mut options, &sidecar, Trust::Scene { anywhere }, command)?;
         if !ignored.is_empty() {
             let keys = ignored.join(", ");
-            report::say(&format!(
-                "warning: {}: ignored {keys}; a file beside the scene cannot set these (name it with --settings to use it as your own)",
+            warning = Some(format!(
+                "{}: ignored {keys}; a file beside the scene cannot set these (name it with --settings to use it as your own)",
                 sidecar.display()
             ));
         }
@@ -107,7 +123,7 @@ pub fn layered(scene: Option<&Path>, typed: &ArgMatches, command: &str) -> Resul
         lay_file(&mut options, path, Trust::User, command)?;
     }
     options.lay_matches(typed)?;
-    Ok(options)
+    Ok((options, warning))
 }
 
 /// The settings file that comes with a scene, if there is one.

@@ -27,7 +27,7 @@ pub enum Study {
     /// Say what makes the error of a picture, and what a picture of --error-limit will cost
     ///
     /// From a pilot of the picture, which goes on while intervals are wider than a factor of 4: up to a fixed number of rays, or
-    /// for --time-limit if that is longer. An interval whose ends are more than a factor of 100 apart is not known.
+    /// to --time-limit if that is given. An interval whose ends are more than a factor of 100 apart is not known.
     Budget(Box<BudgetArgs>),
     /// Render one effect with several counts and estimators side by side
     ///

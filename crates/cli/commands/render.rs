@@ -39,6 +39,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     let view = &load::camera(&loaded.scene, &options)?;
     let settings = settings(&options, view)?;
     warn(&loaded);
+    say_light_unit(&loaded, &options);
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
     say_no_picture(&options);
@@ -116,10 +117,24 @@ fn check_adaptive(settings: &Settings) -> Result<(), Failure> {
     }
 }
 
-/// Says once what will look different from what the file says.
+/// Says once what will look different from what the file says, and what else the file could show.
 pub fn warn(loaded: &Loaded) {
     for warning in &loaded.scene.warnings {
         report::say(&format!("warning: {}", error::one_line(&warning.0)));
+    }
+    for note in &loaded.notes {
+        report::say(&format!("note: {}", error::one_line(note)));
+    }
+}
+
+/// Says that intensities of lights were divided, and why.
+pub fn say_light_unit(loaded: &Loaded, options: &RenderOptions) {
+    let taken = loaded.scene.light_unit.as_ref().filter(|taken| taken.is_photometric);
+    if let Some(taken) = taken.filter(|_| !RenderOptions::is(options.quiet)) {
+        report::say(&format!(
+            "note: intensities of lights are divided by 683 lm/W: {} (--light-unit radiometric takes them as they are)",
+            taken.why
+        ));
     }
 }
 
@@ -131,12 +146,8 @@ fn expose(
     settings: &Settings,
     options: &RenderOptions,
 ) {
-    let metered = outputs.expose(|| metering::exposure(&loaded.scene, &view.camera, settings));
-    if let Some(stops) = metered.filter(|_| !RenderOptions::is(options.quiet)) {
-        report::say(&format!(
-            "exposure of the PNG metered: {stops:+.2} stops (--exposure {stops} repeats it)"
-        ));
-    }
+    let what = (&loaded.scene, &view.camera, settings);
+    outputs.expose(|| metering::metered("the PNG", options, what));
 }
 
 /// The picture, and its error by its own account.

@@ -17,7 +17,7 @@ use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::progress::Bar;
 use crate::values::Size;
-use crate::{effects, interrupt, report, settings_file};
+use crate::{effects, interrupt, metering, report, settings_file};
 use clap::ArgMatches;
 use cost::Deadline;
 use dapple_integrator::imaging::sheet::{self, Cell, Frame};
@@ -69,10 +69,11 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
     inputs.spare([output.as_path()])?;
     let view = load::camera(&loaded.scene, &options)?;
     render::warn(&loaded);
+    render::say_light_unit(&loaded, &options);
     let limit = options.time_limit.take();
     let asked = options.clone();
     let options = common(options, arguments.vary, &view, given.as_ref());
-    let sheet = Sheet { arguments, asked, options, loaded, view };
+    let mut sheet = Sheet { arguments, asked, options, loaded, view, exposure: 0.0 };
     let plans = sheet.checked()?;
     let reference = match given {
         Some(files) => Some(Reference::given(&files, &plans[0].settings)?),
@@ -80,6 +81,8 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
     };
     interrupt::listen();
     let deadline = Deadline::new(limit);
+    let what = (&sheet.loaded.scene, &sheet.view.camera, &plans[0].settings);
+    sheet.exposure = metering::for_all("the sheet", &sheet.options, what);
     sheet.forecast(&plans, reference.as_ref(), &deadline);
     let reference = reference.or_else(|| sheet.reference(&plans, &deadline));
     let cells = sheet.cells(plans, reference.as_ref(), &deadline)?;
@@ -150,6 +153,8 @@ struct Sheet<'a> {
     options: RenderOptions,
     loaded: Loaded,
     view: NamedCamera,
+    /// Of all cells, in stops.
+    exposure: f32,
 }
 
 /// One cell before it is rendered.
@@ -367,9 +372,7 @@ impl Sheet<'_> {
         };
         let picture = outcome.film.mean();
         let error = reference.map_or(Ok(Error::Unknown), |r| r.error(&picture))?;
-        let (tone, exposure) =
-            (self.options.tone.unwrap_or_default(), self.options.exposure.unwrap_or_default());
-        let frame = Frame::of(&picture, tone, exposure);
+        let frame = Frame::of(&picture, self.options.tone.unwrap_or_default(), self.exposure);
         let found = Found { rays: outcome.stats.rays, seconds: outcome.stats.seconds, error };
         let rendered = Rendered { count, pattern, frame, found: Some(found) };
         self.say(&rendered.label(self.arguments.vary).replace('\n', ", "));
@@ -413,7 +416,7 @@ impl Sheet<'_> {
         json!({
             "vary": self.arguments.vary.to_string(), "reference": reference.map(|r| &r.said),
             "reference_relative_rmse": reference.filter(|r| !r.is_exact()).map(Reference::relative_rmse),
-            "cells": rows.collect::<Vec<_>>(), "outputs": [path.display().to_string()],
+            "exposure": self.exposure, "cells": rows.collect::<Vec<_>>(), "outputs": [path.display().to_string()],
         })
     }
 

@@ -5,17 +5,16 @@ use glam::{DQuat, DVec3, DVec4};
 use gltf::json::{self, Index};
 use serde_json::Value;
 
+const NAME: &str = "EXT_mesh_gpu_instancing";
+
 /// Placements of a node's instances in the node's own space; None when it has no such extension.
 pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<Placement>>, SceneError> {
     let extensions = doc.root.nodes[index].extensions.as_ref();
-    let Some(instancing) = extensions.and_then(|e| e.others.get("EXT_mesh_gpu_instancing")) else {
+    let Some(instancing) = extensions.and_then(|e| e.others.get(NAME)) else {
         return Ok(None);
     };
     let place = node::place(doc, index);
-    let attribute = |name: &str| -> Option<Index<json::Accessor>> {
-        let index = instancing.get("attributes")?.get(name).and_then(Value::as_u64)?;
-        Some(Index::new(u32::try_from(index).unwrap_or(u32::MAX)))
-    };
+    let attribute = |name: &str| attribute(instancing, name);
     let translations = attribute("TRANSLATION").map(|i| doc.vectors::<3>(i, &place)).transpose()?;
     let rotations = attribute("ROTATION").map(|i| doc.vectors::<4>(i, &place)).transpose()?;
     let scales = attribute("SCALE").map(|i| doc.vectors::<3>(i, &place)).transpose()?;
@@ -42,4 +41,18 @@ pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<
     let one =
         |i| node::trs(vector(&translations, i, DVec3::ZERO), rotation(i), vector(&scales, i, DVec3::ONE));
     Ok(Some((0..count).map(one).collect()))
+}
+
+/// How many instances a node has, without reading where they are; None when it has no such extension.
+pub(super) fn count(doc: &Document<'_>, index: usize) -> Result<Option<u64>, SceneError> {
+    let extensions = doc.root.nodes[index].extensions.as_ref();
+    let Some(instancing) = extensions.and_then(|e| e.others.get(NAME)) else { return Ok(None) };
+    let first = ["TRANSLATION", "ROTATION", "SCALE"].iter().find_map(|name| attribute(instancing, name));
+    first.map_or(Ok(Some(0)), |first| doc.count(first, &node::place(doc, index)).map(Some))
+}
+
+/// The accessor of an attribute of all instances.
+fn attribute(instancing: &Value, name: &str) -> Option<Index<json::Accessor>> {
+    let index = instancing.get("attributes")?.get(name).and_then(Value::as_u64)?;
+    Some(Index::new(u32::try_from(index).unwrap_or(u32::MAX)))
 }
