@@ -1,6 +1,6 @@
 //! PNG, JPEG, WebP and Radiance HDR through the `image` crate.
 
-use super::{Kind, MAX_PIXELS, Rgba8, check_size};
+use super::{Kind, MAX_PIXELS, Rgba8, Rgba16, Texels, check_size};
 use crate::color::{decode_f64, srgb_table};
 use crate::{ImageError, Picture};
 use glam::Vec3;
@@ -39,6 +39,18 @@ pub(super) fn rgba8(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result
     let image = decode(file, kind, name)?.into_rgba8();
     let (width, height) = (image.width() as usize, image.height() as usize);
     Ok(Rgba8 { width, height, texels: image.pixels().map(|p| p.0).collect() })
+}
+
+/// Of 16 bits where the file has them.
+pub(super) fn texels(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Texels, ImageError> {
+    let image = decode(file, kind, name)?;
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    if image.color().bytes_per_pixel() > image.color().channel_count() {
+        let texels = image.into_rgba16().pixels().map(|p| p.0).collect();
+        return Ok(Rgba16 { width, height, texels }.into());
+    }
+    let texels = image.into_rgba8().pixels().map(|p| p.0).collect();
+    Ok(Rgba8 { width, height, texels }.into())
 }
 
 fn decode(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<DynamicImage, ImageError> {

@@ -185,7 +185,10 @@ fn textures(doc: &Document<'_>) -> Vec<TextureInfo> {
     let one = |(i, image): (usize, &json::Image)| {
         let name = label("image", i, image.name.as_deref());
         match texture::pixels(doc, i, &name) {
-            Ok(pixels) => TextureInfo { name, width: pixels.width, height: pixels.height, error: None },
+            Ok(pixels) => {
+                let (width, height) = pixels.size();
+                TextureInfo { name, width, height, error: None }
+            }
             Err(e) => TextureInfo { name, error: Some(e.to_string()), ..TextureInfo::default() },
         }
     };

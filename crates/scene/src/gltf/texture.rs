@@ -7,7 +7,7 @@ use super::{
 use crate::{SceneBuilder, SceneError, TextureUse, channels, error::quoted};
 use dapple_imaging::{
     Interpolation, Sampler, Texture, Wrap,
-    read::{Rgba8, rgba8},
+    read::{Texels, texels},
     texture::Encoding,
 };
 use glam::{Affine2, Mat2, Vec2};
@@ -123,7 +123,7 @@ fn image_of(texture: &json::Texture) -> Option<Index<json::Image>> {
 }
 
 /// An image's pixels.
-pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Rgba8, SceneError> {
+pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Texels, SceneError> {
     let image = doc.get(&doc.root.images, Index::new(index as u32), "image", place)?;
     let place = label("image", index, image.name.as_deref().or(file_name(image)));
     let owned;
@@ -144,8 +144,8 @@ pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Rg
         ));
     }
     let pixels =
-        rgba8(bytes, &place).map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
-    doc.keep(4 * pixels.texels.len() as u64, &place)?;
+        texels(bytes, &place).map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
+    doc.keep(pixels.bytes() as u64, &place)?;
     Ok(pixels)
 }
 
