@@ -3,10 +3,12 @@
 //! `Motion::at(t)` = space · node₀(t) · … · nodeₙ(t), root first, in f64. Times count in seconds within the shutter;
 //! tracks are read at `offset + t`. What does not change is folded when the chain is made, so a query evaluates only
 //! the nodes that have tracks.
+mod chain;
 mod pose;
 mod sweep;
 mod track;
 
+pub use chain::Chain;
 pub use pose::{NormalMap, Pose};
 pub use track::{Interpolation, Track, TrackError, Value};
 
@@ -108,8 +110,8 @@ pub enum Node {
 #[derive(Clone, Debug)]
 enum Link {
     /// With its pose; None when it flattens its content to a line or a point.
-    Still(Box<(DAffine3, Option<Pose>)>),
-    Moving(Box<Trs>),
+    Still(Arc<(DAffine3, Option<Pose>)>),
+    Moving(Arc<Trs>),
 }
 
 /// The way from an object's own space to render space, at any time.
@@ -126,14 +128,17 @@ impl Motion {
     pub fn new(chain: Vec<Node>, space: DAffine3, offset: f64) -> Self {
         let mut motion = Self { links: Vec::new(), offset };
         motion.push_still(space, Pose::of(&space));
-        for node in chain {
-            match node {
-                Node::Trs(trs) if trs.has_tracks() => motion.links.push(Link::Moving(Box::new(trs))),
-                Node::Trs(trs) => motion.push_still(trs.at(0.0), trs.pose_at(0.0)),
-                Node::Fixed(m) => motion.push_still(m, Pose::of(&m)),
-            }
-        }
+        chain.into_iter().for_each(|node| motion.push(node));
         motion
+    }
+
+    /// One more node at the end.
+    fn push(&mut self, node: Node) {
+        match node {
+            Node::Trs(trs) if trs.has_tracks() => self.links.push(Link::Moving(Arc::new(trs))),
+            Node::Trs(trs) => self.push_still(trs.at(0.0), trs.pose_at(0.0)),
+            Node::Fixed(m) => self.push_still(m, Pose::of(&m)),
+        }
     }
 
     /// The same transform at all times.
@@ -145,10 +150,11 @@ impl Motion {
     fn push_still(&mut self, m: DAffine3, pose: Option<Pose>) {
         match self.links.last_mut() {
             Some(Link::Still(before)) => {
+                let before = Arc::make_mut(before);
                 before.0 *= m;
                 before.1 = before.1.and_then(|a| pose.map(|b| a.then_inner(&b)));
             }
-            _ => self.links.push(Link::Still(Box::new((m, pose)))),
+            _ => self.links.push(Link::Still(Arc::new((m, pose)))),
         }
     }
 
