@@ -4,7 +4,7 @@
 pub mod study;
 
 use crate::options::RenderOptions;
-use crate::values::Pixel;
+use crate::values::{self, Pixel};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
 /// Renders glTF 2.0 scenes on the CPU. Without a command: the built-in Cornell box.
@@ -60,6 +60,9 @@ pub struct InfoArgs {
     /// Let the scene name files outside its own folder
     #[arg(long)]
     pub allow_path: bool,
+    /// How much memory reading it may take, such as 800M or 12G [default: what the machine or its container has free, and no more for a file than suits its size]
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    pub memory_limit: Option<u64>,
     /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,

@@ -3,7 +3,7 @@
 use crate::default_light;
 use crate::effects;
 use crate::error::Failure;
-use crate::machine;
+use crate::memory;
 use crate::options::RenderOptions;
 use crate::values::Size;
 use dapple_integrator::camera::PixelRect;
@@ -14,6 +14,9 @@ use dapple_integrator::scene::{NamedCamera, Scene, SceneBuilder, Warning, builti
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// Most cameras that a complaint names.
+const NAMED: usize = 20;
+
 /// Height of a picture whose size was not given.
 const DEFAULT_HEIGHT: u32 = 512;
 
@@ -21,11 +24,6 @@ const DEFAULT_HEIGHT: u32 = 512;
 const PIXEL_BYTES: u64 = 200;
 /// More per extra layer.
 const LAYER_BYTES: u64 = 60;
-
-/// What a render may take: what the machine has, else as much as a large machine would have.
-fn memory_limit() -> u64 {
-    machine::available_memory_bytes().unwrap_or(64 << 30)
-}
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -78,7 +76,8 @@ fn read_file(path: &Path, options: &RenderOptions) -> Result<SceneBuilder, Failu
     use dapple_integrator::scene::gltf;
     let (at, shutter) = (options.at.unwrap_or(0.0), options.exposure());
     let (allow_path, strict) = (RenderOptions::is(options.allow_path), RenderOptions::is(options.strict));
-    Ok(gltf::read(path, &gltf::Options { at, shutter, allow_path, strict, reads: options.reads() })?)
+    let memory = memory::limit(options.memory_limit);
+    Ok(gltf::read(path, &gltf::Options { at, shutter, allow_path, strict, reads: options.reads(), memory })?)
 }
 
 #[cfg(not(feature = "gltf"))]
@@ -143,7 +142,7 @@ fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> 
         return Ok(Some(Environment::constant(color.0 * intensity)));
     }
     let Some(path) = options.env.as_ref().filter(|_| !has_no_environment(options)) else { return Ok(None) };
-    let picture = read::picture(path)?;
+    let picture = read::picture_within(path, memory::left(options.memory_limit))?;
     let rotation = options.env_rotation.unwrap_or(0.0).to_radians();
     let smooth = RenderOptions::is(options.env_smooth);
     let environment = Environment::picture(picture, rotation, intensity, smooth).map_err(|bad| {
@@ -165,11 +164,14 @@ fn named<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a NamedCamera, 
     let Some(wanted) = wanted else {
         return scene.cameras.first().ok_or_else(|| Failure::Arguments("the scene has no camera".into()));
     };
-    let by_name = scene.cameras.iter().find(|c| c.name == wanted);
+    let by_name = scene.cameras.iter().find(|c| *c.name == *wanted);
     let by_index = || wanted.parse::<usize>().ok().and_then(|i| scene.cameras.get(i));
     by_name.or_else(by_index).ok_or_else(|| {
         let names = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} '{}'", c.name));
-        let names = names.collect::<Vec<_>>().join(", ");
+        let mut names = names.take(NAMED).collect::<Vec<_>>().join(", ");
+        if let more @ 1.. = scene.cameras.len().saturating_sub(NAMED) {
+            names += &format!(" and {more} more");
+        }
         Failure::Arguments(format!("--camera {wanted}: there is no such camera; the scene has {names}"))
     })
 }
@@ -196,14 +198,12 @@ pub fn rect(options: &RenderOptions, size: Size) -> Result<Option<PixelRect>, Fa
     }
     let layers = options.aov.as_ref().map_or(0, Vec::len) as u64;
     let pixels = u64::from(rect.x1 - rect.x0) * u64::from(rect.y1 - rect.y0);
-    let (needed, limit) = (pixels * (PIXEL_BYTES + LAYER_BYTES * layers), memory_limit());
-    if needed > limit {
-        let (needed, limit) = (needed as f64 / 1e9, limit as f64 / 1e9);
-        return Err(Failure::Arguments(format!(
-            "--size: {pixels} pixels take about {needed:.1} GB of memory, and there is {limit:.1} GB; render it in \
-             parts with --crop"
-        )));
-    }
+    let needed = pixels.saturating_mul(PIXEL_BYTES + LAYER_BYTES * layers);
+    memory::left(options.memory_limit).admit(needed, None).map_err(|overrun| {
+        Failure::Arguments(format!(
+            "--size: a picture of {pixels} pixels {overrun}, or render it in parts with --crop"
+        ))
+    })?;
     Ok(options.crop.map(|c| c.0))
 }
 

@@ -45,7 +45,7 @@ fn settings_text(
     let (w, h) = settings.size;
     let mut lines = vec![
         // As it was asked for: several may have one name.
-        format!("camera = {}", quoted(options.camera.as_ref().unwrap_or(&view.name))),
+        format!("camera = {}", quoted(options.camera.as_deref().unwrap_or(&view.name))),
         format!("method = \"{}\"", values::method_name(settings.method)),
         format!("seed = {}", settings.seed),
         format!("max-bounces = {}", settings.max_bounces),

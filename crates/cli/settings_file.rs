@@ -72,7 +72,7 @@ const SIDECAR_KEYS: [&str; 42] = [
 
 /// Options that only the user can set: what is written, what is said, what the machine is used for, and consent.
 #[cfg(test)]
-const USER_KEYS: [&str; 11] = [
+const USER_KEYS: [&str; 12] = [
     "output",
     "half",
     "log",
@@ -83,6 +83,7 @@ const USER_KEYS: [&str; 11] = [
     "settings",
     "allow-path",
     "strict",
+    "memory-limit",
     "yes",
 ];
 

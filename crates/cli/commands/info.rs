@@ -4,7 +4,7 @@ use crate::args::InfoArgs;
 use crate::error::{self, Failure};
 use crate::load::Source;
 use crate::options::RenderOptions;
-use crate::{report, settings_file};
+use crate::{memory, report, settings_file};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use std::path::Path;
 pub fn run(arguments: &InfoArgs) -> Result<(), Failure> {
     let source = Source::new(Some(&arguments.scene));
     let mut facts = match source.path() {
-        Some(path) => file(path, arguments.allow_path)?,
+        Some(path) => file(path, arguments)?,
         None => builtin(&source)?,
     };
     facts["settings_file"] =
@@ -27,9 +27,10 @@ pub fn run(arguments: &InfoArgs) -> Result<(), Failure> {
 
 /// The reader's account, its counts moved to the top.
 #[cfg(feature = "gltf")]
-fn file(path: &Path, allow_path: bool) -> Result<Value, Failure> {
+fn file(path: &Path, arguments: &InfoArgs) -> Result<Value, Failure> {
     use dapple_integrator::scene::gltf;
-    let info = gltf::info(path, &gltf::Options { allow_path, ..gltf::Options::default() })?;
+    let (allow_path, memory) = (arguments.allow_path, memory::limit(arguments.memory_limit));
+    let info = gltf::info(path, &gltf::Options { allow_path, memory, ..gltf::Options::default() })?;
     let unsayable = |e: serde_json::Error| Failure::Arguments(format!("{}: {e}", path.display()));
     let mut facts = serde_json::to_value(info).map_err(unsayable)?;
     let counts = facts["counts"].take();
@@ -43,7 +44,7 @@ fn file(path: &Path, allow_path: bool) -> Result<Value, Failure> {
 }
 
 #[cfg(not(feature = "gltf"))]
-fn file(path: &Path, _: bool) -> Result<Value, Failure> {
+fn file(path: &Path, _: &InfoArgs) -> Result<Value, Failure> {
     let said = format!("{}: this dapple was built without the glTF reader (feature gltf)", path.display());
     Err(Failure::Arguments(said))
 }
@@ -52,7 +53,7 @@ fn file(path: &Path, _: bool) -> Result<Value, Failure> {
 fn builtin(source: &Source) -> Result<Value, Failure> {
     let scene = source.read(&RenderOptions::default())?.build()?;
     let materials: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
-    let cameras: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+    let cameras: Vec<&str> = scene.cameras.iter().map(|c| &*c.name).collect();
     let lights: Vec<String> = scene.lights.iter().map(|l| kind(l).to_string()).collect();
     Ok(json!({
         "nodes": scene.survey.objects, "meshes": scene.survey.objects, "triangles": scene.survey.triangles,

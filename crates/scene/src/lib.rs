@@ -18,6 +18,7 @@ mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
 pub mod material;
+pub mod memory;
 mod moving;
 mod patterns;
 mod pieces;

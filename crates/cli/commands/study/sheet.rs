@@ -17,7 +17,7 @@ use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::progress::Bar;
 use crate::values::Size;
-use crate::{effects, interrupt, report, settings_file};
+use crate::{effects, interrupt, memory, report, settings_file};
 use clap::ArgMatches;
 use cost::Deadline;
 use dapple_integrator::imaging::sheet::{self, Cell, Frame};
@@ -63,7 +63,11 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
         inputs.add("the reference", reference);
     }
     inputs.spare([output.as_path()])?;
-    let given = Given::read(arguments.reference.as_deref(), arguments.reference_half.as_deref())?;
+    let given = Given::read(
+        arguments.reference.as_deref(),
+        arguments.reference_half.as_deref(),
+        memory::limit(options.memory_limit),
+    )?;
     let loaded = load::load(&source, &options)?;
     inputs.add_scene_files(&loaded.scene.files);
     inputs.spare([output.as_path()])?;

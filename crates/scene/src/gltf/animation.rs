@@ -11,7 +11,7 @@ use gltf::json::{
     animation::{self, Property},
     validation::Checked,
 };
-use std::sync::Arc;
+use std::{collections::HashMap, sync::Arc};
 
 /// The tracks of one node.
 #[derive(Clone, Debug, Default)]
@@ -31,6 +31,7 @@ impl Tracks {
 /// The tracks of all nodes, by node index.
 pub(super) fn tracks(doc: &Document<'_>) -> Result<Vec<Tracks>, SceneError> {
     let mut nodes = vec![Tracks::default(); doc.root.nodes.len()];
+    let mut read = Read::default();
     for (i, animation) in doc.root.animations.iter().enumerate() {
         let place = label("animation", i, animation.name.as_deref());
         let mut hidden = false;
@@ -39,9 +40,15 @@ pub(super) fn tracks(doc: &Document<'_>) -> Result<Vec<Tracks>, SceneError> {
             let tracks = &mut nodes[channel.target.node.value()];
             let sampler = Sampler { doc, animation, index: channel.sampler, place: &place };
             hidden |= match channel.target.path {
-                Checked::Valid(Property::Translation) => sampler.fill(&mut tracks.translation, vector)?,
-                Checked::Valid(Property::Rotation) => sampler.fill(&mut tracks.rotation, rotation)?,
-                Checked::Valid(Property::Scale) => sampler.fill(&mut tracks.scale, vector)?,
+                Checked::Valid(Property::Translation) => {
+                    sampler.fill(&mut tracks.translation, &mut read.vectors, vector)?
+                }
+                Checked::Valid(Property::Rotation) => {
+                    sampler.fill(&mut tracks.rotation, &mut read.rotations, rotation)?
+                }
+                Checked::Valid(Property::Scale) => {
+                    sampler.fill(&mut tracks.scale, &mut read.vectors, vector)?
+                }
                 _ => false,
             };
         }
@@ -52,21 +59,41 @@ pub(super) fn tracks(doc: &Document<'_>) -> Result<Vec<Tracks>, SceneError> {
     Ok(nodes)
 }
 
+/// Where the keys of a track are: accessors of the times and the values, and what is between them.
+type Keys = (usize, usize, u8);
+
+/// The tracks read so far: many nodes may follow the same keys.
+#[derive(Default)]
+struct Read {
+    vectors: HashMap<Keys, Arc<Track<DVec3>>>,
+    rotations: HashMap<Keys, Arc<Track<DQuat>>>,
+}
+
 /// First and last key of each animation; (0, 0) without any.
 pub(super) fn spans(doc: &Document<'_>) -> Result<Vec<(f64, f64)>, SceneError> {
     let mut spans = Vec::new();
+    let mut known: HashMap<usize, Option<(f64, f64)>> = HashMap::new();
     for (i, animation) in doc.root.animations.iter().enumerate() {
         let place = label("animation", i, animation.name.as_deref());
         let mut span: Option<(f64, f64)> = None;
         for sampler in &animation.samplers {
-            let times: Vec<[f32; 1]> = doc.vectors(sampler.input, &place)?;
-            for time in times.into_iter().map(|[t]| f64::from(t)).filter(|t| t.is_finite()) {
-                span = Some(span.map_or((time, time), |(a, b)| (time.min(a), time.max(b))));
-            }
+            let input = sampler.input.value();
+            let one = match known.get(&input) {
+                Some(one) => *one,
+                None => extent(&doc.vectors(sampler.input, &place)?),
+            };
+            known.insert(input, one);
+            span = span.into_iter().chain(one).reduce(|(a, b), (c, d)| (a.min(c), b.max(d)));
         }
         spans.push(span.unwrap_or((0.0, 0.0)));
     }
     Ok(spans)
+}
+
+/// Least and greatest of the times that are finite.
+fn extent(times: &[[f32; 1]]) -> Option<(f64, f64)> {
+    let times = times.iter().map(|[t]| f64::from(*t)).filter(|t| t.is_finite());
+    times.map(|t| (t, t)).reduce(|(a, b), (t, _)| (a.min(t), b.max(t)))
 }
 
 fn vector(v: [f32; 3]) -> DVec3 {
@@ -90,24 +117,43 @@ impl Sampler<'_, '_> {
     fn fill<const N: usize, T: Value>(
         &self,
         slot: &mut Option<Arc<Track<T>>>,
+        read: &mut HashMap<Keys, Arc<Track<T>>>,
         value: fn([f32; N]) -> T,
     ) -> Result<bool, SceneError> {
-        let hidden = slot.is_some();
-        if !hidden {
-            *slot = Some(Arc::new(self.track(value)?));
+        if slot.is_some() {
+            return Ok(true);
         }
-        Ok(hidden)
+        let sampler = self.doc.get(&self.animation.samplers, self.index, "sampler", self.place)?;
+        let interpolation = self.interpolation(sampler)?;
+        let keys = (sampler.input.value(), sampler.output.value(), interpolation as u8);
+        let track = match read.get(&keys) {
+            Some(track) => track.clone(),
+            None => {
+                let track = Arc::new(self.track(sampler, interpolation, value)?);
+                read.insert(keys, track.clone());
+                track
+            }
+        };
+        *slot = Some(track);
+        Ok(false)
     }
 
-    fn track<const N: usize, T: Value>(&self, value: fn([f32; N]) -> T) -> Result<Track<T>, SceneError> {
-        let (doc, place) = (self.doc, self.place);
-        let sampler = doc.get(&self.animation.samplers, self.index, "sampler", place)?;
-        let interpolation = match sampler.interpolation {
+    fn interpolation(&self, sampler: &animation::Sampler) -> Result<Interpolation, SceneError> {
+        Ok(match sampler.interpolation {
             Checked::Valid(animation::Interpolation::Step) => Interpolation::Step,
             Checked::Valid(animation::Interpolation::Linear) => Interpolation::Linear,
             Checked::Valid(animation::Interpolation::CubicSpline) => Interpolation::CubicSpline,
-            Checked::Invalid => return Err(doc.invalid(place, "has an unknown interpolation")),
-        };
+            Checked::Invalid => return Err(self.doc.invalid(self.place, "has an unknown interpolation")),
+        })
+    }
+
+    fn track<const N: usize, T: Value>(
+        &self,
+        sampler: &animation::Sampler,
+        interpolation: Interpolation,
+        value: fn([f32; N]) -> T,
+    ) -> Result<Track<T>, SceneError> {
+        let (doc, place) = (self.doc, self.place);
         let times: Vec<[f32; 1]> = doc.vectors(sampler.input, place)?;
         let values: Vec<[f32; N]> = doc.vectors(sampler.output, place)?;
         let (keys, count) = (times.len(), values.len());

@@ -3,18 +3,14 @@
 use super::{
     animation, container,
     document::{Document, label},
-    extensions, mesh,
+    extensions, load, mesh,
     node::Hierarchy,
     texture,
 };
-use crate::SceneError;
+use crate::{SceneError, memory::Load};
 use gltf::json::{extensions::scene::khr_lights_punctual::Type, mesh::Semantic, validation::Checked};
 use serde::Serialize;
-
-/// Bytes a triangle takes in the world and its tree, about.
-const TRIANGLE: u64 = 100;
-/// Bytes a vertex takes with normal and texture coordinates, about.
-const VERTEX: u64 = 32;
+use std::collections::BTreeSet;
 
 /// What a file holds. Counts of triangles and vertices are those of the meshes as placed in the default scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -37,7 +33,7 @@ pub struct Info {
     pub animations: Vec<AnimationInfo>,
     /// Extensions the file uses.
     pub extensions: Vec<ExtensionInfo>,
-    /// Memory that rendering will take for scene data, about.
+    /// Memory that rendering will take for scene data at its peak, about: every instance counts.
     pub memory_bytes: u64,
     /// What will look different from what the file says.
     pub warnings: Vec<String>,
@@ -107,7 +103,8 @@ pub(super) fn info(doc: &Document<'_>) -> Result<Info, SceneError> {
     let hierarchy = Hierarchy::new(doc)?;
     let counts = counts(doc, &hierarchy)?;
     let textures = textures(doc);
-    let texels: usize = textures.iter().map(|t| t.width * t.height).sum();
+    let texels = textures.iter().map(|t| 4 * t.width as u64 * t.height as u64).sum();
+    let texels = Load { bytes: texels, ..Load::default() };
     Ok(Info {
         generator: doc.root.asset.generator.clone(),
         counts,
@@ -117,7 +114,7 @@ pub(super) fn info(doc: &Document<'_>) -> Result<Info, SceneError> {
         cameras: cameras(doc, &hierarchy)?,
         animations: animations(doc)?,
         extensions: extension_list(doc),
-        memory_bytes: counts.triangles * TRIANGLE + counts.vertices * VERTEX + 4 * texels as u64,
+        memory_bytes: load::load(doc, &hierarchy).plus(texels).peak_bytes(),
         textures,
         warnings: doc.take_warnings().into_iter().map(|w| w.0).collect(),
     })
@@ -211,14 +208,14 @@ fn animations(doc: &Document<'_>) -> Result<Vec<AnimationInfo>, SceneError> {
 }
 
 fn extension_list(doc: &Document<'_>) -> Vec<ExtensionInfo> {
-    let required = container::names(&doc.value, "extensionsRequired");
+    let required: BTreeSet<&str> = container::names(&doc.value, "extensionsRequired").into_iter().collect();
     let mut names = container::names(&doc.value, "extensionsUsed");
-    names.extend(&required);
+    names.extend(required.iter().copied());
     names.sort_unstable();
     names.dedup();
     let one = |name: &str| ExtensionInfo {
         name: name.to_owned(),
-        required: required.contains(&name),
+        required: required.contains(name),
         supported: extensions::is_supported(name),
     };
     names.into_iter().map(one).collect()

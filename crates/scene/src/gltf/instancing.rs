@@ -5,6 +5,24 @@ use glam::{DQuat, DVec3, DVec4};
 use gltf::json::{self, Index};
 use serde_json::Value;
 
+/// Instances without data that a node may ask for: they all stand in one place.
+const ZEROS: u64 = 1 << 16;
+
+/// How many instances a node shows, from the JSON alone.
+pub(super) fn count(doc: &Document<'_>, index: usize) -> u64 {
+    let extensions = doc.root.nodes[index].extensions.as_ref();
+    let Some(instancing) = extensions.and_then(|e| e.others.get("EXT_mesh_gpu_instancing")) else {
+        return 1;
+    };
+    let counts = ATTRIBUTES.iter().filter_map(|name| {
+        let accessor = usize::try_from(instancing.get("attributes")?.get(name)?.as_u64()?).ok()?;
+        Some(doc.root.accessors.get(accessor)?.count.0)
+    });
+    counts.max().unwrap_or(0)
+}
+
+const ATTRIBUTES: [&str; 3] = ["TRANSLATION", "ROTATION", "SCALE"];
+
 /// Placements of a node's instances in the node's own space; None when it has no such extension.
 pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<Placement>>, SceneError> {
     let extensions = doc.root.nodes[index].extensions.as_ref();
@@ -16,6 +34,12 @@ pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<
         let index = instancing.get("attributes")?.get(name).and_then(Value::as_u64)?;
         Some(Index::new(u32::try_from(index).unwrap_or(u32::MAX)))
     };
+    let accessors = || ATTRIBUTES.iter().filter_map(|name| doc.root.accessors.get(attribute(name)?.value()));
+    let instances = count(doc, index);
+    if instances > ZEROS && accessors().all(|accessor| accessor.buffer_view.is_none()) {
+        let what = format!("has {instances} instances without data; at most {ZEROS} are shown");
+        return Err(doc.invalid(place, what));
+    }
     let translations = attribute("TRANSLATION").map(|i| doc.vectors::<3>(i, &place)).transpose()?;
     let rotations = attribute("ROTATION").map(|i| doc.vectors::<4>(i, &place)).transpose()?;
     let scales = attribute("SCALE").map(|i| doc.vectors::<3>(i, &place)).transpose()?;

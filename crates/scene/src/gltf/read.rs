@@ -1,46 +1,51 @@
 //! From a checked document to a builder.
 use super::{
     document::{Document, label},
-    instancing,
+    instancing, load,
     material::Materials,
     mesh::{self, Wanted},
     node::{self, Hierarchy},
 };
 use crate::{CameraPose, Placement, SceneBuilder, SceneError, Unread};
 use dapple_camera::Projection;
-use dapple_geometry::{Mesh, motion};
+use dapple_geometry::{
+    Mesh,
+    motion::{self, Chain},
+};
 use glam::{DAffine3, DVec3, Vec3};
 use gltf::json::{
     self, Index, camera, extensions::scene::khr_lights_punctual as punctual, validation::Checked,
 };
 use serde_json::Value;
-use std::{f64::consts::FRAC_PI_2, sync::Arc};
-
-/// Bytes an object takes besides its mesh, about.
-const OBJECT: u64 = 400;
-/// And for each node it hangs on, if it moves.
-const LINK: u64 = 300;
+use std::{collections::HashMap, f64::consts::FRAC_PI_2, sync::Arc};
 
 const SHAPES: &str = "extras.dapple.shape must be \"sphere\" or \"disk\"";
 
 /// Everything the default scene shows.
 pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let hierarchy = Hierarchy::new(doc)?;
+    load::check(doc, &hierarchy)?;
     let (at, shutter) = (doc.options.at, doc.options.shutter);
     let placements = hierarchy.placements(at + shutter.open);
     let moving = hierarchy.moving(at + shutter.open, at + shutter.close);
     let mut builder = SceneBuilder::from_file(&name(doc), &doc.file);
     builder.exposure(at, shutter);
     builder.files = doc.files();
-    let mut assembly =
-        Assembly { doc, builder, materials: Materials::default(), meshes: vec![None; doc.root.meshes.len()] };
+    let mut assembly = Assembly {
+        doc,
+        builder,
+        materials: Materials::default(),
+        meshes: vec![None; doc.root.meshes.len()],
+        cameras: HashMap::new(),
+    };
+    let mut chains = HashMap::new();
     for &index in &hierarchy.order {
         let node = &doc.root.nodes[index];
         let shows = node.mesh.is_some()
             || node.camera.is_some()
             || node.extensions.is_some()
             || node.extras.is_some();
-        let chain = (moving[index] && shows).then(|| hierarchy.chain(index));
+        let chain = (moving[index] && shows).then(|| hierarchy.chain(index, &mut chains));
         assembly.node(index, &Whereabouts { placement: placements[index], chain })?;
     }
     assembly.materials.decode(doc, &mut assembly.builder)?;
@@ -63,7 +68,7 @@ type Primitives = Vec<(Arc<Mesh>, u32)>;
 /// Where a node is: when the shutter opens and, if it moves while it is open, at every time.
 struct Whereabouts {
     placement: Placement,
-    chain: Option<Vec<motion::Node>>,
+    chain: Option<Chain>,
 }
 
 struct Assembly<'a, 'o> {
@@ -72,6 +77,8 @@ struct Assembly<'a, 'o> {
     materials: Materials,
     /// Meshes read so far.
     meshes: Vec<Option<Primitives>>,
+    /// Names of cameras that several nodes may show.
+    cameras: HashMap<usize, Arc<str>>,
 }
 
 impl Assembly<'_, '_> {
@@ -125,14 +132,14 @@ impl Assembly<'_, '_> {
         let doc = self.doc;
         let (_, mesh_place) = mesh::named(doc, mesh, &node::place(doc, index))?;
         self.read_mesh(mesh, &mesh_place)?;
-        let name = match doc.root.nodes[index].name.as_deref() {
-            Some(name) if !name.is_empty() => name.to_owned(),
-            _ => mesh_place,
+        if self.meshes[mesh.value()].as_ref().is_none_or(Vec::is_empty) {
+            return Ok(());
+        }
+        let name: Arc<str> = match doc.root.nodes[index].name.as_deref() {
+            Some(name) if !name.is_empty() => name.into(),
+            _ => mesh_place.into(),
         };
         let instances = instancing::placements(doc, index)?.unwrap_or_else(|| vec![Placement::IDENTITY]);
-        let links = whereabouts.chain.as_ref().map_or(0, |chain| chain.len() as u64 + 1);
-        let objects = instances.len() as u64 * doc.root.meshes[mesh.value()].primitives.len() as u64;
-        doc.keep(objects.saturating_mul(OBJECT + links * LINK), &name)?;
         for instance in instances {
             let first = self.builder.object_count();
             for (mesh, material) in self.meshes[mesh.value()].iter().flatten() {
@@ -140,12 +147,11 @@ impl Assembly<'_, '_> {
                 match &whereabouts.chain {
                     None => {
                         let placement = whereabouts.placement.child(&instance);
-                        self.builder.mesh(&name, mesh, placement, material)
+                        self.builder.mesh(name.clone(), mesh, placement, material)
                     }
                     Some(chain) => {
                         let last = motion::Node::Fixed(instance.into());
-                        let chain = chain.iter().cloned().chain([last]).collect();
-                        self.builder.moving_mesh(&name, mesh, chain, material)
+                        self.builder.moving_mesh(name.clone(), mesh, chain.then(last), material)
                     }
                 };
             }
@@ -237,7 +243,7 @@ impl Assembly<'_, '_> {
         kind: Option<&str>,
         name: &str,
         radius: f64,
-        chain: Vec<motion::Node>,
+        chain: Chain,
         material: u32,
     ) -> Result<(), &'static str> {
         match kind {
@@ -266,11 +272,20 @@ impl Assembly<'_, '_> {
         let camera = doc.get(&doc.root.cameras, index, "camera", node.unwrap_or("a node"))?;
         let place = label("camera", index.value(), camera.name.as_deref());
         let (projection, aspect) = projection(camera).map_err(|what| doc.invalid(&*place, what))?;
-        let name = camera_name(index, camera, node);
+        let own = |camera: &json::Camera| node.filter(|n| !n.is_empty()).is_none() && camera.name.is_some();
+        let name: Arc<str> = match own(camera) {
+            // One name for all nodes that show the camera.
+            true => self
+                .cameras
+                .entry(index.value())
+                .or_insert_with(|| camera_name(index, camera, node).into())
+                .clone(),
+            false => camera_name(index, camera, node).into(),
+        };
         let pose = |transform| CameraPose { transform, projection, aspect };
         match &whereabouts.chain {
-            None => self.builder.camera(&name, pose(whereabouts.placement.into())),
-            Some(chain) => self.builder.moving_camera(&name, pose(DAffine3::IDENTITY), chain.clone()),
+            None => self.builder.camera(name, pose(whereabouts.placement.into())),
+            Some(chain) => self.builder.moving_camera(name, pose(DAffine3::IDENTITY), chain.clone()),
         }
         Ok(())
     }

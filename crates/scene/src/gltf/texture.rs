@@ -7,16 +7,19 @@ use super::{
 use crate::{SceneBuilder, SceneError, TextureUse, channels, error::quoted};
 use dapple_imaging::{
     Interpolation, Sampler, Texture, Wrap,
-    read::{Rgba8, rgba8},
+    read::{Rgba8, rgba8_within},
     texture::Encoding,
 };
 use glam::{Affine2, Mat2, Vec2};
 use gltf::json::{self, Index, texture::MagFilter, texture::WrappingMode, validation::Checked};
+use std::collections::HashMap;
 
 /// Textures that materials point to, by their index in the builder.
 #[derive(Default)]
 pub(super) struct Textures {
     wanted: Vec<Wanted>,
+    /// Where each key is among them.
+    known: HashMap<(usize, [u8; 4]), u32>,
 }
 
 struct Wanted {
@@ -25,11 +28,19 @@ struct Wanted {
     name: String,
 }
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 struct Key {
     image: usize,
     encoding: Encoding,
     sampler: Sampler,
+}
+
+impl Key {
+    /// The same for equal keys alone.
+    fn hashed(&self) -> (usize, [u8; 4]) {
+        let Sampler { wrap_s, wrap_t, interpolation } = self.sampler;
+        (self.image, [self.encoding as u8, wrap_s as u8, wrap_t as u8, interpolation as u8])
+    }
 }
 
 /// Where a material points: texture, set of coordinates, transform.
@@ -98,11 +109,10 @@ impl Textures {
             None => Sampler::default(),
         };
         let key = Key { image: image.value(), encoding, sampler };
-        let known = self.wanted.iter().position(|wanted| wanted.key == key);
-        let index = known.unwrap_or_else(|| {
+        let index = *self.known.entry(key.hashed()).or_insert_with(|| {
             self.wanted.push(Wanted { key, name });
-            self.wanted.len() - 1
-        }) as u32;
+            self.wanted.len() as u32 - 1
+        });
         let transform = pointer.transform.map(affine).filter(|t| *t != Affine2::IDENTITY);
         if transform.is_some_and(|t| !t.is_finite()) {
             return Err(doc.invalid(place, "has a texture transform that is not finite"));
@@ -129,10 +139,7 @@ pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Rg
     let owned;
     let bytes = match (&image.uri, image.buffer_view) {
         (Some(uri), _) => {
-            owned = source::bytes(&doc.file, uri, source::MAX_FILE, &place, doc.options)?;
-            if let Some(found) = source::other_name(&doc.file, uri) {
-                doc.warn(format!("{place}: '{}' was found as '{}'", quoted(uri), quoted(&found)));
-            }
+            owned = doc.outside(uri, source::MAX_FILE, &place)?;
             &owned[..]
         }
         (None, Some(view)) => doc.view(view, &place)?,
@@ -143,8 +150,8 @@ pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Rg
             "{place} is cut short: the JPEG data end before the picture does, and the rest is grey"
         ));
     }
-    let pixels =
-        rgba8(bytes, &place).map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
+    let pixels = rgba8_within(bytes, &place, doc.left())
+        .map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
     doc.keep(4 * pixels.texels.len() as u64, &place)?;
     Ok(pixels)
 }

@@ -6,12 +6,12 @@ use super::plan::{self, Planned};
 use super::{External, Session};
 use crate::error::Failure;
 use crate::load::{self, Loaded, Source};
-use crate::{interrupt, machine, settings_file, values};
+use crate::{interrupt, machine, memory, settings_file, values};
 use clap::ArgMatches;
 use dapple_analysis::converge::{Allowance, Measurement, Reference, allowance, apart, measure};
 use dapple_analysis::results::{Difference, ReferenceRecord, Results, RunRecord, Seed};
 use dapple_integrator::Settings;
-use dapple_integrator::imaging::{Window, read};
+use dapple_integrator::imaging::{MemoryLimit, Window, read};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -80,8 +80,8 @@ fn names(planned: &[Planned], externals: &[External]) -> Result<(), Failure> {
 }
 
 /// The picture of `--reference`, which must be as large as the runs' and whole.
-fn from_file(path: &Path, size: (u32, u32)) -> Result<Reference, Failure> {
-    let picture = read::windowed(path)?;
+fn from_file(path: &Path, size: (u32, u32), limit: MemoryLimit) -> Result<Reference, Failure> {
+    let picture = read::windowed_within(path, limit)?;
     let (w, h) = picture.full_size;
     if (w, h) != (size.0 as usize, size.1 as usize) {
         return Err(Failure::Arguments(format!(
@@ -190,7 +190,8 @@ impl SceneRuns<'_> {
         let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
         let name = plain(self.name) + &number;
         if let Some(path) = &session.arguments.reference {
-            let reference = from_file(path, planned.run.settings.size)?;
+            let limit = memory::limit(session.arguments.options.memory_limit);
+            let reference = from_file(path, planned.run.settings.size, limit)?;
             let files = session.folder.put_reference(&name, &reference)?;
             let record = self.describe(planned, &reference, path.display().to_string(), 0, files);
             return Ok(Some((reference, record)));
