@@ -15,6 +15,7 @@ const OPTIONS: gltf::Options = gltf::Options {
     allow_path: false,
     strict: false,
     reads: Reads::EVERYTHING,
+    memory: dapple_imaging::MemoryLimit::NONE,
 };
 
 fn read(bytes: &[u8]) -> Result<Scene, dapple_scene::SceneError> {
