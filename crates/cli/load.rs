@@ -20,8 +20,8 @@ const NAMED: usize = 20;
 /// Height of a picture whose size was not given.
 const DEFAULT_HEIGHT: u32 = 512;
 
-/// Bytes per pixel at the peak: films of the tiles and of the picture, layers, the file being written.
-const PIXEL_BYTES: u64 = 200;
+/// Bytes per pixel at the peak, measured: films of the tiles and of the picture, its error, the file being written.
+const PIXEL_BYTES: u64 = 215;
 /// More per extra layer.
 const LAYER_BYTES: u64 = 60;
 

@@ -262,6 +262,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn sizes_in_bytes() {
+        let some = [
+            ("4096", 4096),
+            ("1k", 1024),
+            ("1.5 M", 3 << 19),
+            ("2GiB", 2 << 30),
+            ("2GB", 2_000_000_000),
+            ("1t", 1 << 40),
+            ("7b", 7),
+        ];
+        for (text, size) in some {
+            assert_eq!(bytes(text), Ok(size), "{text}");
+        }
+        for text in ["", "G", "-1G", "0", "nan", "1e400", "3 apples", "4GX"] {
+            assert!(bytes(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
     fn sizes_are_positive_and_bounded() {
         assert_eq!("640x480".parse(), Ok(Size { width: 640, height: 480 }));
         for bad in ["0x0", "0x4", "4x0", "4", "4x", "x4", "-4x4", "4x4x4", "9999999x1", "4.5x4"] {

@@ -78,7 +78,7 @@ pub fn pixel_count(path: &Path) -> Result<u64, ImageError> {
     let (kind, file, _) = open(path, &name)?;
     match kind {
         Kind::Exr => exr_pixel_count(file, &name),
-        kind => raster_pixel_count(file, kind, &name),
+        kind => raster_size(file, kind, &name).map(|[width, height]| width * height),
     }
 }
 
@@ -108,6 +108,14 @@ pub fn layers(path: &Path) -> Result<Layers, ImageError> {
 /// R, G, B; missing alpha is opaque; 16 bits are rounded to 8. Values stay encoded as they are in the file.
 pub fn rgba8(bytes: &[u8], name: &str) -> Result<Rgba8, ImageError> {
     rgba8_within(bytes, name, MemoryLimit::NONE)
+}
+
+/// Width and height that [`rgba8`] would give, from the header alone.
+pub fn size(bytes: &[u8], name: &str) -> Result<[u64; 2], ImageError> {
+    match Kind::by_content(bytes) {
+        Some(kind @ (Kind::Png | Kind::Jpeg | Kind::WebP)) => raster_size(Cursor::new(bytes), kind, name),
+        _ => Err(ImageError::NotAPicture { name: name.to_string() }),
+    }
 }
 
 /// As [`rgba8`], in as much memory as `limit` grants.
@@ -259,12 +267,12 @@ fn exr_pixel_count(_: impl BufRead + Seek, name: &str) -> Result<u64, ImageError
 }
 
 #[cfg(feature = "png")]
-fn raster_pixel_count(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<u64, ImageError> {
-    guarded(name, || raster::pixel_count(file, kind, name))
+fn raster_size(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<[u64; 2], ImageError> {
+    guarded(name, || raster::size(file, kind, name))
 }
 
 #[cfg(not(feature = "png"))]
-fn raster_pixel_count(_: impl BufRead + Seek, kind: Kind, name: &str) -> Result<u64, ImageError> {
+fn raster_size(_: impl BufRead + Seek, kind: Kind, name: &str) -> Result<[u64; 2], ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: kind.name(), feature: "png" })
 }
 

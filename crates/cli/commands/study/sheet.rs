@@ -49,6 +49,9 @@ const HEIGHT: u32 = 256;
 const REFERENCE_FACTOR: u64 = 16;
 const REFERENCE_SAMPLES: (u64, u64) = (256, 1 << 16);
 
+/// Bytes per pixel of the cells: their pictures, and the sheet with its frames.
+const CELL_BYTES: u64 = 40;
+
 /// Points over lights and environment for each of a varied integral over directions.
 const FINER: u32 = 4;
 
@@ -206,6 +209,11 @@ impl Sheet<'_> {
                 plans.len()
             )));
         }
+        let needed = pixels * CELL_BYTES;
+        memory::left(self.options.memory_limit).admit(needed, None).map_err(|overrun| {
+            let cells = plans.len();
+            Failure::Arguments(format!("--size: a sheet of {cells} cells and {pixels} pixels {overrun}"))
+        })?;
         effects::note_idle(&self.asked, &largest.settings, scene, camera);
         effects::confirm(&self.options, &largest.settings, scene, camera)?;
         Ok(plans)

@@ -1,6 +1,6 @@
 //! The nodes that a thing hangs on. Things below one node share its chain, and what has been worked out for it: a file of
 //! n nodes takes memory and time for n links, however deep they hang.
-use super::{Channel, Motion, Node, Trs};
+use super::{Channel, Link, Motion, Node, Trs};
 use glam::{DAffine3, DMat3, DVec3};
 use std::sync::{Arc, OnceLock};
 
@@ -16,7 +16,7 @@ pub struct Chain(Option<Arc<Joint>>);
 #[derive(Debug)]
 struct Joint {
     above: Chain,
-    node: Node,
+    link: Link,
     /// Whether a round thing stays round down to here.
     round: bool,
     /// The motion down to here as seen from the world, and from one other space.
@@ -36,9 +36,10 @@ impl Chain {
     #[must_use]
     pub fn then(&self, node: Node) -> Self {
         let round = self.stays_round() && is_even(&node);
+        let link = Link::of(node);
         Self(Some(Arc::new(Joint {
             above: self.clone(),
-            node,
+            link,
             round,
             folded: [const { OnceLock::new() }; 2],
         })))
@@ -67,7 +68,7 @@ impl Chain {
         let mut motion =
             known.as_ref().map_or_else(|| Motion::new(Vec::new(), space, offset), |known| (**known).clone());
         for joint in below.into_iter().rev() {
-            motion.push(joint.node.clone());
+            motion.push(&joint.link);
             known = (motion.links.len() <= SHORT).then(|| Arc::new(motion.clone()));
             if let Some(motion) = known.clone() {
                 let _ = joint.folded[slot].set(Folded { space, offset, motion });

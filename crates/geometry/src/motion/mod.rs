@@ -114,6 +114,17 @@ enum Link {
     Moving(Arc<Trs>),
 }
 
+impl Link {
+    /// Of one node alone.
+    fn of(node: Node) -> Self {
+        match node {
+            Node::Trs(trs) if trs.has_tracks() => Self::Moving(Arc::new(trs)),
+            Node::Trs(trs) => Self::Still(Arc::new((trs.at(0.0), trs.pose_at(0.0)))),
+            Node::Fixed(m) => Self::Still(Arc::new((m, Pose::of(&m)))),
+        }
+    }
+}
+
 /// The way from an object's own space to render space, at any time.
 #[derive(Clone, Debug)]
 pub struct Motion {
@@ -128,16 +139,15 @@ impl Motion {
     pub fn new(chain: Vec<Node>, space: DAffine3, offset: f64) -> Self {
         let mut motion = Self { links: Vec::new(), offset };
         motion.push_still(space, Pose::of(&space));
-        chain.into_iter().for_each(|node| motion.push(node));
+        chain.into_iter().for_each(|node| motion.push(&Link::of(node)));
         motion
     }
 
     /// One more node at the end.
-    fn push(&mut self, node: Node) {
-        match node {
-            Node::Trs(trs) if trs.has_tracks() => self.links.push(Link::Moving(Arc::new(trs))),
-            Node::Trs(trs) => self.push_still(trs.at(0.0), trs.pose_at(0.0)),
-            Node::Fixed(m) => self.push_still(m, Pose::of(&m)),
+    fn push(&mut self, link: &Link) {
+        match link {
+            Link::Moving(_) => self.links.push(link.clone()),
+            Link::Still(still) => self.push_still(still.0, still.1),
         }
     }
 

@@ -45,10 +45,10 @@ pub(super) fn is_grey(file: impl BufRead + Seek, kind: Kind, name: &str) -> Resu
     decoder(file, kind, name).map(|decoder| !decoder.color_type().has_color())
 }
 
-/// Width times height, as the header says.
-pub(super) fn pixel_count(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<u64, ImageError> {
+/// Width and height, as the header says.
+pub(super) fn size(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<[u64; 2], ImageError> {
     let (width, height) = decoder(file, kind, name)?.dimensions();
-    Ok(u64::from(width) * u64::from(height))
+    Ok([width.into(), height.into()])
 }
 
 pub(super) fn rgba8(

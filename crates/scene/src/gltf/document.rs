@@ -155,15 +155,20 @@ impl<'o> Document<'o> {
 
     /// Takes `bytes` from the memory a file may use, before they are taken from the system.
     pub fn keep(&self, bytes: u64, place: &str) -> Result<(), SceneError> {
+        self.would_keep(bytes, place)?;
+        self.kept.set(self.kept.get().saturating_add(bytes));
+        Ok(())
+    }
+
+    /// Whether so many bytes more could be taken.
+    pub fn would_keep(&self, bytes: u64, place: &str) -> Result<(), SceneError> {
         let kept = self.kept.get().saturating_add(bytes);
         let refuse = |overrun| SceneError::Memory {
             file: self.file.clone(),
             place: format!("{place}: the scene with it"),
             overrun,
         };
-        self.options.memory.admit(kept, Some(self.length.get())).map_err(refuse)?;
-        self.kept.set(kept);
-        Ok(())
+        self.options.memory.admit(kept, Some(self.length.get())).map_err(refuse)
     }
 
     /// What the file may still make the reader keep.

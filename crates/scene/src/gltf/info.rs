@@ -152,8 +152,8 @@ fn counts(doc: &Document<'_>, hierarchy: &Hierarchy) -> Result<Counts, SceneErro
 fn textures(doc: &Document<'_>) -> Vec<TextureInfo> {
     let one = |(i, image): (usize, &gltf::json::Image)| {
         let name = label("image", i, image.name.as_deref());
-        match texture::pixels(doc, i, &name) {
-            Ok(pixels) => TextureInfo { name, width: pixels.width, height: pixels.height, error: None },
+        match texture::size(doc, i, &name) {
+            Ok([width, height]) => TextureInfo { name, width, height, error: None },
             Err(e) => TextureInfo { name, error: Some(e.to_string()), ..TextureInfo::default() },
         }
     };

@@ -7,6 +7,11 @@ use super::{
 use crate::{SceneError, memory::Load};
 use gltf::json::{self, mesh::Semantic, validation::Checked};
 
+/// So many links of an object are not worth a word.
+const SHALLOW: u64 = 64;
+/// Most links beyond these in a scene: all of them are gone through whenever its objects' places are asked for.
+const MOST_DEEP: u64 = 1 << 20;
+
 /// Everything that a scene places, its textures left out.
 pub(super) fn load(doc: &Document<'_>, hierarchy: &Hierarchy) -> Load {
     every(doc, hierarchy).map(|(_, load)| load).fold(Load::default(), Load::plus)
@@ -15,8 +20,15 @@ pub(super) fn load(doc: &Document<'_>, hierarchy: &Hierarchy) -> Load {
 /// Refuses a scene that takes more than there is.
 pub(super) fn check(doc: &Document<'_>, hierarchy: &Hierarchy) -> Result<(), SceneError> {
     let (mut all, mut most) = (Load::default(), (0, Load::default()));
+    let mut deep = 0_u64;
     for (index, load) in every(doc, hierarchy) {
         all = all.plus(load);
+        deep = deep.saturating_add(load.links.saturating_sub(load.objects.max(1).saturating_mul(SHALLOW)));
+        if deep > MOST_DEEP {
+            let what = "hangs on too many moving nodes: with those above it in the file more than a million have to be \
+                        followed at every instant; give fewer of them keys";
+            return Err(doc.invalid(node::place(doc, index), what));
+        }
         if load.peak_bytes() > most.1.peak_bytes() {
             most = (index, load);
         }
@@ -57,6 +69,12 @@ fn of_mesh(doc: &Document<'_>, mesh: &json::Mesh) -> Load {
         let count = |semantic| {
             let accessor = primitive.attributes.get(&Checked::Valid(semantic))?;
             Some(doc.root.accessors.get(accessor.value())?.count.0)
+        };
+        let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+        let positions = positions.and_then(|accessor| doc.root.accessors.get(accessor.value()));
+        // Without data all vertices are in one place: no triangle is left.
+        let Some(_) = positions.filter(|p| p.buffer_view.is_some() || p.sparse.is_some()) else {
+            return Load::default();
         };
         let triangles = mesh::triangle_count(doc, primitive, "").unwrap_or(0);
         // Vertices that no triangle uses are not kept.
