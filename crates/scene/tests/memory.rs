@@ -36,7 +36,9 @@ fn the_triangles_of_all_instances_count() {
     let refused = read(&file, MemoryLimit::free(needed - 1)).unwrap_err();
     assert!(matches!(refused, SceneError::Memory { .. }));
     let said = refused.to_string();
-    for word in ["test.gltf", "300000 triangles in 300 objects", "node 0 'strip'", "157.5 MB", "--memory-limit 1G"] {
+    for word in
+        ["test.gltf", "300000 triangles in 300 objects", "node 0 'strip'", "157.5 MB", "--memory-limit 1G"]
+    {
         assert!(said.contains(word), "'{word}' is not in: {said}");
     }
 }
