@@ -141,56 +141,6 @@ fn outputs_that_cannot_be_written() {
     complains(folder.path(), &["render", "--size", "4x4", "-o", ""], &["-o"]);
 }
 
-/// Every file that a command reads, held against every way it writes: by name, by a longer path, by links.
-#[test]
-fn no_command_overwrites_what_it_reads() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    fs::create_dir(at("sub")).unwrap();
-    dapple::well(folder.path(), &["render", "--size", "4x4", "--spp", "1", "-o", "tex.png", "-o", "ref.exr"]);
-    fs::copy(dapple::scene("sky.hdr"), at("sky.hdr")).unwrap();
-    let scene = triangle(|root, buffer| {
-        fs::write(at("data.bin"), buffer).unwrap();
-        root["buffers"][0]["uri"] = "data.bin".into();
-        root["images"] = serde_json::json!([{ "uri": "tex.png" }]);
-        root["textures"] = serde_json::json!([{ "source": 0 }]);
-    });
-    fs::write(at("scene.gltf"), scene).unwrap();
-    fs::write(at("scene.toml"), "size = '4x4'\nspp = 1\n").unwrap();
-    fs::write(at("mine.toml"), "seed = 1\n").unwrap();
-    let inputs = ["scene.gltf", "scene.toml", "mine.toml", "data.bin", "tex.png", "sky.hdr", "ref.exr"];
-    let before: Vec<_> = inputs.iter().map(|name| fs::read(at(name)).unwrap()).collect();
-    let render = ["render", "scene.gltf", "--env", "sky.hdr", "--settings", "mine.toml"];
-    let diff = ["diff", "tex.png", "ref.exr"];
-    let sheet = ["sheet", "scene.gltf", "--vary", "pixel", "--counts", "1", "--reference", "ref.exr"];
-    let mut table: Vec<(&[&str], &str, &str)> = vec![
-        (&render, "-o", "tex.png"),
-        (&render, "-o", "sky.hdr"),
-        (&render, "-o", "sub/../tex.png"),
-        (&diff, "-o", "tex.png"),
-        (&diff, "-o", "ref.exr"),
-        (&sheet, "-o", "tex.png"),
-    ];
-    table.extend(inputs[..6].iter().map(|input| (&render[..], "--log", *input)));
-    #[cfg(unix)]
-    {
-        fs::hard_link(at("tex.png"), at("hard.png")).unwrap();
-        std::os::unix::fs::symlink("tex.png", at("soft.png")).unwrap();
-        table.extend([
-            (&render[..], "-o", "hard.png"),
-            (&render, "-o", "soft.png"),
-            (&diff, "-o", "soft.png"),
-        ]);
-    }
-    for (command, option, name) in table {
-        complains(folder.path(), &[command, &[option, name]].concat(), &[name, "overwritten"]);
-        for (input, bytes) in inputs.iter().zip(&before) {
-            assert!(fs::read(at(input)).unwrap() == *bytes, "{command:?} {option} {name} changed {input}");
-        }
-    }
-    dapple::well(folder.path(), &[&render[..], &["-o", "new.png", "--log", "new.jsonl"]].concat());
-}
-
 /// An OpenEXR picture of 4 × 2 pixels, uncompressed: 0.5 everywhere but in green of pixel (3, 1).
 fn exr_with(bad: f32) -> Vec<u8> {
     let mut exr = b"\x76\x2f\x31\x01\x02\0\0\0".to_vec();

@@ -285,6 +285,48 @@ fn exposure_is_metered_and_said() {
     assert!(render(folder.path(), &["-o", "d.exr", "--json"]).json()["exposure"].is_null());
 }
 
+/// Lamps of Blender's exporter are divided by 683 lm/W, and that is said; an option, or the scene's own settings file, can
+/// say otherwise, and the picture's settings repeat what was done.
+#[test]
+fn the_unit_of_lights_is_known_by_the_generator() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let lit = |generator: &str, intensity: f64| {
+        triangle(|root, _| {
+            root["asset"]["generator"] = generator.into();
+            root["extensionsUsed"] = serde_json::json!(["KHR_lights_punctual"]);
+            let light = serde_json::json!({ "type": "point", "intensity": intensity });
+            root["extensions"] = serde_json::json!({ "KHR_lights_punctual": { "lights": [light] } });
+            root["nodes"][1]["extensions"] = serde_json::json!({ "KHR_lights_punctual": { "light": 0 } });
+        })
+    };
+    let blender = "Khronos glTF Blender I/O v4.2.60";
+    fs::write(at("blender.gltf"), lit(blender, 683.0 * 20.0)).unwrap();
+    fs::write(at("plain.gltf"), lit("by hand", 20.0)).unwrap();
+    let size = ["--size", "12x8", "--spp", "4", "--env", "none", "--json", "-o"];
+    let render = |scene: &str, name: &str, more: &[&str]| {
+        let run = well(folder.path(), &[&["render", scene], &size[..], &[name], more].concat());
+        let unit = run.json()["light_unit"].as_str().map(String::from);
+        (fs::read(at(name)).unwrap(), read::picture(&at(name)).unwrap().mean().y, run.err, unit.unwrap())
+    };
+    let (_, plain, said, unit) = render("plain.gltf", "a.exr", &[]);
+    assert!(plain > 0.01 && !said.contains("683") && unit == "radiometric", "{plain} {said}");
+    let (bytes, mean, said, unit) = render("blender.gltf", "b.exr", &[]);
+    assert!((mean / plain - 1.0).abs() < 1e-3 && unit == "photometric", "{mean} {plain}");
+    assert!(said.contains("683 lm/W") && said.contains(blender) && said.contains("--light-unit"), "{said}");
+    assert!(String::from_utf8_lossy(&bytes).contains("light-unit = \"photometric\""));
+    let (_, bright, said, unit) = render("blender.gltf", "c.exr", &["--light-unit", "radiometric"]);
+    assert!((bright / plain / 683.0 - 1.0).abs() < 1e-3 && !said.contains("683") && unit == "radiometric");
+    fs::write(at("blender.toml"), "light-unit = 'radiometric'").unwrap();
+    assert_eq!(render("blender.gltf", "d.exr", &[]).1, bright);
+    let (_, dim, _, _) = render("plain.gltf", "e.exr", &["--light-unit", "photometric"]);
+    assert!((plain / dim / 683.0 - 1.0).abs() < 1e-3);
+    let info = |scene: &str| well(folder.path(), &["info", scene]).out;
+    assert!(info("blender.gltf").contains("light unit: photometric, divided by 683 lm/W: the generator"));
+    assert!(info("plain.gltf").contains("light unit: radiometric: the generator 'by hand' is not known"));
+    assert!(!well(folder.path(), &["info", "builtin:cornell"]).out.contains("light unit"));
+}
+
 /// The default light: for a file without light and for one whose own light shows next to nothing; never for a lit scene,
 /// never against `--env none`.
 #[test]

@@ -2,8 +2,8 @@
 
 mod dapple;
 
-use dapple::{files, run, well};
-use dapple_imaging::{Layers, Picture, write};
+use dapple::{Run, files, run, well};
+use dapple_imaging::{Layers, Picture, Tone, read, write};
 use glam::Vec3;
 use serde_json::Value;
 use std::fs;
@@ -11,13 +11,46 @@ use std::path::Path;
 
 /// Two runs of the path tracer on a small picture; `more` comes last.
 fn converge(folder: &Path, more: &[&str]) -> Value {
+    told(folder, more).json()["results"].take()
+}
+
+fn told(folder: &Path, more: &[&str]) -> Run {
     let arguments = [
         &["converge", "builtin:cornell", "-o", "out", "--size", "16x16", "--json", "--seeds", "3"][..],
         &["--run", "random: --pattern random", "--run", "jittered: --pattern stratified"],
         more,
     ]
     .concat();
-    well(folder, &arguments).json()["results"].take()
+    well(folder, &arguments)
+}
+
+/// All PNGs of a scene have one exposure, metered and said once, or the one that was asked for.
+#[test]
+fn one_exposure_for_all_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = told(folder.path(), &["--budget", "1500ms"]);
+    let said: Vec<&str> = run.err.split("(--exposure ").skip(1).collect();
+    assert!(said.len() == 1 && run.err.contains("the PNGs of builtin:cornell metered"), "{}", run.err);
+    let stops: f32 = said[0].split(' ').next().unwrap().parse().unwrap();
+    assert!(stops != 0.0);
+    let same = |out: &str, stops: f32| {
+        let read = |name: &str| read::picture(&folder.path().join(out).join(name)).unwrap();
+        let expected = folder.path().join("expected.png");
+        let exr = read("cornell-random-picture.exr");
+        write::png(&expected, &exr, Tone::Srgb, stops).unwrap();
+        assert!(read("cornell-random-picture.png").pixels == read::picture(&expected).unwrap().pixels);
+        let halves = [1, 2].map(|i| read(&format!("cornell-half-{i}.exr")).mean().y);
+        let mean = read("cornell-reference.png").mean().y / f32::exp2(stops);
+        (mean, (halves[0] + halves[1]) / 2.0)
+    };
+    // Where nothing is as bright as the display's white, means are equal.
+    let (shown, mean) = same("out", stops);
+    assert!(shown < 1.05 * mean && shown > 0.1 * mean, "{shown} {mean}");
+    let base = ["converge", "builtin:cornell", "-o", "dark", "--size", "16x16", "--seeds", "1"];
+    let more = ["--run", "random: --pattern random", "--budget", "1s", "--exposure", "-8"];
+    assert!(!well(folder.path(), &[&base[..], &more].concat()).err.contains("metered"));
+    let (shown, mean) = same("dark", -8.0);
+    assert!((shown / mean - 1.0).abs() < 0.1, "{shown} {mean}");
 }
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -312,6 +345,7 @@ fn bad_input() {
         (&["-o", "out", "--budget", "0s"], &["--budget"]),
         (&["-o", "out", "--run", "mine: --method guesswork"], &["mine", "guesswork"]),
         (&["-o", "out", "--run", "mine: --size 4x4"], &["mine", "size"]),
+        (&["-o", "out", "--run", "mine: --exposure 4"], &["mine", "exposure"]),
         (&["-o", "out", "--run", "--method path"], &["--run"]),
         (&["-o", "out", "--run", "a:", "--run", "a:"], &["a", "two"]),
         (&["-o", "out", "--vary", "mood"], &["--vary"]),

@@ -53,6 +53,7 @@ const PINNED: [(&str, &[&str], &[&str]); 10] = [
         "dapple",
         &[
             "clap",
+            "console",
             "ctrlc",
             "dapple-integrator",
             "glam",
@@ -60,12 +61,13 @@ const PINNED: [(&str, &[&str], &[&str]); 10] = [
             "same-file",
             "serde",
             "serde_json",
+            "strsim",
             "thiserror",
             "toml",
             "tracing",
             "tracing-subscriber",
         ],
-        &["dapple-analysis", "rustix"],
+        &["clap_complete", "clap_mangen", "dapple-analysis", "rustix"],
     ),
 ];
 
@@ -73,12 +75,13 @@ const PINNED: [(&str, &[&str], &[&str]); 10] = [
 const TARGET: &str = "x86_64-unknown-linux-gnu";
 
 /// What a feature of the program brings, and is not there without it.
-const FEATURES: [(&str, &[&str]); 5] = [
+const FEATURES: [(&str, &[&str]); 6] = [
     ("gltf", &["gltf", "gltf-json", "percent-encoding"]),
     ("exr", &["exr"]),
     ("png", &["image", "png", "zune-jpeg", "image-webp"]),
     ("parallel", &["rayon", "rayon-core"]),
     ("report", &["base64", "dapple-analysis"]),
+    ("manual", &["clap_complete", "clap_mangen", "roff"]),
 ];
 
 #[test]

@@ -152,6 +152,22 @@ fn a_sheet_shows_counts_and_estimators() {
     assert!(error(5) < error(3) && error(7) < error(3));
     let picture = read::picture(&folder.path().join("s.png")).unwrap();
     assert!(picture.width > 2 * 48 && picture.height > 4 * 32);
+    // One exposure for all cells, metered and said once; asked for, it shows the same.
+    let stops = json["exposure"].as_f64().unwrap() as f32;
+    let said = format!("exposure of the sheet metered: {stops:+.2} stops (--exposure {stops} repeats it)");
+    assert!(stops != 0.0 && run.err.matches(&said).count() == 1, "{}", run.err);
+    let cell = |name: &str| {
+        let sheet = read::picture(&folder.path().join(name)).unwrap();
+        let place = |i: usize| 8 + i % 48 + (8 + i / 48) * sheet.width;
+        (0..48 * 32).map(|i| sheet.pixels[place(i)]).collect::<Vec<_>>()
+    };
+    for (exposure, is_same) in [(stops, true), (stops - 2.0, false)] {
+        let exposure = exposure.to_string();
+        let again = ["--counts", "1", "--estimators", "grid", "-o", "t.png", "--exposure", &exposure];
+        let run = well(folder.path(), &[&sheet[..], &again].concat());
+        assert!(!run.err.contains("metered"), "{}", run.err);
+        assert_eq!(cell("s.png") == cell("t.png"), is_same, "{exposure}");
+    }
 }
 
 /// Under a sky all errors fall with the varied effect's: random points as n^-½, others faster. A whole sky that stood on

@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 
-ROWS = ["", "parallel", "huge-pages", "report", "png", "exr", "gltf", "gltf,exr,png,parallel", "gltf,exr,png,parallel,huge-pages,report"]
+ROWS = ["", "parallel", "huge-pages", "report", "png", "exr", "gltf", "gltf,exr,png,parallel", "manual", "gltf,exr,png,parallel,huge-pages,report,manual"]
 TARGET = pathlib.Path("target/feature_table").resolve()
 
 

@@ -1,15 +1,18 @@
 //! What can be typed: the commands and their arguments. The options of a render are in [`crate::options`].
 
+#[cfg(feature = "manual")]
+pub mod manual;
 #[cfg(feature = "report")]
 pub mod study;
 
+use crate::help;
 use crate::options::RenderOptions;
-use crate::values::{self, Pixel};
+use crate::values::Pixel;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
-/// Renders glTF 2.0 scenes on the CPU. Without a command: the built-in Cornell box.
+/// Renders glTF 2.0 scenes on the CPU. `dapple FILE` is short for `dapple render FILE`.
 #[derive(Debug, Parser)]
-#[command(name = "dapple", version, max_term_width = 100)]
+#[command(name = "dapple", bin_name = "dapple", version, max_term_width = 100)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -22,7 +25,7 @@ pub fn command() -> clap::Command {
         Cli::command().mut_subcommand("replay", |replay| replay.mut_arg("pixel", |a| a.long(PIXEL_PLAN)));
     #[cfg(feature = "report")]
     let command = study::reworded(command);
-    command
+    help::shaped(command)
 }
 
 /// What `replay` calls the render's `--pixel`.
@@ -32,7 +35,7 @@ pub const PIXEL_PLAN: &str = "pixel-plan";
 pub enum Command {
     /// Render a scene to pictures
     Render(RenderArgs),
-    /// Say what is in a scene file
+    /// Say what is in a scene file and what a render of it with these options would say
     Info(InfoArgs),
     /// Say what a render of a scene needs, what is left out and why
     Plan(PlanArgs),
@@ -43,6 +46,12 @@ pub enum Command {
     #[cfg(feature = "report")]
     #[command(flatten)]
     Study(study::Study),
+    /// Print the completions of a shell
+    #[cfg(feature = "manual")]
+    Completions(manual::CompletionsArgs),
+    /// Print a manual page, or write all of them into a folder
+    #[cfg(feature = "manual")]
+    Man(manual::ManArgs),
 }
 
 #[derive(Debug, Args)]
@@ -57,15 +66,8 @@ pub struct RenderArgs {
 pub struct InfoArgs {
     /// A .gltf or .glb file, or builtin:NAME
     pub scene: String,
-    /// Let the scene name files outside its own folder
-    #[arg(long)]
-    pub allow_path: bool,
-    /// How much memory reading it may take, such as 800M or 12G [default: what the machine or its container has free, and no more for a file than suits its size]
-    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
-    pub memory_limit: Option<u64>,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub options: RenderOptions,
 }
 
 #[derive(Debug, Args)]

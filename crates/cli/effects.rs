@@ -2,7 +2,7 @@
 
 use crate::error::Failure;
 use crate::options::{EffectOptions, RenderOptions};
-use crate::report;
+use crate::{idle, report};
 use dapple_integrator::camera::{Aperture, Camera, Lens};
 use dapple_integrator::geometry::Opaque;
 use dapple_integrator::sampling::{Pattern, Plan};
@@ -150,6 +150,7 @@ pub fn note_idle(options: &RenderOptions, settings: &Settings, scene: &Scene, ca
     {
         report::say("note: the lens has no radius, so everything is sharp; see --aperture-radius");
     }
+    idle::of_render(options, settings, scene).iter().for_each(|(what, why)| say(what, why));
 }
 
 /// Says how many rays a pixel takes at most; many need a yes.

@@ -1,5 +1,6 @@
 //! What can go wrong, in one line each, and the exit code it gives.
 
+use crate::complaint;
 use dapple_integrator::imaging::{ImageError, Window};
 use dapple_integrator::scene::SceneError;
 use std::path::PathBuf;
@@ -61,7 +62,18 @@ pub fn arguments(error: clap::Error) -> Result<(), Failure> {
         let _ = error.print();
         return Ok(());
     }
-    Err(Failure::Arguments(clap_line(&error)))
+    Err(Failure::Arguments(complaint::line(&error)))
+}
+
+/// Most characters of a value that a message repeats.
+pub const QUOTED: usize = 80;
+
+/// The beginning of a value, as messages repeat it.
+pub fn short(value: &str) -> String {
+    match value.char_indices().nth(QUOTED) {
+        Some((end, _)) => format!("{}…", &value[..end]),
+        None => value.into(),
+    }
 }
 
 /// The part of clap's message that says what is wrong, without the usage that follows it.

@@ -251,11 +251,12 @@ impl<'a> ErrorWatch<'a> {
         let stats = &outcome.stats;
         let measured = || self.measure(&outcome.film, stats.spp, outcome.spread.as_ref());
         let guessed = || self.doublings.as_ref()?.estimate(self.confidence);
-        let found = self.held.clone().or_else(|| {
+        let judged = || {
             let found = measured().or_else(guessed)?;
             Some(self.judge(found, (&outcome.film, &outcome.tail), self.confidence))
-        });
-        let found = found.filter(|_| stats.spp > 0);
+        };
+        // Without one whole round there is nothing to measure, however long that would take.
+        let found = if stats.spp > 0 { self.held.clone().or_else(judged) } else { None };
         if found.is_some() && !self.told {
             self.write((stats.seconds, stats.spp, stats.rays), found.as_ref());
         }

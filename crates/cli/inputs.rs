@@ -15,20 +15,25 @@ impl Inputs {
     /// What a render of `source` with `options` reads, before the scene has been opened.
     pub fn of_render(source: &Source, options: &RenderOptions) -> Self {
         let mut inputs = Self::default();
+        inputs.add_render(source, options);
+        inputs
+    }
+
+    /// What a render reads, beside what is there.
+    pub fn add_render(&mut self, source: &Source, options: &RenderOptions) {
         if let Some(scene) = source.path() {
-            inputs.add("the scene", scene);
+            self.add("the scene", scene);
             if let Some(sidecar) = settings_file::sidecar(scene) {
-                inputs.add("the scene's settings file", &sidecar);
+                self.add("the scene's settings file", &sidecar);
             }
         }
         if let Some(settings) = &options.settings {
-            inputs.add("the settings file", settings);
+            self.add("the settings file", settings);
         }
         if let Some(environment) = options.env.as_ref().filter(|env| env.as_os_str() != load::NO_ENVIRONMENT)
         {
-            inputs.add("the environment picture", environment);
+            self.add("the environment picture", environment);
         }
-        inputs
     }
 
     /// One more file.

@@ -2,10 +2,13 @@
 
 use crate::default_light;
 use crate::effects;
-use crate::error::Failure;
+use crate::error::{self, Failure};
 use crate::memory;
 use crate::options::RenderOptions;
+use crate::report;
+use crate::suggest;
 use crate::values::Size;
+use crate::verbose;
 use dapple_integrator::camera::PixelRect;
 use dapple_integrator::imaging::read;
 use dapple_integrator::lights::Environment;
@@ -20,8 +23,8 @@ const NAMED: usize = 20;
 /// Height of a picture whose size was not given.
 const DEFAULT_HEIGHT: u32 = 512;
 
-/// Bytes per pixel at the peak, measured: films of the tiles and of the picture, its error, the file being written.
-const PIXEL_BYTES: u64 = 215;
+/// Bytes per pixel at the peak: films of the tiles and of the picture, layers, the file being written.
+const PIXEL_BYTES: u64 = 180;
 /// More per extra layer.
 const LAYER_BYTES: u64 = 60;
 
@@ -58,11 +61,20 @@ impl Source {
         }
     }
 
+    /// The files of the scene, named and not: what must not be written over. Meshes and images are not read.
+    pub fn files(&self, options: &RenderOptions) -> Result<Vec<PathBuf>, Failure> {
+        match self {
+            Self::Builtin(_) => Ok(Vec::new()),
+            Self::File(path) => files_of(path, options),
+        }
+    }
+
     /// Parts of the scene, to which an environment may still be added.
     pub fn read(&self, options: &RenderOptions) -> Result<SceneBuilder, Failure> {
         match self {
             Self::Builtin(name) => {
                 let mut builder = builtin::builtin(name).ok_or_else(|| unknown_builtin(name))?;
+                options.choice.of_builtin(name)?;
                 builder.reads(options.reads());
                 Ok(builder)
             }
@@ -73,11 +85,39 @@ impl Source {
 
 #[cfg(feature = "gltf")]
 fn read_file(path: &Path, options: &RenderOptions) -> Result<SceneBuilder, Failure> {
-    use dapple_integrator::scene::gltf;
+    Ok(dapple_integrator::scene::gltf::read(path, &reader_options(options))?)
+}
+
+/// How a file is read.
+#[cfg(feature = "gltf")]
+pub fn reader_options(options: &RenderOptions) -> dapple_integrator::scene::gltf::Options {
     let (at, shutter) = (options.at.unwrap_or(0.0), options.exposure());
     let (allow_path, strict) = (RenderOptions::is(options.allow_path), RenderOptions::is(options.strict));
+    let (reads, choice) = (options.reads(), options.choice.of_file());
+    let light_unit = options.light_unit.unwrap_or_default();
     let memory = memory::limit(options.memory_limit);
-    Ok(gltf::read(path, &gltf::Options { at, shutter, allow_path, strict, reads: options.reads(), memory })?)
+    dapple_integrator::scene::gltf::Options {
+        at,
+        shutter,
+        allow_path,
+        strict,
+        reads,
+        choice,
+        light_unit,
+        memory,
+    }
+}
+
+#[cfg(feature = "gltf")]
+fn files_of(path: &Path, options: &RenderOptions) -> Result<Vec<PathBuf>, Failure> {
+    use dapple_integrator::scene::gltf;
+    let (allow_path, memory) = (RenderOptions::is(options.allow_path), memory::limit(options.memory_limit));
+    Ok(gltf::files(path, &gltf::Options { allow_path, memory, ..gltf::Options::default() })?)
+}
+
+#[cfg(not(feature = "gltf"))]
+fn files_of(path: &Path, _: &RenderOptions) -> Result<Vec<PathBuf>, Failure> {
+    Ok(vec![path.to_path_buf()])
 }
 
 #[cfg(not(feature = "gltf"))]
@@ -87,13 +127,20 @@ fn read_file(path: &Path, _: &RenderOptions) -> Result<SceneBuilder, Failure> {
 }
 
 fn unknown_builtin(name: &str) -> Failure {
-    let names = builtin::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-    Failure::Arguments(format!("builtin:{name}: there is no such built-in scene; choose from {names}"))
+    let names: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
+    let meant = suggest::nearest(name, names.iter().copied());
+    let meant = meant.map(|name| format!("did you mean builtin:{name}? ")).unwrap_or_default();
+    let (name, all) = (error::short(name), names.join(", builtin:"));
+    Failure::Arguments(format!(
+        "builtin:{name}: there is no such built-in scene; {meant}choose from builtin:{all}"
+    ))
 }
 
 /// A scene ready to be rendered, and what it took.
 pub struct Loaded {
     pub scene: Scene,
+    /// What else the file could show, for people.
+    pub notes: Vec<String>,
     /// Reading and decoding files.
     pub load_seconds: f64,
     /// Checking, trees and light tables.
@@ -112,6 +159,8 @@ pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure>
     if let Some(environment) = environment {
         builder.environment(environment);
     }
+    let quiet = RenderOptions::is(options.quiet);
+    let notes = if quiet { Vec::new() } else { builder.notes().to_vec() };
     let load_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let mut scene = builder.build()?;
@@ -122,7 +171,11 @@ pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure>
             scene.warnings.push(Warning(format!("the scene's own light leaves it nearly black: {STUDIO}")));
         }
     }
-    Ok(Loaded { scene, load_seconds, build_seconds: start.elapsed().as_secs_f64() })
+    let loaded = Loaded { scene, notes, load_seconds, build_seconds: start.elapsed().as_secs_f64() };
+    if RenderOptions::is(options.verbose) {
+        report::say(&verbose::scene(&loaded));
+    }
+    Ok(loaded)
 }
 
 /// `--env none`: nothing surrounds the scene, even if that leaves it dark.
@@ -196,15 +249,19 @@ pub fn rect(options: &RenderOptions, size: Size) -> Result<Option<PixelRect>, Fa
         let (w, h) = (size.width, size.height);
         return Err(Failure::Arguments(format!("--crop: it reaches outside the picture, which is {w}x{h}")));
     }
-    let layers = options.aov.as_ref().map_or(0, Vec::len) as u64;
     let pixels = u64::from(rect.x1 - rect.x0) * u64::from(rect.y1 - rect.y0);
-    let needed = pixels.saturating_mul(PIXEL_BYTES + LAYER_BYTES * layers);
+    let needed = pixels.saturating_mul(pixel_bytes(options));
     memory::left(options.memory_limit).admit(needed, None).map_err(|overrun| {
         Failure::Arguments(format!(
             "--size: a picture of {pixels} pixels {overrun}, or render it in parts with --crop"
         ))
     })?;
     Ok(options.crop.map(|c| c.0))
+}
+
+/// Memory that a pixel takes at the peak, in bytes.
+pub fn pixel_bytes(options: &RenderOptions) -> u64 {
+    PIXEL_BYTES + LAYER_BYTES * options.aov.as_ref().map_or(0, Vec::len) as u64
 }
 
 #[cfg(test)]

@@ -38,14 +38,14 @@ fn unlimited() -> Option<u64> {
     all.into_iter().flatten().min()
 }
 
-/// Memory that this process holds now, in bytes; 0 where the system does not say (it is read from Linux).
-pub fn held_memory_bytes() -> u64 {
-    kilobytes("/proc/self/status", "VmRSS:").unwrap_or(0)
-}
-
 /// The most memory this process ever held, in bytes; 0 where the system does not say (it is read from Linux).
 pub fn peak_memory_bytes() -> u64 {
     kilobytes("/proc/self/status", "VmHWM:").unwrap_or(0)
+}
+
+/// The memory this process holds now, in bytes; 0 where the system does not say (it is read from Linux).
+pub fn resident_memory_bytes() -> u64 {
+    kilobytes("/proc/self/status", "VmRSS:").unwrap_or(0)
 }
 
 /// All memory of the machine, in bytes; 0 where the system does not say (it is read from Linux).

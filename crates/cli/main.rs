@@ -6,8 +6,11 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(feature = "report"), allow(dead_code, reason = "some parts serve studies alone"))]
 
+mod aliases;
 mod args;
+mod choose;
 mod commands;
+mod complaint;
 mod default_light;
 mod effects;
 mod ending;
@@ -17,6 +20,9 @@ mod error_watch;
 #[cfg(not(feature = "report"))]
 #[path = "no_error_watch.rs"]
 mod error_watch;
+mod first_word;
+mod help;
+mod idle;
 mod inputs;
 mod interrupt;
 mod known;
@@ -33,7 +39,10 @@ mod progress;
 mod report;
 mod retrace;
 mod settings_file;
+mod suggest;
+mod uses;
 mod values;
+mod verbose;
 
 use args::{Cli, Command};
 use clap::FromArgMatches;
@@ -51,18 +60,30 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<ExitCode, Failure> {
-    let matches = match args::command().try_get_matches() {
+    let command = args::command();
+    let words = first_word::completed(&command, std::env::args_os());
+    let matches = match command.try_get_matches_from(words) {
         Ok(matches) => matches,
         Err(e) => return error::arguments(e).map(done),
     };
+    if let Some((name, typed)) = matches.subcommand() {
+        uses::refuse(name, typed)?;
+    }
     let cli = Cli::from_arg_matches(&matches).map_err(|e| Failure::Arguments(error::clap_line(&e)))?;
     match cli.command {
-        None => commands::render::run(None, &options::empty_matches()),
+        None => {
+            first_word::greet();
+            Ok(ExitCode::SUCCESS)
+        }
         Some(Command::Render(a)) => commands::render::run(a.scene.as_deref(), subcommand(&matches)),
-        Some(Command::Info(a)) => commands::info::run(&a).map(done),
+        Some(Command::Info(a)) => commands::info::run(&a, subcommand(&matches)).map(done),
         Some(Command::Plan(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
         Some(Command::Rays(a)) => commands::rays::run(&a.scene, subcommand(&matches)).map(done),
+        #[cfg(feature = "manual")]
+        Some(Command::Completions(a)) => commands::manual::completions(&a).map(done),
+        #[cfg(feature = "manual")]
+        Some(Command::Man(a)) => commands::manual::man(&a).map(done),
         #[cfg(feature = "report")]
         Some(Command::Study(a)) => commands::study::run(a, subcommand(&matches)),
     }

@@ -14,7 +14,7 @@ pub fn limit(asked: Option<u64>) -> MemoryLimit {
 /// The limit for what is taken beside what the process holds already.
 pub fn left(asked: Option<u64>) -> MemoryLimit {
     match asked {
-        Some(bytes) => MemoryLimit::asked(bytes).less(machine::held_memory_bytes()),
+        Some(bytes) => MemoryLimit::asked(bytes).less(machine::resident_memory_bytes()),
         None => limit(None),
     }
 }

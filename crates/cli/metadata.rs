@@ -54,6 +54,7 @@ fn settings_text(
         format!("cull-backfaces = {}", settings.cull_backfaces),
         format!("size = \"{w}x{h}\""),
     ];
+    lines.extend(options.choice.given().map(|(key, value)| format!("{key} = {}", quoted(value))));
     match settings.method {
         Method::Path => {
             // Of a first round that was not finished: the samples that some pixels have.
@@ -86,6 +87,7 @@ fn settings_text(
         lines.push(format!("ambient = [{}, {}, {}]", a.x, a.y, a.z));
     }
     lines.extend(environment_lines(options));
+    lines.extend(light_unit_line(options, scene));
     lines.extend(view.camera.lens.iter().flat_map(|lens| {
         let length = |render: f32| f64::from(render) / scene.space.scale;
         [
@@ -123,6 +125,13 @@ fn environment_lines(options: &RenderOptions) -> Vec<String> {
         lines.extend(options.env_intensity.map(|factor| format!("env-intensity = {factor}")));
     }
     lines
+}
+
+/// What the intensities of punctual lights were taken as, where it is not what they are without a word.
+fn light_unit_line(options: &RenderOptions, scene: &Scene) -> Option<String> {
+    let taken = scene.light_unit.as_ref()?;
+    let is_said = taken.is_photometric || options.light_unit.is_some();
+    is_said.then(|| format!("light-unit = \"{}\"", taken.unit()))
 }
 
 /// As TOML writes it.

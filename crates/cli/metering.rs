@@ -4,7 +4,8 @@
 //! count, seed, sampling pattern or thread count, so that all parts of a picture and all frames of a study get one
 //! exposure.
 
-use crate::interrupt;
+use crate::options::RenderOptions;
+use crate::{interrupt, report};
 use dapple_integrator::camera::Camera;
 use dapple_integrator::imaging::metering;
 use dapple_integrator::sampling::Pattern;
@@ -25,6 +26,30 @@ pub fn exposure(scene: &Scene, camera: &Camera, settings: &Settings) -> f32 {
     let progress = |_| if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let outcome = render(scene, camera, &small(settings), &progress);
     metering::exposure(&outcome.film.mean())
+}
+
+/// The exposure that was asked for, else the metered one of all pictures of `camera`, which is said once: `what` is exposed.
+pub fn for_all(
+    what: &str,
+    options: &RenderOptions,
+    (scene, camera, settings): (&Scene, &Camera, &Settings),
+) -> f32 {
+    options.exposure.unwrap_or_else(|| metered(what, options, (scene, camera, settings)))
+}
+
+/// As [`exposure`], and says so.
+pub fn metered(
+    what: &str,
+    options: &RenderOptions,
+    (scene, camera, settings): (&Scene, &Camera, &Settings),
+) -> f32 {
+    let stops = exposure(scene, camera, settings);
+    if !RenderOptions::is(options.quiet) {
+        report::say(&format!(
+            "exposure of {what} metered: {stops:+.2} stops (--exposure {stops} repeats it)"
+        ));
+    }
+    stops
 }
 
 /// The same light on fewer pixels, with samples that are always the same.

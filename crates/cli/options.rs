@@ -4,13 +4,16 @@
 //! in this order, each later layer replacing what it names. All three go through clap, so a key of a settings
 //! file is by construction an option of the command line, with the same values and the same complaints.
 
+use crate::aliases;
+use crate::choose::ChoiceOptions;
+use crate::complaint;
 use crate::error::{self, Failure};
 use crate::values::{self, Color, Crop, PlanKind, Seconds, Size};
 use clap::{ArgMatches, Args, FromArgMatches};
 use dapple_integrator::camera::{Aperture, Filter, Shutter};
 use dapple_integrator::imaging::Tone;
 use dapple_integrator::sampling::{Pattern, Plan};
-use dapple_integrator::scene::Reads;
+use dapple_integrator::scene::{LightUnit, Reads};
 use dapple_integrator::{Aov, Combine, Method};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -20,28 +23,28 @@ use std::path::PathBuf;
 #[derive(Args, Clone, Debug, Default)]
 pub struct EffectOptions {
     /// Points over the pixel's area: 4x4:stratified, 16:random, 6x6:grid, 9:sobol, 1; 0 = its centre [default: 4x4]
-    #[arg(long, value_name = "PLAN", help_heading = "Effects")]
+    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
     pub pixel: Option<Plan>,
     /// Points over the lens; 0 = a pinhole [default: 4x4]
-    #[arg(long, value_name = "PLAN", help_heading = "Effects")]
+    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
     pub lens: Option<Plan>,
     /// Instants within the shutter; 0 = the one at which it opens [default: 16]
-    #[arg(long, value_name = "PLAN", help_heading = "Effects")]
+    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
     pub time: Option<Plan>,
     /// Points over each light; 0 = all of its power from its centroid [default: 4x4]
-    #[arg(long, value_name = "PLAN", help_heading = "Effects")]
+    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
     pub light: Option<Plan>,
     /// Directions of a rough reflection; 0 = a mirror [default: 4x4]
-    #[arg(long, value_name = "PLAN", help_heading = "Effects")]
+    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
     pub glossy: Option<Plan>,
     /// Directions of a rough refraction; 0 = smooth [default: 1]
-    #[arg(long, value_name = "PLAN", help_heading = "Effects")]
+    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
     pub refract: Option<Plan>,
     /// Directions over the hemisphere; 0 = no interreflection [default: 1]
-    #[arg(long, value_name = "PLAN", help_heading = "Effects")]
+    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
     pub diffuse: Option<Plan>,
     /// nested: every integral in full at every point of the outer ones; paired: one stratum of each per pixel sample [default: nested]
-    #[arg(long, value_name = "NAME", help_heading = "Effects")]
+    #[arg(long, value_parser = aliases::named::<Combine>(aliases::NONE), value_name = "NAME", help_heading = "Effects")]
     pub combine: Option<Combine>,
     /// Points of each integral below the first hit, nested [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24), help_heading = "Effects")]
@@ -60,7 +63,7 @@ pub struct EffectOptions {
     #[arg(long, value_name = "D", allow_hyphen_values = true, value_parser = values::focus, help_heading = "Lens")]
     pub focus_distance: Option<f32>,
     /// Shape of the lens: disk, square, blades:N or blades:N:DEGREES [default: disk]
-    #[arg(long, value_name = "SHAPE", help_heading = "Lens")]
+    #[arg(long, value_parser = aliases::named::<Aperture>(aliases::APERTURES), value_name = "SHAPE", help_heading = "Lens")]
     pub aperture_shape: Option<Aperture>,
 }
 
@@ -74,7 +77,7 @@ pub struct RenderOptions {
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Output")]
     pub half: Option<bool>,
     /// EXR layers beside the picture, comma-separated: albedo, normal, depth, position, variance, samples, object, material, removed. Where these show first hits alone (all but variance, samples and removed), the picture is rendered only if `beauty` is named too, or a PNG or HDR shows it
-    #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Output")]
+    #[arg(long, value_parser = aliases::named::<Aov>(aliases::LAYERS), value_name = "LIST", value_delimiter = ',', help_heading = "Output")]
     pub aov: Option<Vec<Aov>>,
     /// Exposure of PNG output, in stops; 0 shows radiance 1 as white [default: metered on a small render of the whole frame, and said]
     #[arg(long, value_name = "EV", allow_hyphen_values = true, value_parser = values::finite, help_heading = "Output")]
@@ -92,14 +95,16 @@ pub struct RenderOptions {
     /// Stop after this much rendering: 30s, 5m, 1h
     #[arg(long, value_name = "TIME", value_parser = values::duration, help_heading = "Sampling")]
     pub time_limit: Option<Seconds>,
-    /// Stop as soon as the relative RMSE of the picture is known to be below X with --confidence; at 64 samples or more. Where light may be unseen so far no bound can be relied on (error_reliable in --json): the render goes on, without --spp and --time-limit to 16 times the samples at which the bound fell below X and 4096 at least, and ends with code 3
+    /// Stop as soon as the relative RMSE of the picture is known to be below X
+    ///
+    /// Known with --confidence, at 64 samples or more. Where light may be unseen so far no bound can be relied on (error_reliable in --json): the render goes on, without --spp and --time-limit to 16 times the samples at which the bound fell below X and 4096 at least, and ends with code 3
     #[arg(long, value_name = "X", value_parser = values::positive64, help_heading = "Sampling")]
     pub error_limit: Option<f64>,
     /// How sure --error-limit and the stated error bound are [default: 0.95]
     #[arg(long, value_name = "P", value_parser = values::confidence, help_heading = "Sampling")]
     pub confidence: Option<f64>,
     /// How sample points are placed: sobol, stratified, random or grid [default: sobol]
-    #[arg(long, value_name = "NAME", help_heading = "Sampling")]
+    #[arg(long, value_parser = aliases::named::<Pattern>(aliases::PATTERNS), value_name = "NAME", help_heading = "Sampling")]
     pub pattern: Option<Pattern>,
     /// After 16 samples of every pixel, take more where the error is and fewer elsewhere; --spp is then the mean over the picture
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Sampling")]
@@ -123,7 +128,7 @@ pub struct RenderOptions {
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Sampling")]
     pub transparent_shadows: Option<bool>,
     /// Pixel filter: box, box:RADIUS, tent, gaussian, mitchell or blackman-harris [default: box]
-    #[arg(long, value_name = "NAME", help_heading = "Sampling")]
+    #[arg(long, value_parser = aliases::named::<Filter>(aliases::FILTERS), value_name = "NAME", help_heading = "Sampling")]
     pub filter: Option<Filter>,
     /// Worker threads; the picture does not depend on it [default: what the scheduler or the system grants]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), help_heading = "Sampling")]
@@ -141,6 +146,8 @@ pub struct RenderOptions {
     /// Camera by name or by index [default: the first]
     #[arg(long, value_name = "NAME|INDEX", help_heading = "View")]
     pub camera: Option<String>,
+    #[command(flatten)]
+    pub choice: ChoiceOptions,
     /// Time at which animation is evaluated, in seconds
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = values::finite64, help_heading = "View")]
     pub at: Option<f64>,
@@ -166,6 +173,10 @@ pub struct RenderOptions {
     /// Interpolate between the texels of the environment picture
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Environment")]
     pub env_smooth: Option<bool>,
+
+    /// What candela and lux of the file's point, spot and directional lights are taken as: radiometric (1 cd is 1 W/sr, 1 lx is 1 W/m²), photometric (divided by 683 lm/W), or auto: photometric if the file's generator is known to write that, such as Blender's exporter since 3.4.39 [default: auto]
+    #[arg(long, value_name = "NAME", help_heading = "Environment")]
+    pub light_unit: Option<LightUnit>,
 
     /// smallest: leave out what the scene does not need; general: nothing, for comparison [default: smallest]
     #[arg(long, value_name = "NAME", value_parser = values::plan_kind, help_heading = "General")]
@@ -196,28 +207,31 @@ pub struct RenderOptions {
     pub verbose: Option<bool>,
 }
 
+/// Options alone, as they would be typed.
+pub fn parsed(arguments: &[OsString]) -> Result<ArgMatches, Failure> {
+    command().try_get_matches_from(arguments).map_err(|e| Failure::Arguments(complaint::line(&e)))
+}
+
 /// A command that knows nothing but the options; parses layers that are not the command line.
 fn command() -> clap::Command {
     RenderOptions::augment_args(clap::Command::new("settings").no_binary_name(true).disable_help_flag(true))
 }
 
-/// The matches of an empty command line.
-pub fn empty_matches() -> ArgMatches {
-    command().get_matches_from::<[&str; 0], &str>([])
-}
-
 /// The long names of all options.
 pub fn names() -> Vec<String> {
-    command().get_arguments().filter_map(|a| a.get_long().map(String::from)).collect()
+    ids().into_iter().map(|(name, _)| name).collect()
+}
+
+/// The long names of all options, each with the id by which matches know it.
+pub fn ids() -> Vec<(String, String)> {
+    let named = |a: &clap::Arg| Some((a.get_long()?.to_string(), a.get_id().to_string()));
+    command().get_arguments().filter_map(named).collect()
 }
 
 impl RenderOptions {
     /// Lays the given arguments over what is there.
     pub fn lay(&mut self, arguments: &[OsString]) -> Result<(), Failure> {
-        let matches = command()
-            .try_get_matches_from(arguments)
-            .map_err(|e| Failure::Arguments(error::clap_line(&e)))?;
-        self.lay_matches(&matches)
+        self.lay_matches(&parsed(arguments)?)
     }
 
     /// Lays parsed arguments over what is there. A later environment of one kind replaces one of the other kind.

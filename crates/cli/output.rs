@@ -55,13 +55,11 @@ impl Outputs {
         Ok(())
     }
 
-    /// Sets the exposure by `meter` if a picture needs one and none was given; returns what was metered.
-    pub fn expose(&mut self, meter: impl FnOnce() -> f32) -> Option<f32> {
-        let asks = self.exposure.is_none() && self.files.iter().any(|(_, format)| *format == Format::Png);
-        if asks {
+    /// Sets the exposure by `meter` if a picture needs one and none was given.
+    pub fn expose(&mut self, meter: impl FnOnce() -> f32) {
+        if self.exposure.is_none() && self.files.iter().any(|(_, format)| *format == Format::Png) {
             self.exposure = Some(meter());
         }
-        self.exposure.filter(|_| asks)
     }
 
     /// Exposure of the PNG pictures in stops, if there are any.

@@ -85,6 +85,8 @@ pub struct Report {
     pub version: &'static str,
     /// Of PNG pictures, in stops; null without any.
     pub exposure: Option<f32>,
+    /// `radiometric`, or `photometric` where they were divided by 683 lm/W; null without punctual lights of a file.
+    pub light_unit: Option<String>,
     pub outputs: Vec<String>,
     pub warnings: Vec<String>,
 }
@@ -134,6 +136,7 @@ impl Report {
             plans: plans.filter(|_| !is_path).collect(),
             version: env!("CARGO_PKG_VERSION"),
             exposure: outputs.exposure(),
+            light_unit: loaded.scene.light_unit.as_ref().map(|taken| taken.unit().to_string()),
             outputs: outputs.paths().map(|p| p.display().to_string()).collect(),
             warnings: loaded.scene.warnings.iter().map(|w| w.0.clone()).collect(),
         }

@@ -1,6 +1,6 @@
 //! The command that traces one sample of a render again.
 
-use crate::{args, options};
+use crate::{args, options, uses};
 use clap::ArgMatches;
 use clap::parser::ValueSource;
 
@@ -33,10 +33,10 @@ pub fn command(scene: Option<&str>, pixel: (u32, u32), sample: u32, typed: &ArgM
         "--sample".into(),
         sample.to_string(),
     ];
-    for option in options::names().iter().filter(|o| !IRRELEVANT.contains(&o.as_str())) {
-        let id = option.replace('-', "_");
-        let told = typed.value_source(&id) == Some(ValueSource::CommandLine);
-        for value in typed.get_raw(&id).into_iter().flatten().filter(|_| told) {
+    let matters = |o: &str| !IRRELEVANT.contains(&o) && uses::serves("replay", o);
+    for (option, id) in options::ids().iter().filter(|(o, _)| matters(o)) {
+        let told = typed.value_source(id) == Some(ValueSource::CommandLine);
+        for value in typed.get_raw(id).into_iter().flatten().filter(|_| told) {
             let name = if option == "pixel" { args::PIXEL_PLAN } else { option };
             words.push(quoted(&format!("--{name}={}", value.to_string_lossy())));
         }
@@ -66,12 +66,19 @@ mod tests {
 
     #[test]
     fn what_shapes_the_path_is_repeated() {
-        let typed = ["--spp", "9", "--no-roulette", "--json", "--env-color", "1,1,1"];
+        let typed = ["--spp", "9", "--no-roulette", "--json", "--scene", "2", "--env-color", "1,1,1"];
         let typed = matches(&[&["dapple", "render", "a b.glb", "-o", "x.png"], &typed[..]].concat());
         assert_eq!(
             command(Some("a b.glb"), (3, 4), 5, &typed),
-            "dapple replay 'a b.glb' --pixel 3,4 --sample 5 --spp=9 --no-roulette=true --env-color=1,1,1"
+            "dapple replay 'a b.glb' --pixel 3,4 --sample 5 --spp=9 --no-roulette=true --scene=2 --env-color=1,1,1"
         );
+    }
+
+    #[test]
+    fn replay_takes_what_shapes_the_path() {
+        for option in IRRELEVANT.iter().filter(|option| **option != "json") {
+            assert!(!uses::serves("replay", option), "--{option}");
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@ use crate::error::Failure;
 use crate::load;
 use crate::options::{self, RenderOptions};
 use crate::report;
+use crate::{suggest, uses};
 use clap::ArgMatches;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -25,10 +26,13 @@ enum Trust {
 }
 
 /// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
-const SIDECAR_KEYS: [&str; 42] = [
+const SIDECAR_KEYS: [&str; 46] = [
     "size",
     "crop",
     "camera",
+    "scene",
+    "variant",
+    "animation",
     "at",
     "shutter",
     "cull-backfaces",
@@ -37,6 +41,7 @@ const SIDECAR_KEYS: [&str; 42] = [
     "env-rotation",
     "env-intensity",
     "env-smooth",
+    "light-unit",
     "aperture-radius",
     "focus-distance",
     "aperture-shape",
@@ -87,27 +92,39 @@ const USER_KEYS: [&str; 12] = [
     "yes",
 ];
 
-/// All layers: the sidecar of `scene`, then `--settings`, then what was typed.
-pub fn layered(scene: Option<&Path>, typed: &ArgMatches) -> Result<RenderOptions, Failure> {
+/// All layers: the sidecar of `scene`, then `--settings`, then what was typed. What `command` does not use is passed over.
+pub fn layered(scene: Option<&Path>, typed: &ArgMatches, command: &str) -> Result<RenderOptions, Failure> {
+    let (options, warning) = layers(scene, typed, command)?;
+    warning.iter().for_each(|warning| report::say(&format!("warning: {warning}")));
+    Ok(options)
+}
+
+/// As [`layered`], with the warning instead of saying it.
+pub fn layers(
+    scene: Option<&Path>,
+    typed: &ArgMatches,
+    command: &str,
+) -> Result<(RenderOptions, Option<String>), Failure> {
+    let mut warning = None;
     let mut command_line = RenderOptions::default();
     command_line.lay_matches(typed)?;
     let mut options = RenderOptions::default();
     if let Some(sidecar) = scene.and_then(sidecar) {
         let anywhere = RenderOptions::is(command_line.allow_path);
-        let ignored = lay_file(&mut options, &sidecar, Trust::Scene { anywhere })?;
+        let ignored = lay_file(&mut options, &sidecar, Trust::Scene { anywhere }, command)?;
         if !ignored.is_empty() {
             let keys = ignored.join(", ");
-            report::say(&format!(
-                "warning: {}: ignored {keys}; a file beside the scene cannot set these (name it with --settings to use it as your own)",
+            warning = Some(format!(
+                "{}: ignored {keys}; a file beside the scene cannot set these (name it with --settings to use it as your own)",
                 sidecar.display()
             ));
         }
     }
     if let Some(path) = &command_line.settings {
-        lay_file(&mut options, path, Trust::User)?;
+        lay_file(&mut options, path, Trust::User, command)?;
     }
     options.lay_matches(typed)?;
-    Ok(options)
+    Ok((options, warning))
 }
 
 /// The settings file that comes with a scene, if there is one.
@@ -116,11 +133,16 @@ pub fn sidecar(scene: &Path) -> Option<PathBuf> {
 }
 
 /// Applies the file; returns the keys that it had no right to set.
-fn lay_file(options: &mut RenderOptions, path: &Path, trust: Trust) -> Result<Vec<String>, Failure> {
+fn lay_file(
+    options: &mut RenderOptions,
+    path: &Path,
+    trust: Trust,
+    command: &str,
+) -> Result<Vec<String>, Failure> {
     let broken = |reason: String| Failure::SettingsFile { path: path.into(), reason };
     let text = read_text(path).map_err(|e| broken(e.to_string()))?;
     let table: toml::Table = text.parse().map_err(|e: toml::de::Error| broken(toml_line(&text, &e)))?;
-    let (mut arguments, mut ignored) = (Vec::new(), Vec::new());
+    let (mut arguments, mut ignored, mut idle) = (Vec::new(), Vec::new(), Vec::new());
     for (key, value) in &table {
         if trust != Trust::User && !SIDECAR_KEYS.contains(&key.as_str()) {
             ignored.push(format!("'{key}'"));
@@ -130,7 +152,15 @@ fn lay_file(options: &mut RenderOptions, path: &Path, trust: Trust) -> Result<Ve
         let given = argument(key, value, path, trust).map_err(wrong)?;
         // Alone first, so that the complaint names this key.
         RenderOptions::default().lay(&given).map_err(|e| wrong(e.to_string()))?;
-        arguments.extend(given);
+        if uses::serves(command, key) {
+            arguments.extend(given);
+        } else {
+            idle.push(key.as_str());
+        }
+    }
+    if !idle.is_empty() {
+        let (file, keys) = (path.display(), idle.join(", "));
+        report::say(&format!("note: {file}: {keys}: left out, for dapple {command} does not use it"));
     }
     options.lay(&arguments).map_err(|e| broken(e.to_string()))?;
     Ok(ignored)
@@ -152,7 +182,9 @@ fn read_text(path: &Path) -> std::io::Result<String> {
 /// A key and its value as they would be typed.
 fn argument(key: &str, value: &toml::Value, file: &Path, trust: Trust) -> Result<Vec<OsString>, String> {
     if !options::names().iter().any(|name| name == key) {
-        return Err("unknown; the keys are the options of dapple render, without the leading dashes".into());
+        let said = "unknown; the keys are the options of dapple render, without the leading dashes";
+        let meant = suggest::key(key, &options::names()).map(|remedy| format!("; {remedy}"));
+        return Err(format!("{said}{}", meant.unwrap_or_default()));
     }
     if key == "settings" {
         return Err("only the command line can say this".into());
@@ -215,7 +247,7 @@ mod tests {
         fs::write(&path, text).unwrap();
         fs::write(folder.path().join("sky.hdr"), "").unwrap();
         let mut options = RenderOptions::default();
-        lay_file(&mut options, &path, trust).map(|_| options).map_err(|e| e.to_string())
+        lay_file(&mut options, &path, trust, "render").map(|_| options).map_err(|e| e.to_string())
     }
 
     #[test]
@@ -237,7 +269,7 @@ mod tests {
         fs::write(&path, text).unwrap();
         for anywhere in [false, true] {
             let mut options = RenderOptions::default();
-            let ignored = lay_file(&mut options, &path, Trust::Scene { anywhere }).unwrap();
+            let ignored = lay_file(&mut options, &path, Trust::Scene { anywhere }, "render").unwrap();
             assert_eq!(ignored.join(" "), "'allow-path' 'log' 'output' 'sppp' 'threads' 'yes'");
             assert!(options.output.is_none() && options.log.is_none() && options.allow_path.is_none());
             assert!(options.effects.yes.is_none() && options.threads.is_none());
@@ -253,7 +285,7 @@ mod tests {
         std::os::unix::fs::symlink(other.path().join("sky.hdr"), folder.path().join("in.hdr")).unwrap();
         let path = folder.path().join("s.toml");
         fs::write(&path, "env = 'in.hdr'").unwrap();
-        let lay = |trust| lay_file(&mut RenderOptions::default(), &path, trust);
+        let lay = |trust| lay_file(&mut RenderOptions::default(), &path, trust, "render");
         assert!(lay(SCENE).is_err_and(|e| e.to_string().contains("--allow-path")));
         assert!(lay(Trust::Scene { anywhere: true }).is_ok() && lay(Trust::User).is_ok());
     }

@@ -1,5 +1,6 @@
 //! The values that options take, each with the one sentence said about a wrong one.
 
+use crate::aliases;
 use dapple_integrator::camera::{PixelRect, Shutter};
 use dapple_integrator::imaging::Tone;
 use dapple_integrator::sampling::plan::MAX_COUNT;
@@ -140,7 +141,7 @@ pub enum PlanKind {
 
 /// `smallest` or `general`.
 pub fn plan_kind(s: &str) -> Result<PlanKind, String> {
-    match s {
+    match aliases::canonical(s, aliases::NONE).as_str() {
         "smallest" => Ok(PlanKind::Smallest),
         "general" => Ok(PlanKind::General),
         _ => Err("expected smallest or general".into()),
@@ -199,11 +200,11 @@ pub fn shutter(s: &str) -> Result<Shutter, String> {
 pub fn duration(s: &str) -> Result<Seconds, String> {
     let s = s.trim();
     let unit = s.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
-    let scale = match unit {
-        "" | "s" => 1.0,
+    let scale = match unit.trim() {
+        "" | "s" | "sec" | "seconds" => 1.0,
         "ms" => 1e-3,
-        "m" | "min" => 60.0,
-        "h" => 3600.0,
+        "m" | "min" | "minutes" => 60.0,
+        "h" | "hours" => 3600.0,
         _ => return Err("expected a time such as 30s, 500ms, 5m or 1h".into()),
     };
     let number: f64 = s[..s.len() - unit.len()]
@@ -224,7 +225,7 @@ pub fn point_count(s: &str) -> Result<u32, String> {
 
 /// `path` or `distribution`.
 pub fn method(s: &str) -> Result<Method, String> {
-    match s {
+    match aliases::canonical(s, aliases::METHODS).as_str() {
         "path" => Ok(Method::Path),
         "distribution" => Ok(Method::Distribution),
         _ => Err("expected path or distribution".into()),
@@ -234,7 +235,8 @@ pub fn method(s: &str) -> Result<Method, String> {
 /// The name of an effect.
 pub fn effect(s: &str) -> Result<Effect, String> {
     let names = || Effect::ALL.map(|(_, name)| name).join(", ");
-    let found = Effect::ALL.iter().find(|(_, name)| *name == s);
+    let meant = aliases::canonical(s, aliases::EFFECTS);
+    let found = Effect::ALL.iter().find(|(_, name)| *name == meant);
     found.map(|(effect, _)| *effect).ok_or_else(|| format!("expected one of {}", names()))
 }
 
@@ -248,7 +250,7 @@ pub fn method_name(method: Method) -> &'static str {
 
 /// `srgb`, `agx`, `aces` or `neutral`.
 pub fn tone(s: &str) -> Result<Tone, String> {
-    match s {
+    match aliases::canonical(s, aliases::TONES).as_str() {
         "srgb" => Ok(Tone::Srgb),
         "agx" => Ok(Tone::Agx),
         "aces" => Ok(Tone::Aces),

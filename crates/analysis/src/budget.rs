@@ -10,8 +10,8 @@
 //!
 //! All this is done in independent groups of blocks, from whose differences the intervals follow. As long as an interval is
 //! wide the pilot goes on, with twice as many groups, or with larger counts, nearer to the wanted ones; how far is a number
-//! of rays, so that the same call says the same on every machine, and time, if the settings grant it some. An interval that
-//! is not known even then is not told.
+//! of rays, so that the same call says the same on every machine, or a time, if one is given. An interval that is not known
+//! even then is not told.
 
 mod pilot;
 mod wanted;
@@ -76,7 +76,7 @@ pub struct Prediction {
 const MOST: f64 = 64.0;
 
 /// The budget for a picture of `settings` with relative RMSE `limit`. With `time`, a pilot whose intervals are wide goes on
-/// for so long.
+/// while its next step should end within that time; its first steps are taken in any case.
 pub fn budget(
     scene: &Scene,
     camera: &Camera,

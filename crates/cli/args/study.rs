@@ -1,5 +1,6 @@
 //! Commands that study pictures and renderers: there with the feature `report`.
 
+use crate::aliases;
 use crate::options::RenderOptions;
 use crate::values::{self, Seconds, Threshold};
 use clap::{Args, Subcommand, ValueEnum};
@@ -26,7 +27,7 @@ pub enum Study {
     /// Say what makes the error of a picture, and what a picture of --error-limit will cost
     ///
     /// From a pilot of the picture, which goes on while intervals are wider than a factor of 4: up to a fixed number of rays, or
-    /// for --time-limit if that is longer. An interval whose ends are more than a factor of 100 apart is not known.
+    /// to --time-limit if that is given. An interval whose ends are more than a factor of 100 apart is not known.
     Budget(Box<BudgetArgs>),
     /// Render one effect with several counts and estimators side by side
     ///
@@ -42,7 +43,9 @@ pub fn reworded(command: clap::Command) -> clap::Command {
     let said = "The folder to write into; what is there already is continued";
     command
         .mut_subcommand("sheet", |sheet| {
-            sheet.mut_arg("output", |a| a.help("Where to write the sheet, a .png [default: sheet.png]"))
+            sheet
+                .mut_arg("output", |a| a.help("Where to write the sheet, a .png [default: sheet.png]"))
+                .mut_arg("spp", |a| a.help("Points over the pixel's area [default: one, its centre]"))
         })
         .mut_subcommand("converge", |converge| {
             let seed =
@@ -174,7 +177,7 @@ pub struct SheetArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', required = true, value_parser = values::point_count)]
     pub counts: Vec<u32>,
     /// One row each: grid, random, stratified, sobol
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "grid,random,stratified")]
+    #[arg(long, value_parser = aliases::named::<Pattern>(aliases::PATTERNS), value_name = "LIST", value_delimiter = ',', default_value = "grid,random,stratified")]
     pub estimators: Vec<Pattern>,
     /// Measure errors against this picture, taken as exact [default: two halves by the path tracer, with 16 times the samples of
     /// the largest cell]

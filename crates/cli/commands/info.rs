@@ -1,36 +1,138 @@
-//! `dapple info`: what is in a scene, as text or as one JSON object with the same facts.
+//! `dapple info`: what is in a scene and what a render of it would say, as text or as one JSON object with the same facts.
+//!
+//! The file's own account comes from its JSON. Everything else (bounds, memory, warnings) comes from loading the scene as
+//! `render` does with the same options; where that fails, the facts that are left are told with the reason.
+
+mod builtin;
+mod text;
 
 use crate::args::InfoArgs;
+use crate::commands::render;
 use crate::error::{self, Failure};
-use crate::load::Source;
+use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
-use crate::{memory, report, settings_file};
+use crate::{machine, report, settings_file};
+use clap::ArgMatches;
+use dapple_integrator::camera::Projection;
+use dapple_integrator::scene::{NamedCamera, Scene};
 use serde_json::{Value, json};
 use std::path::Path;
 
 /// Prints what is in the scene.
-pub fn run(arguments: &InfoArgs) -> Result<(), Failure> {
+pub fn run(arguments: &InfoArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(&arguments.scene));
-    let mut facts = match source.path() {
-        Some(path) => file(path, arguments)?,
-        None => builtin(&source)?,
+    let (options, sidecar_warning, refused) = layers(source.path(), typed)?;
+    report::start(&options);
+    let would_be = match refused {
+        Some(refusal) => Err(refusal),
+        None => WouldBe::of(&source, &options),
     };
+    let mut facts = match (source.path(), &would_be) {
+        (Some(path), _) => file(path, &options)?,
+        (None, Ok(would_be)) => builtin::facts(&would_be.loaded.scene),
+        (None, Err(_)) => json!({}),
+    };
+    match would_be {
+        Ok(would_be) => would_be.tell(&mut facts),
+        Err(failure) if source.path().is_none() => return Err(failure),
+        Err(failure) => facts["error"] = error::one_line(&failure.to_string()).into(),
+    }
+    if let (Some(warning), Some(all)) = (sidecar_warning, facts["warnings"].as_array_mut()) {
+        all.insert(0, warning.into());
+    }
     facts["settings_file"] =
         source.path().and_then(settings_file::sidecar).map(|path| path.display().to_string()).into();
-    if arguments.json {
+    if RenderOptions::is(options.json) {
         report::json(&facts);
     } else {
-        text(&arguments.scene, &facts).iter().for_each(|line| report::result(line));
+        text::lines(&arguments.scene, &facts).iter().for_each(|line| report::result(line));
     }
     Ok(())
 }
 
+/// The options of all layers, and the sidecar's warning. A sidecar that `render` would refuse leaves those that were typed,
+/// and the reason.
+fn layers(
+    scene: Option<&Path>,
+    typed: &ArgMatches,
+) -> Result<(RenderOptions, Option<String>, Option<Failure>), Failure> {
+    match settings_file::layers(scene, typed, "info") {
+        Ok((options, warning)) => Ok((options, warning, None)),
+        Err(failure) => {
+            let mut options = RenderOptions::default();
+            options.lay_matches(typed)?;
+            if options.settings.is_some() { Err(failure) } else { Ok((options, None, Some(failure))) }
+        }
+    }
+}
+
+/// What a render would have before its first sample.
+struct WouldBe {
+    loaded: Loaded,
+    view: NamedCamera,
+    size: (u32, u32),
+    /// Most memory that this process will have held once the picture is written.
+    peak_bytes: u64,
+}
+
+impl WouldBe {
+    fn of(source: &Source, options: &RenderOptions) -> Result<Self, Failure> {
+        let loaded = load::load(source, options)?;
+        let view = load::camera(&loaded.scene, options)?;
+        let settings = render::settings(options, &view)?;
+        let picture_bytes = settings.rect().area() as u64 * load::pixel_bytes(options);
+        // Loading has its peak behind it, and the picture lies beside what is left of that.
+        let held = machine::resident_memory_bytes().max(loaded.scene.memory_bytes() as u64);
+        let peak_bytes = machine::peak_memory_bytes().max(held + picture_bytes);
+        Ok(Self { loaded, view, size: settings.size, peak_bytes })
+    }
+
+    /// Adds what the scene is once it is built.
+    fn tell(self, facts: &mut Value) {
+        let Self { loaded: Loaded { scene, notes, .. }, view, size, peak_bytes } = self;
+        facts["bounds"] = match scene.bounds {
+            Some((min, max)) => json!({ "min": min.to_array(), "max": max.to_array() }),
+            None => Value::Null,
+        };
+        facts["memory_bytes"] = scene.memory_bytes().into();
+        facts["peak_memory_bytes"] = peak_bytes.into();
+        facts["width"] = size.0.into();
+        facts["height"] = size.1.into();
+        facts["camera"] = json!(&*view.name);
+        if facts["cameras"].as_array().is_none_or(Vec::is_empty) {
+            facts["cameras"] = scene.cameras.iter().map(|c| camera(c, &scene)).collect();
+        }
+        facts["notes"] = json!(notes);
+        facts["warnings"] = scene.warnings.iter().map(|w| w.0.clone()).collect();
+    }
+}
+
+/// A camera that no file describes.
+fn camera(named: &NamedCamera, scene: &Scene) -> Value {
+    let (camera, space) = (&named.camera, &scene.space);
+    let vector = |v: glam::Vec3| v.as_dvec3().to_array();
+    let mut facts = json!({
+        "name": &*named.name, "position": space.to_world(camera.origin).to_array(),
+        "direction": vector(glam::Vec3::ZERO - camera.backward), "up": vector(camera.up), "aspect": named.aspect,
+    });
+    match camera.projection {
+        Projection::Perspective { tan_half } => {
+            facts["kind"] = "perspective".into();
+            facts["yfov_degrees"] = (2.0 * f64::from(tan_half).atan().to_degrees()).into();
+        }
+        Projection::Orthographic { half_height } => {
+            let height = 2.0 * f64::from(half_height) / space.scale;
+            facts["kind"] = "orthographic".into();
+            facts["size"] = json!([height * f64::from(named.aspect.unwrap_or(1.0)), height]);
+        }
+    }
+    facts
+}
+
 /// The reader's account, its counts moved to the top.
 #[cfg(feature = "gltf")]
-fn file(path: &Path, arguments: &InfoArgs) -> Result<Value, Failure> {
-    use dapple_integrator::scene::gltf;
-    let (allow_path, memory) = (arguments.allow_path, memory::limit(arguments.memory_limit));
-    let info = gltf::info(path, &gltf::Options { allow_path, memory, ..gltf::Options::default() })?;
+fn file(path: &Path, options: &RenderOptions) -> Result<Value, Failure> {
+    let info = dapple_integrator::scene::gltf::info(path, &load::reader_options(options))?;
     let unsayable = |e: serde_json::Error| Failure::Arguments(format!("{}: {e}", path.display()));
     let mut facts = serde_json::to_value(info).map_err(unsayable)?;
     let counts = facts["counts"].take();
@@ -44,96 +146,7 @@ fn file(path: &Path, arguments: &InfoArgs) -> Result<Value, Failure> {
 }
 
 #[cfg(not(feature = "gltf"))]
-fn file(path: &Path, _: &InfoArgs) -> Result<Value, Failure> {
+fn file(path: &Path, _: &RenderOptions) -> Result<Value, Failure> {
     let said = format!("{}: this dapple was built without the glTF reader (feature gltf)", path.display());
     Err(Failure::Arguments(said))
-}
-
-/// Built-in scenes have no file to look into: what they hold once built.
-fn builtin(source: &Source) -> Result<Value, Failure> {
-    let scene = source.read(&RenderOptions::default())?.build()?;
-    let materials: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
-    let cameras: Vec<&str> = scene.cameras.iter().map(|c| &*c.name).collect();
-    let lights: Vec<String> = scene.lights.iter().map(|l| kind(l).to_string()).collect();
-    Ok(json!({
-        "nodes": scene.survey.objects, "meshes": scene.survey.objects, "triangles": scene.survey.triangles,
-        "materials": materials, "textures": [], "lights": lights, "cameras": cameras, "animations": [],
-        "extensions": [], "memory_bytes": scene.memory_bytes(), "warnings": [],
-    }))
-}
-
-fn kind(light: &dapple_integrator::lights::Light) -> &'static str {
-    use dapple_integrator::lights::Light;
-    match light {
-        Light::Point(_) => "point",
-        Light::Spot(_) => "spot",
-        Light::Moving(_) => "moving",
-        Light::Distant(_) => "distant",
-        Light::Area(_) | Light::Patterned(_) => "area",
-        Light::Environment(_) => "environment",
-    }
-}
-
-/// One subject per line.
-fn text(scene: &str, facts: &Value) -> Vec<String> {
-    let count = |key: &str| facts[key].as_u64().unwrap_or(0);
-    let mut lines = vec![format!(
-        "{scene}: {} nodes, {} meshes, {} triangles, about {:.3} MB in memory",
-        count("nodes"),
-        count("meshes"),
-        count("triangles"),
-        count("memory_bytes") as f64 / 1e6,
-    )];
-    if let Some(generator) = facts["generator"].as_str() {
-        lines.push(format!("generator: {generator}"));
-    }
-    if let Some(path) = facts["settings_file"].as_str() {
-        lines.push(format!("settings file: {path}"));
-    }
-    lines.push(list(facts, "materials", plain));
-    if count("shapes") > 0 {
-        lines.push(format!("exact spheres and disks: {}", count("shapes")));
-    }
-    lines.push(list(facts, "textures", texture));
-    lines.push(list(facts, "lights", plain));
-    if facts["emissive"].as_array().is_some_and(|names| !names.is_empty()) {
-        lines.push(list(facts, "emissive", plain).replacen("emissive", "emissive materials", 1));
-    }
-    lines.push(list(facts, "cameras", plain));
-    lines.push(list(facts, "animations", animation));
-    lines.push(list(facts, "extensions", extension));
-    let warnings = facts["warnings"].as_array().into_iter().flatten();
-    lines.extend(warnings.map(|w| format!("warning: {}", plain(w))));
-    lines
-}
-
-fn list(facts: &Value, key: &str, item: fn(&Value) -> String) -> String {
-    let items: Vec<String> = facts[key].as_array().into_iter().flatten().map(item).collect();
-    if items.is_empty() {
-        format!("{key}: none")
-    } else {
-        format!("{key} ({}): {}", items.len(), items.join(", "))
-    }
-}
-
-fn plain(value: &Value) -> String {
-    error::one_line(value.as_str().unwrap_or_default())
-}
-
-fn texture(t: &Value) -> String {
-    match t["error"].as_str() {
-        Some(error) => format!("{} (cannot be read: {error})", plain(&t["name"])),
-        None => format!("{} {}x{}", plain(&t["name"]), t["width"], t["height"]),
-    }
-}
-
-fn animation(a: &Value) -> String {
-    let seconds = |key: &str| a[key].as_f64().unwrap_or(0.0);
-    format!("{} {:.3} s to {:.3} s", plain(&a["name"]), seconds("start"), seconds("end"))
-}
-
-fn extension(e: &Value) -> String {
-    let required = if e["required"] == true { "required" } else { "optional" };
-    let supported = if e["supported"] == true { "" } else { ", not supported" };
-    format!("{} ({required}{supported})", plain(&e["name"]))
 }

@@ -1,6 +1,8 @@
 //! One file per command.
 
 pub mod info;
+#[cfg(feature = "manual")]
+pub mod manual;
 pub mod plan;
 pub mod rays;
 pub mod render;

@@ -6,7 +6,7 @@ use crate::error::Failure;
 use crate::load::{self, Source};
 use crate::options::RenderOptions;
 use crate::values::method_name;
-use crate::{measure, report, settings_file};
+use crate::{effects, measure, report, settings_file};
 use clap::ArgMatches;
 use dapple_integrator::plan::{Decision, RenderPlan, plan};
 use serde_json::{Value, json};
@@ -14,12 +14,13 @@ use serde_json::{Value, json};
 /// Prints the plan; with `--measure`, against the general one.
 pub fn run(arguments: &PlanArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(&arguments.scene));
-    let options = settings_file::layered(source.path(), typed)?;
+    let options = settings_file::layered(source.path(), typed, "plan")?;
     report::start(&options);
     let loaded = load::load(&source, &options)?;
     let view = &load::camera(&loaded.scene, &options)?;
     let settings = render::settings(&options, view)?;
     render::warn(&loaded);
+    effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
     let plan = plan(&loaded.scene, &view.camera, &settings);
     let measured = match arguments.measure {
         true => Some(measure::against_general(&source, &options)?),

@@ -16,7 +16,7 @@ const COLUMNS: [&str; 5] = ["light", "glossy", "refract", "diffuse", "path"];
 /// Prints the forecast for `scene` with the sidecar's, the settings file's and the typed options.
 pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(scene));
-    let options = settings_file::layered(source.path(), typed)?;
+    let options = settings_file::layered(source.path(), typed, "rays")?;
     report::start(&options);
     let loaded = load::load(&source, &options)?;
     let view = &load::camera(&loaded.scene, &options)?;

@@ -10,7 +10,7 @@ use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::progress::Bar;
 use crate::report::{self, Report};
-use crate::{effects, interrupt, machine, metadata, metering, retrace, settings_file};
+use crate::{effects, interrupt, machine, metadata, metering, retrace, settings_file, verbose};
 use clap::ArgMatches;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
@@ -28,7 +28,7 @@ const CENTURY: Duration = Duration::from_secs(3_200_000_000);
 /// Renders `scene` with the sidecar's, the settings file's and the typed options.
 pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let source = Source::new(scene);
-    let options = settings_file::layered(source.path(), typed)?;
+    let options = settings_file::layered(source.path(), typed, "render")?;
     report::start(&options);
     let mut outputs = Outputs::plan(&options, &source.name())?;
     let mut inputs = Inputs::of_render(&source, &options);
@@ -39,15 +39,22 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     let view = &load::camera(&loaded.scene, &options)?;
     let settings = settings(&options, view)?;
     warn(&loaded);
+    say_light_unit(&loaded, &options);
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
     say_no_picture(&options);
     interrupt::listen();
     expose(&mut outputs, &loaded, view, &settings, &options);
-    tracing::info!(?settings, "rendering");
+    let is_verbose = RenderOptions::is(options.verbose);
+    if is_verbose {
+        report::say(&verbose::render(&settings));
+    }
     let (outcome, known) = draw(&loaded, view, &settings, &options)?;
     let outcome = finish(outcome, &options, &loaded, view, &settings);
     let ending = Ending::of(&options, &settings, &outcome, &known);
+    if is_verbose {
+        report::say(&verbose::writing(&outputs));
+    }
     outputs.write(&outcome, &outcome.film.mean(), ending.comment())?;
     say_bad_samples(&outcome.stats, scene, typed);
     ending.line().iter().for_each(|line| report::say(line));
@@ -110,10 +117,24 @@ fn check_adaptive(settings: &Settings) -> Result<(), Failure> {
     }
 }
 
-/// Says once what will look different from what the file says.
+/// Says once what will look different from what the file says, and what else the file could show.
 pub fn warn(loaded: &Loaded) {
     for warning in &loaded.scene.warnings {
         report::say(&format!("warning: {}", error::one_line(&warning.0)));
+    }
+    for note in &loaded.notes {
+        report::say(&format!("note: {}", error::one_line(note)));
+    }
+}
+
+/// Says that intensities of lights were divided, and why.
+pub fn say_light_unit(loaded: &Loaded, options: &RenderOptions) {
+    let taken = loaded.scene.light_unit.as_ref().filter(|taken| taken.is_photometric);
+    if let Some(taken) = taken.filter(|_| !RenderOptions::is(options.quiet)) {
+        report::say(&format!(
+            "note: intensities of lights are divided by 683 lm/W: {} (--light-unit radiometric takes them as they are)",
+            taken.why
+        ));
     }
 }
 
@@ -125,12 +146,8 @@ fn expose(
     settings: &Settings,
     options: &RenderOptions,
 ) {
-    let metered = outputs.expose(|| metering::exposure(&loaded.scene, &view.camera, settings));
-    if let Some(stops) = metered.filter(|_| !RenderOptions::is(options.quiet)) {
-        report::say(&format!(
-            "exposure of the PNG metered: {stops:+.2} stops (--exposure {stops} repeats it)"
-        ));
-    }
+    let what = (&loaded.scene, &view.camera, settings);
+    outputs.expose(|| metering::metered("the PNG", options, what));
 }
 
 /// The picture, and its error by its own account.

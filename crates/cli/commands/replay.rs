@@ -6,7 +6,7 @@ use crate::error::Failure;
 use crate::load::{self, Source};
 use crate::options::RenderOptions;
 use crate::values::Pixel;
-use crate::{report, settings_file};
+use crate::{effects, report, settings_file};
 use clap::ArgMatches;
 use dapple_integrator::{PathVertex, Settings, replay};
 use glam::{DVec3, Vec3};
@@ -15,13 +15,14 @@ use serde_json::json;
 /// Traces the sample again and prints its vertices.
 pub fn run(arguments: &ReplayArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(&arguments.scene));
-    let options = settings_file::layered(source.path(), typed)?;
+    let options = settings_file::layered(source.path(), typed, "replay")?;
     report::start(&options);
     let loaded = load::load(&source, &options)?;
     let view = &load::camera(&loaded.scene, &options)?;
     let settings = render::settings(&options, view)?;
     check(&settings, arguments.pixel, arguments.sample)?;
     render::warn(&loaded);
+    effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
     let Pixel(x, y) = arguments.pixel;
     let (vertices, radiance) = replay(&loaded.scene, &view.camera, &settings, (x, y), arguments.sample);
     if RenderOptions::is(options.json) {

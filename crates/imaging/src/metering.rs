@@ -4,7 +4,6 @@
 //! every machine.
 
 use crate::Picture;
-use crate::color::luminance;
 
 /// Share of the lit pixels that are at most as bright as the one that is brought to [`BRIGHT`].
 const PERCENTILE: f64 = 0.9;
@@ -20,12 +19,14 @@ const STEPS: f64 = 100.0;
 /// Exposure in stops, a multiple of 0.01, that suits a linear picture: nine tenths of the lit pixels stay below 0.8 of the
 /// display's white, unless the logarithmic mean of the lit pixels would then be below 0.1, to which it is raised (a lamp
 /// that fills much of the picture does not turn the room dark). Lit pixels are those that have at least a millionth of
-/// the brightest finite luminance. 0 for a picture without light.
+/// the brightest finite one. 0 for a picture without light.
 ///
-/// The logarithmic mean as a measure of a scene's key: [Reinhard 2002, eq. 1].
+/// A pixel is as bright as its largest channel, so that the shading of saturated colours does not end at the display's
+/// white: a blue surface has a fourteenth of the luminance of a white one. The logarithmic mean as a measure of a scene's
+/// key: [Reinhard 2002, eq. 1].
 pub fn exposure(picture: &Picture) -> f32 {
-    let luminances = picture.pixels.iter().map(|p| f64::from(luminance(*p)));
-    let mut lit: Vec<f64> = luminances.filter(|y| y.is_finite() && *y > 0.0).collect();
+    let finite = picture.pixels.iter().filter(|p| p.is_finite());
+    let mut lit: Vec<f64> = finite.map(|p| f64::from(p.max_element())).filter(|y| *y > 0.0).collect();
     lit.sort_unstable_by(f64::total_cmp);
     let Some(brightest) = lit.last().copied() else { return 0.0 };
     lit.retain(|y| *y >= brightest * LIT);
@@ -75,6 +76,18 @@ mod tests {
         let at = of(&[(0.2, 200), (200.0, 100)]);
         let mean = 0.2f64 * 1000f64.powf(1.0 / 3.0);
         assert!((f64::from(at) - (0.1 / mean).log2()).abs() < 0.006, "{at}");
+    }
+
+    #[test]
+    fn saturated_colours_are_shown_like_white() {
+        let shades = |color: Vec3| {
+            let pixels: Vec<Vec3> = (1..=100).map(|i| color * (0.01 * i as f32)).collect();
+            exposure(&Picture { width: pixels.len(), height: 1, pixels })
+        };
+        let white = shades(Vec3::ONE);
+        for color in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(0.2, 0.1, 1.0)] {
+            assert_eq!(shades(color), white, "{color}");
+        }
     }
 
     #[test]

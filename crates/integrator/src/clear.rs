@@ -9,11 +9,6 @@ use glam::Vec3;
 /// Indices that differ by less are equal (`dapple_materials`' own bound is half of this).
 const EQUAL_INDICES: f32 = 2e-4;
 
-/// Whether light goes through surfaces of a material.
-pub(crate) fn transmits(m: &TexturedMaterial) -> bool {
-    m.base.transmission > 0.0 && m.base.mirror.is_none() && !m.unlit
-}
-
 fn used(scene: &Scene) -> impl Iterator<Item = &TexturedMaterial> {
     scene.objects.iter().map(|object| &scene.materials[object.material as usize])
 }
@@ -25,13 +20,13 @@ fn can_be_smooth(m: &TexturedMaterial, all_are: bool) -> bool {
 
 /// Whether some thin wall lets light go straight on. `sharp`: rough transmission is taken as smooth.
 pub(crate) fn any_wall(scene: &Scene, sharp: bool) -> bool {
-    used(scene).any(|m| transmits(m) && m.base.thin && can_be_smooth(m, sharp))
+    used(scene).any(|m| m.transmits() && m.base.thin && can_be_smooth(m, sharp))
 }
 
 /// Whether some body does, met from outside of all others: its index is that of the outside, or not known.
 pub(crate) fn any_body(scene: &Scene) -> bool {
     let passes = |m: &TexturedMaterial| m.base.ior == 0.0 || (m.base.ior - 1.0).abs() < EQUAL_INDICES;
-    used(scene).any(|m| transmits(m) && !m.base.thin && passes(m))
+    used(scene).any(|m| m.transmits() && !m.base.thin && passes(m))
 }
 
 /// Where all camera rays start, if they start in one place while nothing moves.
@@ -71,6 +66,6 @@ fn sends_on(job: &Job<'_>, m: &TexturedMaterial) -> bool {
         return false;
     }
     let opaque = base.transmission < 1.0 || m.transmission_texture.is_some();
-    let bends = transmits(m) && (base.ior - 1.0).abs() >= EQUAL_INDICES;
+    let bends = m.transmits() && (base.ior - 1.0).abs() >= EQUAL_INDICES;
     base.metallic > 0.0 || (opaque && base.specular > 0.0) || (bends && (base.specular > 0.0 || !base.thin))
 }

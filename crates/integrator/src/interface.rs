@@ -63,8 +63,10 @@ pub(crate) fn meet<V: Visibility>(around: &Around<'_, V>, ray: &Ray, stack: &Med
     met
 }
 
-/// The boundary at `hit`, with those of other bodies that lie in the same place: where two bodies touch, a ray leaves the
-/// one and enters the other at once. Rays that go on from `surface` start outside of all of them. Returns the last hit.
+/// The boundary at `hit`, with those of other bodies that lie in the same place, or where rays that go on have not started
+/// yet: where two bodies touch, a ray leaves the one and enters the other at once. Rays that go on from `surface` start
+/// outside of all of them. Thin walls in between are left out: nothing else of them remains (`shared_place`). Returns the
+/// last hit.
 pub(crate) fn gather<V: Visibility>(
     around: &Around<'_, V>,
     ray: &Ray,
@@ -88,8 +90,15 @@ pub(crate) fn gather<V: Visibility>(
         let Some(next) = around.visibility.closest_where(&at, &|h| last.wins_over(h)) else { break };
         let body = scene.objects[next.object as usize].body;
         let other = scene.world.surface(ray, around.time, &next);
-        if body == u32::MAX || !are_one_place(&first, &other) {
+        if !(are_one_place(&first, &other) || is_passed_over(surface, &other)) {
             break;
+        }
+        if body == u32::MAX {
+            if !shared_place::is_wall(scene, &next) {
+                break;
+            }
+            last = next;
+            continue;
         }
         last = next;
         let crossing = (next.object, from_outside(&other));
@@ -102,6 +111,11 @@ pub(crate) fn gather<V: Visibility>(
         surface.p_error = surface.p_error.max(first.p_error + 2.0 * other.p_error);
     }
     (boundary, last)
+}
+
+/// Whether a ray that goes on from `from` starts beyond `other`.
+fn is_passed_over(from: &Surface, other: &Surface) -> bool {
+    from.ng.dot(other.p - from.p).abs() <= from.ng.abs().dot(from.p_error)
 }
 
 /// Whether two hits of one ray lie within each other's error bounds, across the surfaces.

@@ -102,7 +102,7 @@ impl<'a> Job<'a> {
     /// Whether a shadow ray within `stack` may pass an object's surface.
     pub fn may_pass(&self, object: u32, stack: &MediumStack) -> bool {
         let material = self.scene.material(object);
-        clear::transmits(material) && (material.base.thin || self.clear_bodies || !stack.is_empty())
+        material.transmits() && (material.base.thin || self.clear_bodies || !stack.is_empty())
     }
 
     /// Whether rays ask surfaces for holes.

@@ -36,6 +36,11 @@ impl MediumStack {
         (self.len > 0).then_some(self.bodies[0])
     }
 
+    /// Index of refraction; 1 outside of all bodies, and where it is not known.
+    pub fn ior(&self, bodies: &[Body]) -> f32 {
+        self.current().map(|body| bodies[body as usize].ior).filter(|ior| *ior > 0.0).unwrap_or(1.0)
+    }
+
     #[cfg(test)]
     fn contains(&self, body: u32) -> bool {
         self.bodies[..self.len as usize].contains(&body)

@@ -181,7 +181,7 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
     leave(
         job.scene.shared_places.is_some(),
         "the question which of several surfaces in one place is there",
-        "no light shares its place with a surface",
+        "no light and nothing that light passes shares its place with a surface",
     );
     leave(!job.media.is_empty(), "media, and bodies that overlap", "no volume is filled");
     leave(survey.has_transmission, "transmission", "no surface transmits light");

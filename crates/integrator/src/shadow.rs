@@ -11,6 +11,7 @@
 
 use crate::interface::{are_one_place, gather};
 use crate::medium::MediumStack;
+use crate::shared_place;
 use crate::vertex::{Around, Vertex};
 use crate::visibility::{Query, Visibility};
 use dapple_geometry::{Hit, Ray, Surface};
@@ -75,17 +76,25 @@ impl<V: Visibility> Around<'_, V> {
         self.walk(&at, stack, distance)
     }
 
-    /// From surface to surface.
+    /// From surface to surface. Where light is bent a bundle of rays spreads by the ratio of the indices: with pieces sᵢ of
+    /// index nᵢ from a light in index n₀ the irradiance is that of the distance n₀·Σ sᵢ/nᵢ (exact along the normals of
+    /// the surfaces [Born & Wolf 1999, §4.4]).
     fn walk(&self, at: &Query<'_>, stack: &MediumStack, distance: f32) -> Passage {
         let (scene, bodies, length) = (self.scene, self.job.media.bodies, at.ray.d.length());
         let mut way = Way { transmittance: Vec3::ONE, passed: 0, bent: false };
         let (mut stack, mut gone) = (*stack, 0.0);
+        // Sum of the pieces of the way, each over its index of refraction.
+        let mut reduced = 0.0;
         let mut last: Option<(Hit, Surface)> = None;
         let mut crossings = 0;
         for _ in 0..SAME * (MOST + 1) {
             let beyond = |hit: &Hit| last.is_none_or(|(last, _)| last.wins_over(hit));
             let Some(mut hit) = self.visibility.closest_where(at, &beyond) else {
                 way.transmittance *= stack.transmittance(bodies, distance - gone);
+                if way.bent && distance < f32::INFINITY {
+                    reduced += (distance - gone) / stack.ior(bodies);
+                    way.transmittance *= (distance / (reduced * stack.ior(bodies))).powi(2);
+                }
                 return Passage::Open(way);
             };
             let mut surface = scene.world.surface(at.ray, self.time, &hit);
@@ -93,11 +102,21 @@ impl<V: Visibility> Around<'_, V> {
                 last = Some((hit, surface));
                 continue;
             }
+            if let Some(places) = shared_place::of(scene) {
+                if let Some((_, passed)) =
+                    last.filter(|last| shared_place::is_left_out(scene, *last, (hit, surface)))
+                {
+                    last = Some((hit, passed));
+                    continue;
+                }
+                shared_place::settle(places, at.ray, (&mut hit, &mut surface), self);
+            }
             crossings += 1;
             if crossings > MOST {
                 break;
             }
             way.transmittance *= stack.transmittance(bodies, hit.t * length - gone);
+            reduced += (hit.t * length - gone) / stack.ior(bodies);
             gone = hit.t * length;
             let first = hit;
             let mut boundary = None;

@@ -1,13 +1,15 @@
 //! Which of the surfaces in one place is there?
 //!
 //! Hits of a ray that lie within each other's error bounds are one place: which of them is nearer is rounding. There the
-//! side of an emitter that emits wins over any other surface, then the lowest object, then the lowest primitive. Camera
-//! rays, rays that leave by a lobe and light samples all ask [`resolve`], so that light sampling and lobes see the same
+//! side of an emitter that emits wins over any other surface, then what lets no light through, so that nothing shines
+//! through the table that a glass stands on, then the boundaries of bodies (all of them: `interface::gather`) before thin
+//! walls; among equals the lowest object, then the lowest primitive. Camera rays, rays that leave by a lobe and light samples all ask [`resolve`], so that light sampling and lobes see the same
 //! lamp in the same place and weigh it once: lamps that lie in one another shine as one, and a lamp in the plane of a
 //! ceiling shines like one just below it.
 //!
 //! Only surfaces and lights that [`SharedPlaces`](dapple_scene::SharedPlaces) knows to share a place come here.
 
+use crate::interface::are_one_place;
 use crate::vertex::Around;
 use crate::visibility::Visibility;
 use dapple_geometry::offset::gamma;
@@ -42,6 +44,23 @@ pub(crate) fn settle<V: Visibility>(
     let others = hits.into_iter().filter(|other| places.contains(other));
     let winner = resolve(nearest, others.map(|hit| Candidate::of(places, ray, hit, around)));
     (*hit, *surface) = (winner.hit, winner.surface);
+}
+
+/// Whether a surface is a thin wall that may share its place.
+pub(crate) fn is_wall(scene: &Scene, hit: &Hit) -> bool {
+    let is_wall = |places: &SharedPlaces| places.contains(hit) && places.transmits(hit.object);
+    scene.objects[hit.object as usize].body == u32::MAX && of(scene).is_some_and(is_wall)
+}
+
+/// Whether a thin wall is none, for a ray has just passed what is there in its place.
+pub(crate) fn is_left_out(
+    scene: &Scene,
+    (last, passed): (Hit, Surface),
+    (hit, surface): (Hit, Surface),
+) -> bool {
+    is_wall(scene, &hit)
+        && of(scene).is_some_and(|all| all.contains(&last))
+        && are_one_place(&passed, &surface)
 }
 
 /// Whether something stands between `o` and a sampled point of a light: as `blocked` by the shadow ray `ray`, but that in
@@ -82,7 +101,16 @@ struct Candidate {
     hit: Hit,
     surface: Surface,
     point: PlacePoint,
-    is_lit: bool,
+    class: Class,
+}
+
+/// What surfaces in one place are to each other, the winner first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Class {
+    Lit,
+    Opaque,
+    Body,
+    Wall,
 }
 
 impl Candidate {
@@ -100,12 +128,26 @@ impl Candidate {
         let scene = around.scene;
         let from_front = scene.is_double_sided(hit.object) || ray.d.dot(surface.ng) < 0.0;
         let point = places.surfaces.point(&scene.world, &hit, &surface, around.time);
-        Self { hit, surface, point, is_lit: places.emits(hit.object) && from_front }
+        let class = match hit.object {
+            object if places.emits(object) && from_front => Class::Lit,
+            object if !places.transmits(object) => Class::Opaque,
+            object if scene.objects[object as usize].body != u32::MAX => Class::Body,
+            _ => Class::Wall,
+        };
+        Self { hit, surface, point, class }
     }
 
     /// Order in which surfaces win.
-    fn rank(&self) -> (bool, u32, u32) {
-        (!self.is_lit, self.hit.object, self.hit.primitive)
+    fn rank(&self) -> (Class, u32, u32) {
+        (self.class, self.hit.object, self.hit.primitive)
+    }
+
+    fn wins_over(&self, other: &Self) -> bool {
+        match (self.class, other.class) {
+            // The boundaries of bodies are met in their order.
+            (Class::Body, Class::Body) => self.hit.wins_over(&other.hit),
+            _ => self.rank() < other.rank(),
+        }
     }
 }
 
@@ -119,7 +161,7 @@ fn resolve(nearest: Candidate, others: impl Iterator<Item = Candidate>) -> Candi
             continue;
         }
         error = Some(error.unwrap_or(nearest.point.error()).max(other.point.error()));
-        if other.rank() < winner.rank() {
+        if other.wins_over(&winner) {
             winner = other;
         }
     }
@@ -230,7 +272,8 @@ impl<'a> Target<'a> {
         let winner = resolve(nearest, hits[1..].iter().map(of));
         let source = around.scene.source_of(self.light);
         is_own(&winner.hit)
-            || own.is_none() && source.is_some_and(|(object, first)| (false, object, first) < winner.rank())
+            || own.is_none()
+                && source.is_some_and(|(object, first)| (Class::Lit, object, first) < winner.rank())
     }
 
     /// The sampled point as its surface would have it.

@@ -10,6 +10,7 @@ pub use pose::CameraPose;
 
 use crate::{
     Placement, Reads, SceneError, TexturedMaterial, Unread, Warning,
+    light_unit::TakenUnit,
     moving::{Body, Exposure},
     punctual::Punctual,
 };
@@ -31,6 +32,8 @@ pub struct SceneBuilder {
     placed: Vec<Placed>,
     /// With the chain of nodes that moves it, if one does.
     pub(crate) punctual: Vec<(Punctual, Option<Chain>)>,
+    /// Of the punctual lights of a file.
+    pub(crate) light_unit: Option<TakenUnit>,
     environment: Option<Environment>,
     /// The scene stays dark where nothing gives light.
     no_default_light: bool,
@@ -38,6 +41,8 @@ pub struct SceneBuilder {
     pub(crate) cameras: Vec<(Arc<str>, CameraPose, Option<Chain>)>,
     pub(crate) exposure: Exposure,
     warnings: Vec<Warning>,
+    /// What else the file could show.
+    pub(crate) notes: Vec<String>,
     pub(crate) files: Vec<PathBuf>,
     unread: Unread,
     /// What the render looks at.
@@ -167,6 +172,15 @@ impl SceneBuilder {
         self.punctual.push((Punctual::Distant { towards, irradiance }, None));
     }
 
+    /// Takes the intensities of the punctual lights so far as they are, or divides them.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn take_lights_as(&mut self, unit: TakenUnit) {
+        if unit.is_photometric {
+            self.punctual.iter_mut().for_each(|(light, _)| light.divide(crate::light_unit::LUMENS_PER_WATT));
+        }
+        self.light_unit = Some(unit).filter(|_| !self.punctual.is_empty());
+    }
+
     /// Sets what surrounds the scene; replaces an earlier one. A constant black one is "nothing, on purpose".
     pub fn environment(&mut self, environment: Environment) {
         self.environment = Some(environment);
@@ -185,6 +199,12 @@ impl SceneBuilder {
     /// Adds something to tell the user.
     pub fn warn(&mut self, warning: Warning) {
         self.warnings.push(warning);
+    }
+
+    /// What else the file that the scene was read from could show (other scenes, variants, animations): one line each,
+    /// for those that nobody chose from.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     fn invalid(&self, place: impl Into<String>, what: impl Into<String>) -> SceneError {

@@ -1,8 +1,8 @@
-//! Which lights share their place with a surface?
+//! Which lights, and which surfaces that light passes, share their place with a surface?
 //!
-//! A lamp in the plane of a ceiling, lamps that lie in one another, a point light in a wall: found once, when the scene is
-//! built. Scenes without any carry nothing, and ask nothing.
-use crate::{Space, emission::AreaLights};
+//! A lamp in the plane of a ceiling, lamps that lie in one another, a point light in a wall, a glass on a table: found
+//! once, when the scene is built. Scenes without any carry nothing, and ask nothing.
+use crate::{Object, Space, emission::AreaLights};
 use dapple_geometry::{
     Coincident, Hit, World,
     offset::{UNIT_ROUNDOFF, gamma},
@@ -17,15 +17,24 @@ pub struct SharedPlaces {
     pub surfaces: Box<Coincident>,
     /// By light.
     lights: Vec<bool>,
-    /// By object: whether its material says that it emits.
-    emits: Vec<bool>,
+    kinds: Vec<Kind>,
+}
+
+/// What an object is to others in the same place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Kind {
+    /// Its material says that it emits.
+    pub emits: bool,
+    /// Its material lets light pass.
+    pub transmits: bool,
 }
 
 impl SharedPlaces {
-    /// `emits`: by object; `punctual`: the lights that follow those of `area`. None when no light shares its place.
+    /// `kinds`: by object; `punctual`: the lights that follow those of `area`. None when nothing shares its place that
+    /// matters. Boundaries of bodies that touch each other are no question: rays cross all of them.
     pub(crate) fn find(
         world: &World,
-        emits: Vec<bool>,
+        (objects, kinds): (&[Object], Vec<Kind>),
         (area, punctual): (&AreaLights, &[Light]),
         space: &Space,
     ) -> Option<Self> {
@@ -36,15 +45,19 @@ impl SharedPlaces {
             punctual.iter().enumerate().filter_map(|(i, light)| Some((i, light.positions()?))).unzip();
         let shines =
             |object, primitive| area.of(&Hit { t: 0.0, u: 0.0, v: 0.0, primitive, object }).is_some();
-        let surfaces =
-            world.coincident(|object| emits[object as usize], shines, &points, origin_error(space))?;
+        let group = |object: u32| match kinds[object as usize] {
+            Kind { emits: false, transmits: false } => None,
+            Kind { transmits: true, .. } if objects[object as usize].body != u32::MAX => Some(BODIES),
+            _ => Some(object),
+        };
+        let surfaces = world.coincident(group, shines, &points, origin_error(space))?;
         let count = area.lights.len();
         let mut shared: Vec<bool> = (0..count as u32).map(|i| area.is_on(i, &surfaces)).collect();
         shared.resize(count + punctual.len(), false);
         for (number, light) in numbers.into_iter().enumerate() {
             shared[count + light] = surfaces.contains_point(number);
         }
-        Some(Self { surfaces, lights: shared, emits })
+        Some(Self { surfaces, lights: shared, kinds })
     }
 
     /// The lights that are never seen, because an earlier one covers them in the same place; `is_solid` says of an object
@@ -84,7 +97,7 @@ impl SharedPlaces {
         self.lights.get(light as usize).copied().unwrap_or(false)
     }
 
-    /// Whether the surface that was hit may share its place with an emitter.
+    /// Whether the surface that was hit may share its place with another one so that it matters.
     #[inline]
     pub fn contains(&self, hit: &Hit) -> bool {
         self.surfaces.contains(hit.object, hit.primitive)
@@ -92,7 +105,12 @@ impl SharedPlaces {
 
     /// Whether an object's material says that it emits, be it with the light left out of the scene.
     pub fn emits(&self, object: u32) -> bool {
-        self.emits.get(object as usize).copied().unwrap_or(false)
+        self.kinds.get(object as usize).is_some_and(|kind| kind.emits)
+    }
+
+    /// Whether an object's material lets light pass.
+    pub fn transmits(&self, object: u32) -> bool {
+        self.kinds.get(object as usize).is_some_and(|kind| kind.transmits)
     }
 
     /// Lights that share their place.
@@ -101,9 +119,12 @@ impl SharedPlaces {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.surfaces.memory_bytes() + self.lights.len() + self.emits.len()
+        self.surfaces.memory_bytes() + self.lights.len() + size_of_val(&*self.kinds)
     }
 }
+
+/// All boundaries of bodies are one group.
+const BODIES: u32 = u32::MAX;
 
 /// Of lights with lights, at most.
 const COMPARISONS: usize = 1 << 26;

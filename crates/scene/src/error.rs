@@ -45,6 +45,23 @@ pub enum SceneError {
         /// The extension's name.
         extension: String,
     },
+    /// A scene, variant or animation that was asked for and is not there.
+    #[error(
+        "{}: --{kind} {}: there is no such {kind}; the file has {}",
+        file.display(),
+        quoted(wanted),
+        if there.is_empty() { "none" } else { there }
+    )]
+    Choice {
+        /// The scene's file.
+        file: PathBuf,
+        /// What was to be chosen: "scene", "variant" or "animation".
+        kind: String,
+        /// The name or index asked for.
+        wanted: String,
+        /// What there is, with index and name; empty if there is nothing.
+        there: String,
+    },
     /// A reference that leaves the scene's folder.
     #[error("{}: {place} refers to '{}': {what}", file.display(), quoted(uri))]
     Path {

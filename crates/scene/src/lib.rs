@@ -17,6 +17,7 @@ mod extremes;
 mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
+pub mod light_unit;
 pub mod material;
 pub mod memory;
 mod moving;
@@ -33,6 +34,7 @@ pub use bodies::{Bodies, Body};
 pub use builder::{CameraPose, SceneBuilder};
 pub use coincident::SharedPlaces;
 pub use error::{SceneError, Warning};
+pub use light_unit::LightUnit;
 pub use material::{AlphaMode, TextureUse, TexturedMaterial};
 pub use reads::Reads;
 pub use scene::{NamedCamera, Object, Scene, Shading};

@@ -68,6 +68,9 @@ impl<'a> Patterns<'a> {
 
     /// Emission of a triangle of an object of `count`. Where it emits at all, it is not zero.
     pub fn mean(&mut self, material: u32, (object, primitive): (u32, u32), count: usize) -> Mean {
+        if self.judged(material, (object, primitive)).judge(&Part::WHOLE).high == 0.0 {
+            return Mean { radiance: Vec3::ZERO, middle: Vec2::splat(1.0 / 3.0), varies: false };
+        }
         let emitter = self.emitter(material);
         let at = |p: DVec2| Hit { t: 0.0, u: p.x as f32, v: p.y as f32, primitive, object };
         let mut sum = Sum::default();
@@ -160,12 +163,17 @@ impl<'a> Patterns<'a> {
         budget: usize,
         middle: Vec2,
     ) -> (Option<Pattern>, f64) {
+        let triangle = self.judged(material, (object, primitive));
+        Pattern::new(budget, middle, |part| triangle.judge(part))
+    }
+
+    /// A triangle with the bounds of its material.
+    fn judged(&mut self, material: u32, (object, primitive): (u32, u32)) -> Triangle<'_> {
         let emitter = self.emitter(material);
         let textures = self.textures;
         let bounds =
             self.bounds[material as usize].get_or_insert_with(|| Bounds::new(emitter.material, textures));
-        let triangle = Triangle::new(&emitter, bounds, object, primitive);
-        Pattern::new(budget, middle, |part| triangle.judge(part))
+        Triangle::new(emitter, bounds, object, primitive)
     }
 }
 
@@ -295,7 +303,7 @@ impl<'a> Layer<'a> {
 
 /// A triangle that emits.
 struct Triangle<'a> {
-    emitter: &'a Emitter<'a>,
+    emitter: Emitter<'a>,
     object: u32,
     primitive: u32,
     emissive: Option<Layer<'a>>,
@@ -305,14 +313,14 @@ struct Triangle<'a> {
 }
 
 impl<'a> Triangle<'a> {
-    fn new(emitter: &'a Emitter<'a>, bounds: &'a Bounds<'a>, object: u32, primitive: u32) -> Self {
+    fn new(emitter: Emitter<'a>, bounds: &'a Bounds<'a>, object: u32, primitive: u32) -> Self {
         let at = |p: DVec2| Hit { t: 0.0, u: p.x as f32, v: p.y as f32, primitive, object };
         Self {
             emitter,
             object,
             primitive,
-            emissive: Layer::new(&bounds.emissive, emitter, &at),
-            alpha: Layer::new(&bounds.alpha, emitter, &at),
+            emissive: Layer::new(&bounds.emissive, &emitter, &at),
+            alpha: Layer::new(&bounds.alpha, &emitter, &at),
             alphas: corners().map(|p| f64::from(emitter.material.alpha * emitter.world.color(&at(p)).w)),
         }
     }

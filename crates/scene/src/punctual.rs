@@ -1,7 +1,7 @@
 //! Point, spot and distant lights from the world to render space.
 //!
-//! Units as in KHR_lights_punctual with photometric numbers read as radiometric ones, per channel: 1 cd is 1 W/sr,
-//! 1 lx is 1 W/m². Irradiance I/d² does not depend on the unit of length, so I goes to render space times scale².
+//! Units are radiometric, per channel: W/sr and W/m² ([`crate::light_unit`] says how those of a file come to be so).
+//! Irradiance I/d² does not depend on the unit of length, so I goes to render space times scale².
 use crate::{Space, moving::Exposure};
 use dapple_geometry::motion::Chain;
 use dapple_lights::{Distant, Light, Moving, Point, Spot};
@@ -32,6 +32,15 @@ pub(crate) fn lights(
 }
 
 impl Punctual {
+    /// The same light, dimmer.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn divide(&mut self, by: f32) {
+        match self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => *intensity /= by,
+            Self::Distant { irradiance, .. } => *irradiance /= by,
+        }
+    }
+
     fn to_render(self, space: &Space) -> Result<Option<Light>, &'static str> {
         self.strengths(space)?.map_or(Ok(None), |strength| {
             let p = |p| place(space.to_render(p));

@@ -8,7 +8,7 @@ use dapple_geometry::{Frame, Hit, Surface, World};
 use dapple_imaging::Texture;
 use dapple_lights::{Environment, Light, LightChoice, LightPoint};
 use dapple_materials::Material;
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use std::{path::PathBuf, sync::Arc};
 
 /// Names for reports and ids for AOVs; index = world object index.
@@ -69,11 +69,15 @@ pub struct Scene {
     pub shutter: Shutter,
     /// What there is, and what there is not.
     pub survey: Survey,
+    /// What the intensities of a file's punctual lights were taken as; None without such lights.
+    pub light_unit: Option<crate::light_unit::TakenUnit>,
     /// What will look different from what was asked for.
     pub warnings: Vec<Warning>,
     /// The file that the scene was read from and the files that it names, looked at or not; empty for a scene built in
     /// code.
     pub files: Vec<PathBuf>,
+    /// The corners of the box around all objects when the shutter opens, in the world; None when there are none.
+    pub bounds: Option<(DVec3, DVec3)>,
     /// Half the diagonal of the box around everything, in render space.
     pub(crate) radius: f32,
     /// Surfaces and lights in one place; None when each has its place to itself.

@@ -77,9 +77,9 @@ impl Wanted {
         3.0 * (self.limit * mean).powi(2)
     }
 
-    /// Whether a pilot that took `rays` so far may take as many again: they are few, or there is time.
+    /// Whether a pilot that took `rays` so far may take as many again: there is time, or where no time is given they are few.
     fn may_go_on(&self, rays: f64) -> bool {
-        2.0 * rays <= RAYS || self.time.is_some_and(|time| 2 * self.start.elapsed() <= time)
+        self.time.map_or(2.0 * rays <= RAYS, |time| 2 * self.start.elapsed() <= time)
     }
 
     /// From errors of groups: the standard errors of the squared error that is wanted are those of the mean radiance.

@@ -14,7 +14,7 @@ use std::time::Instant;
 /// Prints the budget for `scene` with the sidecar's, the settings file's and the typed options.
 pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(scene));
-    let options = settings_file::layered(source.path(), typed)?;
+    let options = settings_file::layered(source.path(), typed, "budget")?;
     report::start(&options);
     let Some(limit) = options.error_limit else {
         return Err(Failure::Arguments("--error-limit: say which error is wanted, such as 0.01".into()));
@@ -44,7 +44,9 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
         report::json(&object);
     } else {
         text(scene, &found, confidence).iter().for_each(|line| report::result(line));
-        report::say(&format!("found in {seconds:.1} s"));
+        if !RenderOptions::is(options.quiet) {
+            report::say(&format!("found in {seconds:.1} s"));
+        }
     }
     Ok(())
 }

@@ -8,9 +8,11 @@ mod schedule;
 
 use crate::args::study::ConvergeArgs;
 use crate::error::Failure;
+use crate::inputs::Inputs;
+use crate::load::Source;
 use crate::options::RenderOptions;
 use crate::progress::Bar;
-use crate::{interrupt, machine, report};
+use crate::{interrupt, machine, report, settings_file};
 use clap::ArgMatches;
 use dapple_analysis::converge::Clock;
 use dapple_analysis::report::summary;
@@ -45,6 +47,40 @@ impl Session<'_> {
     }
 }
 
+/// A scene with what was said about it.
+struct Given<'a> {
+    name: &'a str,
+    source: Source,
+    options: RenderOptions,
+}
+
+impl<'a> Given<'a> {
+    fn new(name: &'a str, typed: &ArgMatches) -> Result<Self, Failure> {
+        let source = Source::new(Some(name));
+        let options = settings_file::layered(source.path(), typed, "converge")?;
+        Ok(Self { name, source, options })
+    }
+}
+
+/// Refuses a folder in which a file that is read would be written over, before anything is.
+fn spare(
+    arguments: &ConvergeArgs,
+    scenes: &[Given<'_>],
+    folder: &Folder,
+    externals: &[External],
+) -> Result<(), Failure> {
+    let mut inputs = Inputs::default();
+    for scene in scenes {
+        inputs.add_render(&scene.source, &scene.options);
+        inputs.add_scene_files(&scene.source.files(&scene.options)?);
+    }
+    if let Some(reference) = &arguments.reference {
+        inputs.add("the reference", reference);
+    }
+    let names: Vec<String> = externals.iter().map(|external| external.name.clone()).collect();
+    folder.spare(&inputs, &arguments.scenes, &names)
+}
+
 /// The largest first seed: those of references lie above, and other renderers count in 32 bits.
 const LARGEST_SEED: u64 = 2_000_000_000;
 
@@ -54,17 +90,21 @@ pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Fai
     let given = &arguments.options;
     report::start(given);
     check(arguments)?;
-    let externals = arguments.external.iter().map(|e| External::parse(e)).collect::<Result<_, _>>()?;
+    let externals =
+        arguments.external.iter().map(|e| External::parse(e)).collect::<Result<Vec<_>, Failure>>()?;
     let folder = Folder::open(given.output.as_deref().unwrap_or_default())?;
+    let scenes =
+        arguments.scenes.iter().map(|name| Given::new(name, typed)).collect::<Result<Vec<_>, _>>()?;
+    spare(arguments, &scenes, &folder, &externals)?;
     let old = folder.read()?;
     let spent = old.spent_seconds;
     let bar = Bar::new(RenderOptions::is(given.quiet));
     let results = Results { spent_seconds: spent, ..describe(arguments) };
     let mut session = Session { arguments, clock, folder, results, bar, externals };
     interrupt::listen();
-    for (i, scene) in arguments.scenes.iter().enumerate() {
+    for (i, scene) in scenes.into_iter().enumerate() {
         let rest = arguments.scenes.len() - i;
-        schedule::scene(&mut session, scene, typed, &old, rest)?;
+        schedule::scene(&mut session, scene, &old, rest)?;
     }
     session.bar.finish();
     session.results.spent_seconds = spent + session.clock.elapsed();
@@ -76,15 +116,9 @@ pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Fai
 /// What only `render` and a single run can have.
 fn check(arguments: &ConvergeArgs) -> Result<(), Failure> {
     let o = &arguments.options;
-    let refused = [
-        ("--spp", o.spp.is_some(), "the counts grow while the budget lasts"),
-        ("--time-limit", o.time_limit.is_some(), "see --budget"),
-        ("--seed", o.seed.is_some_and(|s| s > LARGEST_SEED), "the first seed is at most 2000000000"),
-        ("--aov", o.aov.is_some(), "only the picture itself is compared"),
-        ("--crop", o.crop.is_some(), "whole pictures are compared; see --size"),
-    ];
-    if let Some((name, _, why)) = refused.iter().find(|r| r.1) {
-        return Err(Failure::Arguments(format!("{name}: not with converge: {why}")));
+    if o.seed.is_some_and(|seed| seed > LARGEST_SEED) {
+        let said = "--seed: not with converge: the first seed is at most 2000000000";
+        return Err(Failure::Arguments(said.into()));
     }
     // Files in the folder are called after scenes.
     for (i, scene) in arguments.scenes.iter().enumerate() {

@@ -17,7 +17,7 @@ use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::progress::Bar;
 use crate::values::Size;
-use crate::{effects, interrupt, memory, report, settings_file};
+use crate::{effects, interrupt, memory, metering, report, settings_file};
 use clap::ArgMatches;
 use cost::Deadline;
 use dapple_integrator::imaging::sheet::{self, Cell, Frame};
@@ -58,7 +58,7 @@ const FINER: u32 = 4;
 /// Renders all cells that there is time for, and writes the sheet.
 pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let source = Source::new(Some(&arguments.scene));
-    let mut options = settings_file::layered(source.path(), typed)?;
+    let mut options = settings_file::layered(source.path(), typed, "sheet")?;
     report::start(&options);
     let output = output(typed)?;
     let mut inputs = Inputs::of_render(&source, &options);
@@ -76,10 +76,11 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
     inputs.spare([output.as_path()])?;
     let view = load::camera(&loaded.scene, &options)?;
     render::warn(&loaded);
+    render::say_light_unit(&loaded, &options);
     let limit = options.time_limit.take();
     let asked = options.clone();
     let options = common(options, arguments.vary, &view, given.as_ref());
-    let sheet = Sheet { arguments, asked, options, loaded, view };
+    let mut sheet = Sheet { arguments, asked, options, loaded, view, exposure: 0.0 };
     let plans = sheet.checked()?;
     let reference = match given {
         Some(files) => Some(Reference::given(&files, &plans[0].settings)?),
@@ -87,6 +88,8 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
     };
     interrupt::listen();
     let deadline = Deadline::new(limit);
+    let what = (&sheet.loaded.scene, &sheet.view.camera, &plans[0].settings);
+    sheet.exposure = metering::for_all("the sheet", &sheet.options, what);
     sheet.forecast(&plans, reference.as_ref(), &deadline);
     let reference = reference.or_else(|| sheet.reference(&plans, &deadline));
     let cells = sheet.cells(plans, reference.as_ref(), &deadline)?;
@@ -123,9 +126,6 @@ fn common(
     view: &NamedCamera,
     reference: Option<&Given<'_>>,
 ) -> RenderOptions {
-    if options.method == Some(Method::Path) {
-        report::say("note: --method path is left out: a sheet is rendered by the distribution tracer");
-    }
     options.method = Some(Method::Distribution);
     options.aov = None;
     // The two tracers have different defaults.
@@ -160,6 +160,8 @@ struct Sheet<'a> {
     options: RenderOptions,
     loaded: Loaded,
     view: NamedCamera,
+    /// Of all cells, in stops.
+    exposure: f32,
 }
 
 /// One cell before it is rendered.
@@ -382,9 +384,7 @@ impl Sheet<'_> {
         };
         let picture = outcome.film.mean();
         let error = reference.map_or(Ok(Error::Unknown), |r| r.error(&picture))?;
-        let (tone, exposure) =
-            (self.options.tone.unwrap_or_default(), self.options.exposure.unwrap_or_default());
-        let frame = Frame::of(&picture, tone, exposure);
+        let frame = Frame::of(&picture, self.options.tone.unwrap_or_default(), self.exposure);
         let found = Found { rays: outcome.stats.rays, seconds: outcome.stats.seconds, error };
         let rendered = Rendered { count, pattern, frame, found: Some(found) };
         self.say(&rendered.label(self.arguments.vary).replace('\n', ", "));
@@ -428,7 +428,7 @@ impl Sheet<'_> {
         json!({
             "vary": self.arguments.vary.to_string(), "reference": reference.map(|r| &r.said),
             "reference_relative_rmse": reference.filter(|r| !r.is_exact()).map(Reference::relative_rmse),
-            "cells": rows.collect::<Vec<_>>(), "outputs": [path.display().to_string()],
+            "exposure": self.exposure, "cells": rows.collect::<Vec<_>>(), "outputs": [path.display().to_string()],
         })
     }
 

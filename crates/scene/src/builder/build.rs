@@ -4,7 +4,9 @@ use crate::{
     AlphaMode, NamedCamera, Object, Scene, SceneError, SharedPlaces, Space, Survey, TexturedMaterial,
     Warning, bake,
     bodies::Finder,
-    channels, constants,
+    channels,
+    coincident::Kind,
+    constants,
     emission::{AreaLights, Form, Movement},
     error::quoted,
     framing,
@@ -61,8 +63,12 @@ impl SceneBuilder {
         let mut area = self.area_lights(&world, &mut objects, &seen);
         // Left out, light still decides what is seen where surfaces share a place.
         let is_light = |m: usize| if self.reads.light { self.materials[m].is_light() } else { emitted[m] };
-        let emits = objects.iter().map(|o| is_light(o.material as usize)).collect();
-        let mut shared_places = SharedPlaces::find(&world, emits, (&area, &lights), &space);
+        let kind = |o: &Object| {
+            let m = o.material as usize;
+            Kind { emits: is_light(m), transmits: self.materials[m].transmits() }
+        };
+        let kinds = (&objects[..], objects.iter().map(kind).collect());
+        let mut shared_places = SharedPlaces::find(&world, kinds, (&area, &lights), &space);
         if let Some(shared) = &mut shared_places {
             self.leave_hidden_out(shared, &mut area, &mut objects, &seen, &space);
         }
@@ -92,7 +98,9 @@ impl SceneBuilder {
             at: self.exposure.at,
             shutter: self.exposure.shutter,
             survey,
+            light_unit: self.light_unit,
             warnings: self.warnings,
+            bounds,
             radius,
             files: self.files,
             shared_places,

@@ -1,6 +1,6 @@
 //! Animated translations, rotations and scales: the file's samplers as tracks (glTF 2.0 appendix C).
 //!
-//! Outside its keys a track keeps its first or last value. When several animations of a file move the same property
+//! Outside its keys a track keeps its first or last value. When several of the chosen animations move the same property
 //! of a node, the first one counts.
 use super::document::{Document, label};
 use crate::SceneError;
@@ -28,11 +28,12 @@ impl Tracks {
     }
 }
 
-/// The tracks of all nodes, by node index.
-pub(super) fn tracks(doc: &Document<'_>) -> Result<Vec<Tracks>, SceneError> {
+/// The tracks that the chosen animations, by index, give to all nodes, by node index.
+pub(super) fn tracks(doc: &Document<'_>, chosen: &[usize]) -> Result<Vec<Tracks>, SceneError> {
     let mut nodes = vec![Tracks::default(); doc.root.nodes.len()];
     let mut read = Read::default();
-    for (i, animation) in doc.root.animations.iter().enumerate() {
+    for &i in chosen {
+        let animation = &doc.root.animations[i];
         let place = label("animation", i, animation.name.as_deref());
         let mut hidden = false;
         for channel in &animation.channels {
@@ -70,24 +71,34 @@ struct Read {
 }
 
 /// First and last key of each animation; (0, 0) without any.
-pub(super) fn spans(doc: &Document<'_>) -> Result<Vec<(f64, f64)>, SceneError> {
-    let mut spans = Vec::new();
-    let mut known: HashMap<usize, Option<(f64, f64)>> = HashMap::new();
-    for (i, animation) in doc.root.animations.iter().enumerate() {
-        let place = label("animation", i, animation.name.as_deref());
-        let mut span: Option<(f64, f64)> = None;
-        for sampler in &animation.samplers {
-            let input = sampler.input.value();
-            let one = match known.get(&input) {
-                Some(one) => *one,
-                None => extent(&doc.vectors(sampler.input, &place)?),
-            };
-            known.insert(input, one);
-            span = span.into_iter().chain(one).reduce(|(a, b), (c, d)| (a.min(c), b.max(d)));
-        }
-        spans.push(span.unwrap_or((0.0, 0.0)));
+pub(super) fn spans(doc: &Document<'_>) -> Vec<Result<(f64, f64), SceneError>> {
+    let mut inputs = HashMap::new();
+    let animations = doc.root.animations.iter().enumerate();
+    animations.map(|(i, a)| span(doc, a, &label("animation", i, a.name.as_deref()), &mut inputs)).collect()
+}
+
+/// First and last key of one. `inputs`: those of the accessors that have been looked at; many samplers share one.
+fn span(
+    doc: &Document<'_>,
+    animation: &json::Animation,
+    place: &str,
+    inputs: &mut HashMap<usize, (f64, f64)>,
+) -> Result<(f64, f64), SceneError> {
+    const NOTHING: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+    let join = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+    let mut all = NOTHING;
+    for sampler in &animation.samplers {
+        let keys = match inputs.get(&sampler.input.value()) {
+            Some(keys) => *keys,
+            None => {
+                let times: Vec<[f32; 1]> = doc.vectors(sampler.input, place)?;
+                let times = times.into_iter().map(|[t]| f64::from(t)).filter(|t| t.is_finite());
+                *inputs.entry(sampler.input.value()).or_insert(times.map(|t| (t, t)).fold(NOTHING, join))
+            }
+        };
+        all = join(all, keys);
     }
-    Ok(spans)
+    Ok(if all.0 <= all.1 { all } else { (0.0, 0.0) })
 }
 
 /// Least and greatest of the times that are finite.

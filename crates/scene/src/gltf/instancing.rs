@@ -7,35 +7,19 @@ use serde_json::Value;
 
 /// Instances without data that a node may ask for: they all stand in one place.
 const ZEROS: u64 = 1 << 16;
-
-/// How many instances a node shows, from the JSON alone.
-pub(super) fn count(doc: &Document<'_>, index: usize) -> u64 {
-    let extensions = doc.root.nodes[index].extensions.as_ref();
-    let Some(instancing) = extensions.and_then(|e| e.others.get("EXT_mesh_gpu_instancing")) else {
-        return 1;
-    };
-    let counts = ATTRIBUTES.iter().filter_map(|name| {
-        let accessor = usize::try_from(instancing.get("attributes")?.get(name)?.as_u64()?).ok()?;
-        Some(doc.root.accessors.get(accessor)?.count.0)
-    });
-    counts.max().unwrap_or(0)
-}
-
+const NAME: &str = "EXT_mesh_gpu_instancing";
 const ATTRIBUTES: [&str; 3] = ["TRANSLATION", "ROTATION", "SCALE"];
 
 /// Placements of a node's instances in the node's own space; None when it has no such extension.
 pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<Placement>>, SceneError> {
     let extensions = doc.root.nodes[index].extensions.as_ref();
-    let Some(instancing) = extensions.and_then(|e| e.others.get("EXT_mesh_gpu_instancing")) else {
+    let Some(instancing) = extensions.and_then(|e| e.others.get(NAME)) else {
         return Ok(None);
     };
     let place = node::place(doc, index);
-    let attribute = |name: &str| -> Option<Index<json::Accessor>> {
-        let index = instancing.get("attributes")?.get(name).and_then(Value::as_u64)?;
-        Some(Index::new(u32::try_from(index).unwrap_or(u32::MAX)))
-    };
+    let attribute = |name: &str| attribute(instancing, name);
     let accessors = || ATTRIBUTES.iter().filter_map(|name| doc.root.accessors.get(attribute(name)?.value()));
-    let instances = count(doc, index);
+    let instances = count(doc, index)?.unwrap_or(1);
     if instances > ZEROS && accessors().all(|accessor| accessor.buffer_view.is_none()) {
         let what = format!("has {instances} instances without data; at most {ZEROS} are shown");
         return Err(doc.invalid(place, what));
@@ -66,4 +50,18 @@ pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<
     let one =
         |i| node::trs(vector(&translations, i, DVec3::ZERO), rotation(i), vector(&scales, i, DVec3::ONE));
     Ok(Some((0..count).map(one).collect()))
+}
+
+/// How many instances a node has, without reading where they are; None when it has no such extension.
+pub(super) fn count(doc: &Document<'_>, index: usize) -> Result<Option<u64>, SceneError> {
+    let extensions = doc.root.nodes[index].extensions.as_ref();
+    let Some(instancing) = extensions.and_then(|e| e.others.get(NAME)) else { return Ok(None) };
+    let first = ["TRANSLATION", "ROTATION", "SCALE"].iter().find_map(|name| attribute(instancing, name));
+    first.map_or(Ok(Some(0)), |first| doc.count(first, &node::place(doc, index)).map(Some))
+}
+
+/// The accessor of an attribute of all instances.
+fn attribute(instancing: &Value, name: &str) -> Option<Index<json::Accessor>> {
+    let index = instancing.get("attributes")?.get(name).and_then(Value::as_u64)?;
+    Some(Index::new(u32::try_from(index).unwrap_or(u32::MAX)))
 }

@@ -56,7 +56,7 @@ fn every<'a>(
         let mut load = Load::default();
         if let Some(mesh) = node.mesh.map(|mesh| mesh.value()).filter(|mesh| *mesh < known.len()) {
             let one = *known[mesh].get_or_insert_with(|| of_mesh(doc, &doc.root.meshes[mesh]));
-            load = one.times(instancing::count(doc, index));
+            load = one.times(instancing::count(doc, index).ok().flatten().unwrap_or(1));
         }
         let hangs = u64::from(node.camera.is_some() || node.extensions.is_some());
         load.links = load.objects.saturating_add(hangs).saturating_mul(moving[index]);

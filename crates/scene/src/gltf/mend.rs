@@ -13,7 +13,19 @@ pub(super) fn mend(value: &mut Value, warnings: &mut Vec<Warning>) -> bool {
              LINEAR, 1 as STEP, 2 and 3 as CUBICSPLINE"
         )));
     }
-    scenes || interpolations > 0
+    variants_without_names(value) || scenes || interpolations > 0
+}
+
+/// Every variant has a name by KHR_materials_variants; without it the index is left to choose one by.
+fn variants_without_names(value: &mut Value) -> bool {
+    let mut found = false;
+    for variant in objects(value.pointer_mut("/extensions/KHR_materials_variants/variants")) {
+        if !variant.contains_key("name") {
+            variant.insert("name".into(), json!(""));
+            found = true;
+        }
+    }
+    found
 }
 
 /// A scene may show nothing (glTF 2.0, §5.29), but the crate `gltf` 1.4 asks for the list.

@@ -5,6 +5,7 @@
 //! has, reading it ends in a scene or in one [`SceneError`] that says where and why.
 mod accessor;
 mod animation;
+mod choose;
 mod container;
 mod document;
 mod extensions;
@@ -19,12 +20,16 @@ mod read;
 mod source;
 mod texture;
 
-use crate::{Reads, SceneBuilder, SceneError};
+use crate::{LightUnit, Reads, SceneBuilder, SceneError};
+pub use choose::Choice;
 use container::Required;
 use dapple_camera::Shutter;
 use dapple_imaging::MemoryLimit;
 use document::Document;
-pub use info::{AnimationInfo, Counts, ExtensionInfo, Info, TextureInfo};
+pub use info::{
+    AnimationInfo, CameraInfo, Counts, EmissiveInfo, ExtensionInfo, Info, LightInfo, LightUnitInfo,
+    MorphInfo, ObjectInfo, SceneInfo, SkinInfo, TextureInfo, VariantInfo,
+};
 use std::path::Path;
 
 /// How to read a file.
@@ -42,6 +47,10 @@ pub struct Options {
     pub reads: Reads,
     /// How much memory the scene may take.
     pub memory: MemoryLimit,
+    /// Which scene, variant and animation.
+    pub choice: Choice,
+    /// The unit of the punctual lights.
+    pub light_unit: LightUnit,
 }
 
 /// Reads .gltf or .glb into a builder (to which an environment may still be added).
@@ -66,6 +75,14 @@ pub fn read_bytes(path: &Path, bytes: &[u8], options: &Options) -> Result<SceneB
 /// As [`read`].
 pub fn info(path: &Path, options: &Options) -> Result<Info, SceneError> {
     info::info(&parse(path, &file(path, options)?, Required::Warned, options)?)
+}
+
+/// The file itself and the files that its buffers and images name, read or not; nothing but the JSON is looked at.
+///
+/// # Errors
+/// As [`read`].
+pub fn files(path: &Path, options: &Options) -> Result<Vec<std::path::PathBuf>, SceneError> {
+    Ok(parse(path, &file(path, options)?, Required::Warned, options)?.files())
 }
 
 fn file(path: &Path, options: &Options) -> Result<Vec<u8>, SceneError> {

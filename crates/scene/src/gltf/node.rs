@@ -5,6 +5,7 @@
 use super::{
     Options,
     animation::{self, Tracks},
+    choose::Selected,
     document::{Document, label},
 };
 use crate::{Placement, SceneError};
@@ -34,8 +35,8 @@ enum Local {
 }
 
 impl Hierarchy {
-    pub fn new(doc: &Document<'_>) -> Result<Self, SceneError> {
-        let tracks = animation::tracks(doc)?;
+    pub fn new(doc: &Document<'_>, selected: &Selected) -> Result<Self, SceneError> {
+        let tracks = animation::tracks(doc, &selected.animations)?;
         let mut nodes = Vec::with_capacity(tracks.len());
         for (i, tracks) in tracks.into_iter().enumerate() {
             nodes.push(Node { parent: None, local: local(doc, i)?, tracks });
@@ -51,16 +52,16 @@ impl Hierarchy {
             }
         }
         let mut hierarchy = Self { nodes, order: Vec::new() };
-        hierarchy.walk(doc)?;
+        hierarchy.walk(doc, selected.scene)?;
         Ok(hierarchy)
     }
 
     /// Fills `order`, depth first. With one parent per node, roots that have none cannot lead into a cycle. A root that is
     /// also a child is shown once: below its parent if that is in the scene, else by itself.
-    fn walk(&mut self, doc: &Document<'_>) -> Result<(), SceneError> {
+    fn walk(&mut self, doc: &Document<'_>, scene: Option<usize>) -> Result<(), SceneError> {
         let mut seen = vec![false; self.nodes.len()];
         let (children, roots): (Vec<usize>, Vec<usize>) =
-            self.roots(doc)?.into_iter().partition(|i| self.nodes[*i].parent.is_some());
+            self.roots(doc, scene)?.into_iter().partition(|i| self.nodes[*i].parent.is_some());
         for root in roots {
             self.descend(doc, root, &mut seen)?;
         }
@@ -96,13 +97,9 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Roots of the default scene, else of the first one, else every node without parent.
-    fn roots(&self, doc: &Document<'_>) -> Result<Vec<usize>, SceneError> {
-        let scene = match doc.root.scene {
-            Some(index) => Some(doc.get(&doc.root.scenes, index, "scene", "the file")?),
-            None => doc.root.scenes.first(),
-        };
-        let Some(scene) = scene else {
+    /// Roots of the chosen scene; without scenes every node without parent.
+    fn roots(&self, doc: &Document<'_>, scene: Option<usize>) -> Result<Vec<usize>, SceneError> {
+        let Some(scene) = scene.and_then(|scene| doc.root.scenes.get(scene)) else {
             return Ok((0..self.nodes.len()).filter(|&i| self.nodes[i].parent.is_none()).collect());
         };
         for &root in &scene.nodes {

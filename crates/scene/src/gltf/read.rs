@@ -1,11 +1,13 @@
 //! From a checked document to a builder.
 use super::{
+    choose::Selected,
     document::{Document, label},
     instancing, load,
     material::Materials,
     mesh::{self, Wanted},
     node::{self, Hierarchy},
 };
+use crate::light_unit::TakenUnit;
 use crate::{CameraPose, Placement, SceneBuilder, SceneError, Unread};
 use dapple_camera::Projection;
 use dapple_geometry::{
@@ -21,9 +23,10 @@ use std::{collections::HashMap, f64::consts::FRAC_PI_2, sync::Arc};
 
 const SHAPES: &str = "extras.dapple.shape must be \"sphere\" or \"disk\"";
 
-/// Everything the default scene shows.
+/// Everything the chosen scene shows.
 pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
-    let hierarchy = Hierarchy::new(doc)?;
+    let selected = Selected::new(doc)?;
+    let hierarchy = Hierarchy::new(doc, &selected)?;
     load::check(doc, &hierarchy)?;
     let (at, shutter) = (doc.options.at, doc.options.shutter);
     let placements = hierarchy.placements(at + shutter.open);
@@ -31,13 +34,10 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let mut builder = SceneBuilder::from_file(&name(doc), &doc.file);
     builder.exposure(at, shutter);
     builder.files = doc.files();
-    let mut assembly = Assembly {
-        doc,
-        builder,
-        materials: Materials::default(),
-        meshes: vec![None; doc.root.meshes.len()],
-        cameras: HashMap::new(),
-    };
+    builder.notes = selected.notes(doc);
+    let meshes = vec![None; doc.root.meshes.len()];
+    let (materials, firsts, cameras) = (Materials::default(), HashMap::new(), HashMap::new());
+    let mut assembly = Assembly { doc, selected, builder, materials, meshes, firsts, cameras };
     let mut chains = HashMap::new();
     for &index in &hierarchy.order {
         let node = &doc.root.nodes[index];
@@ -51,6 +51,7 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     assembly.materials.decode(doc, &mut assembly.builder)?;
     let unread = assembly.unread(hierarchy.order.len());
     let mut builder = assembly.builder;
+    builder.take_lights_as(TakenUnit::new(doc.options.light_unit, doc.root.asset.generator.as_deref()));
     builder.leave_unread(unread);
     builder.reads(doc.options.reads);
     doc.take_warnings().into_iter().for_each(|w| builder.warn(w));
@@ -73,12 +74,15 @@ struct Whereabouts {
 
 struct Assembly<'a, 'o> {
     doc: &'a Document<'o>,
+    selected: Selected,
     builder: SceneBuilder,
     materials: Materials,
     /// Meshes read so far.
     meshes: Vec<Option<Primitives>>,
     /// Names of cameras that several nodes may show.
     cameras: HashMap<usize, Arc<str>>,
+    /// Materials of the first primitives of meshes, as far as they have been asked for.
+    firsts: HashMap<usize, Option<Index<json::Material>>>,
 }
 
 impl Assembly<'_, '_> {
@@ -169,7 +173,8 @@ impl Assembly<'_, '_> {
         let mut primitives = Vec::new();
         for (i, primitive) in doc.root.meshes[index.value()].primitives.iter().enumerate() {
             let place = format!("{place}, primitive {i}");
-            let material = self.materials.resolve(doc, &mut self.builder, primitive.material, &place)?;
+            let material = self.selected.material(primitive);
+            let material = self.materials.resolve(doc, &mut self.builder, material, &place)?;
             let wanted = Wanted::by(&self.builder.materials()[material as usize], &doc.options.reads);
             if let Some(mesh) = mesh::read(doc, primitive, &place, &wanted)? {
                 primitives.push((Arc::new(mesh), material));
@@ -198,7 +203,7 @@ impl Assembly<'_, '_> {
                 Some(Index::new(index))
             }
             None => match mesh {
-                Some(mesh) => mesh::named(doc, mesh, &place)?.0.primitives.first().and_then(|p| p.material),
+                Some(mesh) => self.first_material(mesh, &place)?,
                 None => None,
             },
         };
@@ -236,6 +241,21 @@ impl Assembly<'_, '_> {
             _ => return Err(doc.invalid(place, SHAPES)),
         }
         Ok(())
+    }
+
+    /// The material of a mesh's first primitive.
+    fn first_material(
+        &mut self,
+        mesh: Index<json::Mesh>,
+        place: &str,
+    ) -> Result<Option<Index<json::Material>>, SceneError> {
+        if let Some(first) = self.firsts.get(&mesh.value()) {
+            return Ok(*first);
+        }
+        let first = mesh::named(self.doc, mesh, place)?.0.primitives.first();
+        let first = first.and_then(|primitive| self.selected.material(primitive));
+        self.firsts.insert(mesh.value(), first);
+        Ok(first)
     }
 
     fn moving_shape(
@@ -337,7 +357,7 @@ impl Assembly<'_, '_> {
 }
 
 /// Inner and outer half angle of a spot light.
-fn cone(light: &punctual::Light) -> (f64, f64) {
+pub(super) fn cone(light: &punctual::Light) -> (f64, f64) {
     let spot = light
         .spot
         .clone()

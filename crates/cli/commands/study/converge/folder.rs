@@ -1,6 +1,7 @@
 //! What lies in the folder of a comparison, and how it is continued.
 
 use crate::error::Failure;
+use crate::inputs::Inputs;
 use dapple_analysis::converge::Reference;
 use dapple_analysis::curve::Over;
 use dapple_analysis::report::{self, Shown};
@@ -10,10 +11,40 @@ use dapple_integrator::imaging::{Layers, Picture, Tone, read, write};
 use std::path::{Path, PathBuf};
 
 /// A folder that can be written into.
-pub struct Folder(PathBuf);
+pub struct Folder {
+    path: PathBuf,
+    /// How its PNGs show pictures: the same for all of a scene.
+    tone: Tone,
+    stops: f32,
+}
 
 /// Largest side product for which FLIP is worked out: it takes a second per million pixels.
 const FLIP_PIXELS: usize = 1 << 20;
+
+/// The files that every comparison writes.
+const TABLES: [&str; 3] = ["results.json", "results.csv", "report.html"];
+
+/// How names of plots go on after the scene's name, and how those of pictures end.
+const PLOTS: &str = "-error-";
+const PICTURES: [&str; 7] = [
+    "-reference.exr",
+    "-reference.png",
+    "-half-1.exr",
+    "-half-2.exr",
+    "-picture.exr",
+    "-picture.png",
+    "-errors.png",
+];
+
+/// Whether a file whose name, in small letters, goes on like this after its scene's may be written: plots and pictures, and
+/// what another renderer leaves.
+fn is_of_scene(rest: &str, externals: &[String]) -> bool {
+    let left = |external: &String| {
+        let name = format!("-{}", plain(external).to_lowercase());
+        [".exr", ".time"].iter().any(|end| rest.strip_suffix(end) == Some(&name))
+    };
+    rest.starts_with(PLOTS) || PICTURES.iter().any(|end| rest.ends_with(end)) || externals.iter().any(left)
+}
 
 impl Folder {
     /// The one folder that was named, made if need be; fails if it cannot be written into.
@@ -25,14 +56,40 @@ impl Folder {
             Failure::Arguments(format!("{}: cannot be written into: {e}", path.display()))
         };
         std::fs::create_dir_all(path).map_err(failed)?;
-        let folder = Self(path.clone());
+        let folder = Self { path: path.clone(), tone: Tone::Srgb, stops: 0.0 };
         write::check(&folder.file("probe.png"))?;
         Ok(folder)
     }
 
     /// A file in it.
     pub fn file(&self, name: &str) -> PathBuf {
-        self.0.join(name)
+        self.path.join(name)
+    }
+
+    /// How PNGs are shown from now on.
+    pub fn expose(&mut self, tone: Tone, stops: f32) {
+        (self.tone, self.stops) = (tone, stops);
+    }
+
+    /// Refuses to go on if a file of this folder that the comparison of `scenes` would write, or that a renderer of
+    /// `externals` would, is one of the inputs.
+    pub fn spare(&self, inputs: &Inputs, scenes: &[String], externals: &[String]) -> Result<(), Failure> {
+        let failed =
+            |e: std::io::Error| Failure::Arguments(format!("{}: cannot be read: {e}", self.path.display()));
+        let entries = std::fs::read_dir(&self.path).map_err(failed)?;
+        let is_ours = |name: &str| {
+            TABLES.contains(&name)
+                || scenes.iter().any(|scene| {
+                    let rest = name.strip_prefix(&plain(scene).to_lowercase());
+                    rest.is_some_and(|rest| is_of_scene(rest, externals))
+                })
+        };
+        for entry in entries.filter_map(Result::ok) {
+            if entry.file_name().to_str().is_some_and(|name| is_ours(&name.to_lowercase())) {
+                inputs.spare([entry.path().as_path()])?;
+            }
+        }
+        Ok(())
     }
 
     /// What an earlier call left; nothing in a new folder.
@@ -161,7 +218,7 @@ impl Folder {
 
     fn put_png(&self, name: &str, picture: &Picture) -> Result<(), Failure> {
         if cfg!(feature = "png") {
-            write::png(&self.file(name), picture, Tone::Srgb, 0.0)?;
+            write::png(&self.file(name), picture, self.tone, self.stops)?;
         }
         Ok(())
     }

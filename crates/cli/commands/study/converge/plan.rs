@@ -5,7 +5,8 @@ use crate::args::study::ConvergeArgs;
 use crate::commands::render;
 use crate::error::Failure;
 use crate::load;
-use crate::options::RenderOptions;
+use crate::options::{self, RenderOptions};
+use crate::uses;
 use crate::values::Size;
 use dapple_analysis::converge::Run;
 use dapple_integrator::Method;
@@ -120,10 +121,11 @@ fn default_runs(base: &RenderOptions) -> Vec<(String, String)> {
 fn laid(base: &RenderOptions, name: &str, text: &str) -> Result<RenderOptions, Failure> {
     let mut options = base.clone();
     let in_run = |e: Failure| Failure::Arguments(format!("--run {name}: {e}"));
-    options.lay(&words(text)).map_err(in_run)?;
+    let typed = options::parsed(&words(text)).map_err(in_run)?;
+    uses::refuse("converge", &typed).map_err(in_run)?;
+    options.lay_matches(&typed).map_err(in_run)?;
     if format!("{:?}", of_scene(base)) != format!("{:?}", of_scene(&options)) {
-        let said =
-            "size, crop, environment, time and output are the same for all runs; give them outside of --run";
+        let said = "size, crop, environment, light unit, time, exposure and output are the same for all runs; give them outside of --run";
         return Err(in_run(Failure::Arguments(said.into())));
     }
     if options.spp.is_some() || options.time_limit.is_some() || options.seed.is_some() {
@@ -154,8 +156,11 @@ fn words(text: &str) -> Vec<OsString> {
 
 /// What a scene is loaded with, and what a page has in common.
 fn of_scene(o: &RenderOptions) -> impl std::fmt::Debug {
-    let environment = (o.env.clone(), o.env_color, o.env_rotation, o.env_intensity, o.env_smooth);
-    (o.size, o.crop, o.at, o.allow_path, environment, (o.output.clone(), o.json, o.quiet, o.threads))
+    let environment =
+        (o.env.clone(), o.env_color, o.env_rotation, o.env_intensity, o.env_smooth, o.light_unit);
+    let told =
+        (o.output.clone(), o.json, o.quiet, o.threads, o.exposure, o.tone.map(|tone| format!("{tone:?}")));
+    (o.size, o.crop, o.at, o.choice.clone(), o.allow_path, environment, told)
 }
 
 /// Without what changes neither pictures nor times.

@@ -3,11 +3,11 @@
 use super::external::Task;
 use super::folder::plain;
 use super::plan::{self, Planned};
-use super::{External, Session};
+use super::{External, Given, Session};
 use crate::error::Failure;
-use crate::load::{self, Loaded, Source};
-use crate::{interrupt, machine, memory, settings_file, values};
-use clap::ArgMatches;
+use crate::load::{self, Loaded};
+use crate::options::RenderOptions;
+use crate::{interrupt, machine, memory, metering, values};
 use dapple_analysis::converge::{Allowance, Measurement, Reference, allowance, apart, measure};
 use dapple_analysis::results::{Difference, ReferenceRecord, Results, RunRecord, Seed};
 use dapple_integrator::Settings;
@@ -22,21 +22,18 @@ const REFERENCE: f64 = 0.35;
 const MOST_SEEDS: u32 = 4;
 
 /// Measures the runs on one scene; `rest` scenes, this one included, share the time that is left.
-pub fn scene(
-    session: &mut Session<'_>,
-    name: &str,
-    typed: &ArgMatches,
-    old: &Results,
-    rest: usize,
-) -> Result<(), Failure> {
+pub fn scene(session: &mut Session<'_>, given: Given<'_>, old: &Results, rest: usize) -> Result<(), Failure> {
     let end = session.clock.elapsed() + session.clock.left() / rest as f64;
-    let source = Source::new(Some(name));
-    let mut options = settings_file::layered(source.path(), typed)?;
+    let Given { name, source, mut options } = given;
     options.output.clone_from(&session.arguments.options.output);
     (options.spp, options.time_limit, options.seed) = (None, None, None);
     let loaded = load::load(&source, &options)?;
     let planned = plan::runs(session.arguments, &options, &loaded.scene)?;
     names(&planned, &session.externals)?;
+    let size = planned[0].run.settings.size;
+    let limit = memory::limit(options.memory_limit);
+    let file = session.arguments.reference.as_deref().map(|path| from_file(path, size, limit)).transpose()?;
+    expose(session, name, &options, &loaded, &planned[0]);
     let first = session.results.runs.len();
     let shared = session.arguments.shared_reference;
     let look = |p: &Planned| if shared { planned[0].look.clone() } else { p.look.clone() };
@@ -45,7 +42,7 @@ pub fn scene(
     let others = std::mem::take(&mut session.externals);
     let share = (end - session.clock.elapsed()) / (planned.len() + others.len()) as f64;
     let own_end = end - share * others.len() as f64;
-    let mut scene = SceneRuns { name, loaded: &loaded, planned: &planned, first, end: own_end };
+    let mut scene = SceneRuns { name, loaded: &loaded, planned: &planned, file, first, end: own_end };
     let references = scene.references(session, old)?;
     scene.rounds(session, &references)?;
     scene.note_left_out(session);
@@ -61,6 +58,13 @@ pub fn scene(
     session.externals = others;
     session.results.differences.extend(differences(session, name));
     Ok(())
+}
+
+/// One exposure for all PNGs of the scene, whatever made the picture: errors can then be seen.
+fn expose(session: &mut Session<'_>, name: &str, options: &RenderOptions, loaded: &Loaded, first: &Planned) {
+    let what = (&loaded.scene, &first.run.camera, &first.run.settings);
+    let stops = metering::for_all(&format!("the PNGs of {name}"), options, what);
+    session.folder.expose(options.tone.unwrap_or_default(), stops);
 }
 
 /// Fails where a renderer is called like a run, or like another one, or like a reference.
@@ -141,6 +145,8 @@ struct SceneRuns<'a> {
     name: &'a str,
     loaded: &'a Loaded,
     planned: &'a [Planned],
+    /// What `--reference` shows.
+    file: Option<Reference>,
     /// Where the records of its runs begin.
     first: usize,
     /// When its time is up, in seconds of the clock.
@@ -189,9 +195,7 @@ impl SceneRuns<'_> {
     ) -> Result<Option<(Reference, ReferenceRecord)>, Failure> {
         let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
         let name = plain(self.name) + &number;
-        if let Some(path) = &session.arguments.reference {
-            let limit = memory::limit(session.arguments.options.memory_limit);
-            let reference = from_file(path, planned.run.settings.size, limit)?;
+        if let (Some(path), Some(reference)) = (&session.arguments.reference, self.file.clone()) {
             let files = session.folder.put_reference(&name, &reference)?;
             let record = self.describe(planned, &reference, path.display().to_string(), 0, files);
             return Ok(Some((reference, record)));

@@ -3,8 +3,8 @@
 //! Positions are known up to an error bound. Two surfaces that are nearer to each other than their bounds cannot be
 //! told apart: which of them a ray meets first is rounding. Such hits are *one place*, and who asks for light decides by
 //! a rule which of the surfaces is there. [`World::coincident`] finds once, when a scene is loaded, the primitives for
-//! which that question can arise: emitters on which another surface lies, those surfaces, and the points (of point and
-//! spot lights) that lie in a surface.
+//! which that question can arise: those asked about (emitters, and what light passes) on which another surface lies, those
+//! surfaces, and the points (of point and spot lights) that lie in a surface.
 mod outline;
 mod search;
 
@@ -12,7 +12,7 @@ use super::World;
 use crate::{Hit, Surface};
 use glam::{DVec3, Vec3};
 
-/// The primitives and points of a world that share a place with an emitter.
+/// The primitives and points of a world that share a place with one that was asked about.
 #[derive(Clone, Debug)]
 pub struct Coincident {
     /// Per object: where the bits of its primitives start in `bits`, or `NONE`, or `WHOLE`.
@@ -29,7 +29,7 @@ const NONE: u32 = u32::MAX;
 const WHOLE: u32 = u32::MAX - 1;
 
 impl Coincident {
-    /// Whether a primitive is an emitter with something in the same place, or what lies there.
+    /// Whether a primitive was asked about and has something in the same place, or lies there.
     #[inline]
     pub fn contains(&self, object: u32, primitive: u32) -> bool {
         match self.starts.get(object as usize) {

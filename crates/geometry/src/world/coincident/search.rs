@@ -1,4 +1,5 @@
-//! Finding what lies in one place with an emitter: a tree over the emitters' boxes, through which every primitive goes.
+//! Finding what lies in one place with what is asked about: a tree over the boxes of that, through which every primitive
+//! goes. What is asked about is called emitters here, the first reason to ask.
 //!
 //! Memory grows with the emitters alone. A primitive and an emitter that are both known to share a place are not compared
 //! again, and subtrees of such emitters not entered by such primitives, so that many surfaces in one place cost no square
@@ -53,7 +54,7 @@ struct Node {
     /// Leaf: its emitters. Inner: empty, the first child follows, the second is `second`.
     items: std::ops::Range<usize>,
     second: usize,
-    /// The object that all emitters below belong to, if none of them shines.
+    /// The group that all emitters below belong to, if none of them shines.
     only: Option<u32>,
     /// All emitters below are known to share a place.
     done: bool,
@@ -64,7 +65,7 @@ pub(super) struct Search<'a> {
     points: &'a [(DVec3, DVec3)],
     origin_error: DVec3,
     /// By object.
-    emits: Vec<bool>,
+    groups: Vec<Option<u32>>,
     emitters: Vec<(Item, Aabb)>,
     /// Of each emitter.
     found: Vec<bool>,
@@ -74,18 +75,19 @@ pub(super) struct Search<'a> {
 }
 
 impl World {
-    /// The primitives and `points` (given as boxes that they stay in) that share a place with an emitter or, of points,
-    /// with a surface; `emits` says which objects emit, `shines` which of their primitives do so somewhere: primitives of one
-    /// object that do not are not compared with each other. None when there are none. `origin_error`: bound per axis of the
-    /// error with which coordinates came into the world. What moves shares a place with everything on its way.
+    /// The primitives and `points` (given as boxes that they stay in) that share a place with one that is asked about or, of
+    /// points, with a surface. `group` says which objects are asked about, `shines` which of their primitives emit somewhere:
+    /// primitives of one group that do not are not compared with each other. None when there are none. `origin_error`: bound
+    /// per axis of the error with which coordinates came into the world. What moves shares a place with everything on its
+    /// way.
     pub fn coincident(
         &self,
-        emits: impl Fn(u32) -> bool,
+        group: impl Fn(u32) -> Option<u32>,
         shines: impl Fn(u32, u32) -> bool,
         points: &[(DVec3, DVec3)],
         origin_error: Vec3,
     ) -> Option<Box<Coincident>> {
-        let mut search = Search::new(self, (emits, &shines), points, origin_error);
+        let mut search = Search::new(self, (group, &shines), points, origin_error);
         if search.emitters.is_empty() {
             return None;
         }
@@ -99,7 +101,7 @@ impl World {
 impl<'a> Search<'a> {
     fn new(
         world: &'a World,
-        (emits, shines): (impl Fn(u32) -> bool, &dyn Fn(u32, u32) -> bool),
+        (group, shines): (impl Fn(u32) -> Option<u32>, &dyn Fn(u32, u32) -> bool),
         points: &'a [(DVec3, DVec3)],
         origin_error: Vec3,
     ) -> Self {
@@ -111,12 +113,12 @@ impl<'a> Search<'a> {
             origin_error,
         };
         let origin_error = origin_error.as_dvec3();
-        let emits: Vec<bool> = (0..world.objects.len() as u32).map(emits).collect();
+        let groups: Vec<Option<u32>> = (0..world.objects.len() as u32).map(group).collect();
         let mut search = Self {
             world,
             points,
             origin_error,
-            emits,
+            groups,
             emitters: Vec::new(),
             found: Vec::new(),
             nodes: Vec::new(),
@@ -124,7 +126,8 @@ impl<'a> Search<'a> {
             result,
         };
         for object in 0..world.objects.len() as u32 {
-            let primitives = if search.emits[object as usize] { search.primitives(object) } else { 0..0 };
+            let is_asked = search.groups[object as usize].is_some();
+            let primitives = if is_asked { search.primitives(object) } else { 0..0 };
             primitives.for_each(|primitive| search.add(Item { object, primitive }));
         }
         (0..points.len() as u32).for_each(|i| search.add(Item { object: POINT, primitive: i }));
@@ -150,9 +153,10 @@ impl<'a> Search<'a> {
         let index = self.nodes.len();
         let leaf = of.len() <= LEAF;
         let items = if leaf { range.clone() } else { 0..0 };
-        let object = of[0].0.object;
-        let is_dull = leaf && of.iter().all(|(item, _)| item.object == object && !item.shines(shines));
-        let only = is_dull.then_some(object);
+        let group = |item: &Item| self.groups.get(item.object as usize).copied().flatten();
+        let first = group(&of[0].0);
+        let is_dull = leaf && of.iter().all(|(item, _)| group(item) == first && !item.shines(shines));
+        let only = first.filter(|_| is_dull);
         self.nodes.push(Node { bounds, items, second: 0, only, done: false });
         if leaf {
             return;
@@ -177,7 +181,7 @@ impl<'a> Search<'a> {
             if !(whole.is_finite() && self.is_near(0, &whole)) {
                 continue;
             }
-            let is_emitter = self.emits[object as usize];
+            let is_emitter = self.groups[object as usize].is_some();
             for primitive in self.primitives(object) {
                 let item = Item { object, primitive };
                 let mut is_found = self.result.contains(object, primitive);
@@ -208,7 +212,7 @@ impl<'a> Search<'a> {
         let item = *item;
         self.budget = self.budget.saturating_sub(1);
         let at = &self.nodes[node];
-        if (*is_dull && at.only == Some(item.object))
+        if (*is_dull && at.only.is_some() && at.only == self.groups[item.object as usize])
             || (at.done && *is_found)
             || self.budget == 0
             || !meet(&at.bounds, bounds)

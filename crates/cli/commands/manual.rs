@@ -1,0 +1,73 @@
+//! `dapple completions` and `dapple man`: made from the same description of the commands that parses and helps.
+
+use crate::args::manual::{CompletionsArgs, ManArgs};
+use crate::error::Failure;
+use crate::{args, help, suggest};
+use clap::Command;
+use clap_mangen::Man;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// Prints the completions of a shell.
+pub fn completions(arguments: &CompletionsArgs) -> Result<(), Failure> {
+    let mut command = help::visible(&args::command());
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut command, "dapple", &mut script);
+    print(&script)
+}
+
+/// Prints a page, or writes all.
+pub fn man(arguments: &ManArgs) -> Result<(), Failure> {
+    let pages = pages();
+    if let Some(folder) = &arguments.output {
+        return pages.iter().try_for_each(|(name, page)| {
+            let path = folder.join(format!("{name}.1"));
+            std::fs::write(&path, page).map_err(|e| cannot_write(&path, &e))
+        });
+    }
+    let asked = arguments.command.as_ref().map_or("dapple".into(), |command| format!("dapple-{command}"));
+    match pages.iter().find(|(name, _)| *name == asked) {
+        Some((_, page)) => print(page),
+        None => {
+            let asked = arguments.command.as_deref().unwrap_or_default();
+            let remedy = suggest::command(&args::command(), asked);
+            let remedy = remedy.unwrap_or_else(|| "see dapple --help".into());
+            Err(Failure::Arguments(format!("unknown command '{}'; {remedy}", crate::error::short(asked))))
+        }
+    }
+}
+
+/// The pages by name, of the program and of each command.
+fn pages() -> Vec<(String, Vec<u8>)> {
+    let all = help::visible(&args::command());
+    let mut commands = vec![all.clone()];
+    commands.extend(all.get_subcommands().map(|sub| {
+        let name = format!("dapple-{}", sub.get_name());
+        let called = format!("dapple {}", sub.get_name());
+        sub.clone().name(name).bin_name(called)
+    }));
+    commands.into_iter().map(|command| (command.get_name().to_string(), page(command))).collect()
+}
+
+fn page(command: Command) -> Vec<u8> {
+    let mut page = Vec::new();
+    let man = Man::new(command).source(concat!("dapple ", env!("CARGO_PKG_VERSION")));
+    // Writing to memory does not fail.
+    let _ = man.render(&mut page);
+    page
+}
+
+/// To standard output as it is; a closed pipe is the reader's choice.
+fn print(bytes: &[u8]) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(cannot_write(&PathBuf::from("standard output"), &e))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::Arguments(format!("{}: cannot be written: {error}", path.display()))
+}

@@ -1,0 +1,62 @@
+//! What a command line without a command means: a file stands for its render, nothing for a greeting.
+
+use crate::args;
+use crate::report;
+use clap::Command;
+use std::ffi::{OsStr, OsString};
+use std::path::Path;
+
+/// The command that stands for a file.
+const RENDER: &str = "render";
+
+/// The words of a command line, with `render` before a file that stands where a command is expected. A word that is a
+/// command stays one, whatever files there are.
+pub fn completed(command: &Command, words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut words: Vec<OsString> = words.into_iter().collect();
+    if words.get(1).is_some_and(|first| !is_command(command, first) && is_scene(first)) {
+        words.insert(1, RENDER.into());
+    }
+    words
+}
+
+fn is_command(command: &Command, word: &OsStr) -> bool {
+    let is = |c: &Command| word == c.get_name() || c.get_all_aliases().any(|alias| word == alias);
+    word == "help" || command.get_subcommands().any(is)
+}
+
+/// A path, a built-in scene or a file that is there; what is none of these may be a command that was misspelt.
+fn is_scene(word: &OsStr) -> bool {
+    let text = word.to_string_lossy();
+    let reads_like_one = text.contains(['.', '/', '\\']) || text.starts_with("builtin:");
+    !text.starts_with('-') && !text.is_empty() && (reads_like_one || Path::new(word).exists())
+}
+
+/// Help, and the one command to try.
+pub fn greet() {
+    // A closed pipe is the reader's choice.
+    let _ = args::command().print_help();
+    report::result(
+        "\nTry it: dapple render    renders the built-in Cornell box to cornell.exr and cornell.png",
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(words: &[&str]) -> String {
+        let words = completed(&args::command(), words.iter().map(OsString::from));
+        words.iter().map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn files_are_rendered_and_commands_are_commands() {
+        for scene in ["a.glb", "a/b", "./render", "builtin:cornell", "../x", "C:\\a.gltf", "Cargo.toml"] {
+            assert_eq!(said(&["dapple", scene, "--spp", "4"]), format!("dapple render {scene} --spp 4"));
+        }
+        for first in ["render", "info", "help", "--help", "-V", "--spp.x", "rendr", ""] {
+            assert_eq!(said(&["dapple", first, "a.glb"]), format!("dapple {first} a.glb"));
+        }
+        assert_eq!(said(&["dapple"]), "dapple");
+    }
+}

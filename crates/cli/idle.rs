@@ -1,0 +1,154 @@
+//! Options that change nothing for the chosen method, pattern, outputs or scene. They are no error, for they may come from
+//! a settings file or a script that serves many scenes, but each gets a note.
+
+use crate::load;
+use crate::options::RenderOptions;
+use dapple_integrator::scene::Scene;
+use dapple_integrator::{Combine, Effect, Method, Settings};
+use std::path::Path;
+
+/// What has nothing to do, each with why.
+pub type Idle = Vec<(&'static str, String)>;
+
+/// The options that have nothing to do in a render with these settings.
+pub fn of_render(options: &RenderOptions, settings: &Settings, scene: &Scene) -> Idle {
+    let mut idle = of_outputs(options);
+    idle.extend(of_method(options, settings));
+    idle.extend(of_environment(options));
+    idle.extend(of_scene(options, scene));
+    idle
+}
+
+/// Options about files of a kind that is not written.
+pub fn of_outputs(options: &RenderOptions) -> Idle {
+    let writes = |extension: &str| match &options.output {
+        None => extension == "exr" || (extension == "png" && options.shows_picture()),
+        Some(paths) => paths.iter().any(|path| is(path, extension)),
+    };
+    let mut idle = Idle::new();
+    let mut say = |is_idle: bool, name, why: &str| {
+        if is_idle {
+            idle.push((name, why.into()));
+        }
+    };
+    say(RenderOptions::is(options.half) && !writes("exr"), "--half", "no EXR is written");
+    say(options.aov.is_some() && !writes("exr"), "--aov", "layers are written to EXR, and none is written");
+    say(options.exposure.is_some() && !writes("png"), "--exposure", "no PNG is written");
+    say(options.tone.is_some() && !writes("png"), "--tone", "no PNG is written");
+    idle
+}
+
+fn is(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+}
+
+/// Options of the other tracer, and of other ways to use this one.
+fn of_method(options: &RenderOptions, settings: &Settings) -> Idle {
+    let mut idle = Idle::new();
+    let mut say = |is_idle: bool, name, why: &str| {
+        if is_idle {
+            idle.push((name, why.into()));
+        }
+    };
+    let effects = &options.effects;
+    match settings.method {
+        Method::Path => {
+            let why = "the path tracer has one plan for all effects; see --method distribution";
+            say(effects.combine.is_some(), "--combine", why);
+            say(effects.secondary.is_some(), "--secondary", why);
+        }
+        Method::Distribution => {
+            let why = "the distribution tracer follows all of its rays; see --max-bounces";
+            say(RenderOptions::is(options.no_roulette), "--no-roulette", why);
+            let paired = settings.combine == Combine::Paired;
+            let why = "paired, every integral has one point per pixel sample";
+            say(effects.secondary.is_some() && paired, "--secondary", why);
+        }
+    }
+    let centre = settings.plans.is_off(Effect::Pixel);
+    say(options.filter.is_some() && centre, "--filter", "--pixel 0 looks at pixel centres alone");
+    let limited = options.max_bounces == Some(0) && settings.method == Method::Path;
+    say(RenderOptions::is(options.no_roulette) && limited, "--no-roulette", "no path is followed");
+    idle
+}
+
+/// Options about an environment that is not there.
+fn of_environment(options: &RenderOptions) -> Idle {
+    let none = Path::new(load::NO_ENVIRONMENT);
+    let picture = options.env.as_deref().is_some_and(|env| env != none);
+    let color = options.env_color.is_some();
+    let mut idle = Idle::new();
+    let why = match color {
+        true => "--env-color is the same from all sides",
+        false => "there is no environment picture; see --env",
+    };
+    if !picture && options.env_rotation.is_some() {
+        idle.push(("--env-rotation", why.into()));
+    }
+    if !picture && options.env_smooth.is_some() {
+        idle.push(("--env-smooth", why.into()));
+    }
+    if !picture && !color && options.env_intensity.is_some() {
+        idle.push(("--env-intensity", "no environment is given; see --env and --env-color".into()));
+    }
+    idle
+}
+
+/// Options about motion and matter that the scene does not have.
+fn of_scene(options: &RenderOptions, scene: &Scene) -> Idle {
+    let mut idle = Idle::new();
+    if options.shutter.is_some_and(|s| s.close > s.open) && !scene.survey.has_motion {
+        idle.push(("--shutter", "nothing moves while it is open".into()));
+    }
+    if RenderOptions::is(options.transparent_shadows) && !scene.survey.has_transmission {
+        idle.push(("--transparent-shadows", "the scene has no glass".into()));
+    }
+    idle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dapple_integrator::sampling::Plan;
+    use dapple_integrator::scene::builtin;
+
+    fn names(typed: &[&str]) -> String {
+        let mut options = RenderOptions::default();
+        let typed: Vec<std::ffi::OsString> = typed.iter().map(Into::into).collect();
+        options.lay(&typed).unwrap();
+        let mut settings = Settings { method: options.method.unwrap_or_default(), ..Settings::default() };
+        settings.combine = options.effects.combine.unwrap_or_default();
+        settings.plans.pixel = options.effects.pixel.unwrap_or(Plan::new(1, Default::default()));
+        let scene = builtin::builtin("cornell").unwrap().build().unwrap();
+        let found = of_render(&options, &settings, &scene);
+        found.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn what_changes_nothing_is_found() {
+        for (typed, idle) in [
+            (&[][..], ""),
+            (&["--half", "--tone=agx", "--exposure=1", "--aov=depth,beauty"], ""),
+            (&["--half", "--aov=depth", "--output=a.png"], "--half --aov"),
+            (&["--tone=agx", "--exposure=1", "--output=a.exr"], "--exposure --tone"),
+            (&["--tone=agx", "--output=a.PNG"], ""),
+            (&["--combine=paired", "--secondary=2"], "--combine --secondary"),
+            (&["--method=distribution", "--secondary=2"], ""),
+            (&["--method=distribution", "--secondary=2", "--combine=paired"], "--secondary"),
+            (&["--method=distribution", "--no-roulette"], "--no-roulette"),
+            (&["--no-roulette"], ""),
+            (&["--pixel=0", "--filter=tent"], "--filter"),
+            (
+                &["--env-rotation=9", "--env-intensity=2", "--env-smooth"],
+                "--env-rotation --env-smooth --env-intensity",
+            ),
+            (&["--env=a.exr", "--env-rotation=9", "--env-intensity=2", "--env-smooth"], ""),
+            (&["--env-color=1,1,1", "--env-rotation=9", "--env-intensity=2"], "--env-rotation"),
+            (&["--env=none", "--env-rotation=9"], "--env-rotation"),
+            (&["--shutter=0:1", "--transparent-shadows"], "--shutter --transparent-shadows"),
+            (&["--shutter=1:1"], ""),
+        ] {
+            assert_eq!(names(typed), idle, "{typed:?}");
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! What `--verbose` says: the steps of a command in sentences.
+
+use crate::load::Loaded;
+use crate::output::Outputs;
+use dapple_integrator::scene::Scene;
+use dapple_integrator::{Effect, Method, Settings};
+
+/// A scene that has been read and built.
+pub fn scene(loaded: &Loaded) -> String {
+    let Scene { survey, cameras, .. } = &loaded.scene;
+    let counts = [
+        counted(survey.triangles, "triangle"),
+        counted(survey.shapes, "exact sphere or disk"),
+        counted(survey.objects, "object"),
+        counted(survey.materials, "material"),
+        counted(survey.textures, "texture"),
+        counted(survey.lights, "light"),
+        counted(cameras.len(), "camera"),
+    ];
+    format!(
+        "The scene has {}. Reading it took {:.2} s, building its trees and light tables {:.2} s; it takes {:.1} MB.",
+        listed(&counts.into_iter().flatten().collect::<Vec<_>>()),
+        loaded.load_seconds,
+        loaded.build_seconds,
+        loaded.scene.memory_bytes() as f64 / 1e6,
+    )
+}
+
+/// A render that is about to begin.
+pub fn render(settings: &Settings) -> String {
+    let (width, height) = settings.size;
+    let part = settings.crop.map_or(String::new(), |c| {
+        format!(", of which {}x{} from ({}, {}) are rendered", c.width(), c.height(), c.x0, c.y0)
+    });
+    let threads = settings.threads.map_or(String::new(), |n| format!(" on {}", counted_always(n, "thread")));
+    format!(
+        "Rendering {width}x{height} pixels{part}, {}; paths of up to {}; {} filter; seed {}{threads}{}.",
+        estimator(settings),
+        counted_always(settings.max_bounces as usize, "scattering event"),
+        settings.filter,
+        settings.seed,
+        settings.time_limit.map_or(String::new(), |limit| format!("; for at most {} s", limit.as_secs_f64())),
+    )
+}
+
+/// How the integrals are estimated.
+fn estimator(settings: &Settings) -> String {
+    match settings.method {
+        Method::Path => {
+            let roulette = if settings.roulette { "with" } else { "without" };
+            let spp = match settings.spp {
+                Some(n) => format!("{} per pixel", counted_always(n as usize, "sample")),
+                None => "as many samples per pixel as there is time for".into(),
+            };
+            let adaptive = if settings.adaptive { ", more where the error is" } else { "" };
+            format!(
+                "by the path tracer {roulette} Russian roulette: {spp}{adaptive}, placed by the {} pattern",
+                settings.pattern
+            )
+        }
+        Method::Distribution => {
+            let plans = Effect::ALL.map(|(effect, name)| format!("{name} {}", settings.plans.of(effect)));
+            format!("by the distribution tracer: {} points, {}", settings.combine, plans.join(", "))
+        }
+    }
+}
+
+/// Pictures that are about to be written.
+pub fn writing(outputs: &Outputs) -> String {
+    let paths: Vec<String> = outputs.paths().map(|path| path.display().to_string()).collect();
+    format!("Writing {}.", listed(&paths))
+}
+
+/// `3 lights`; nothing of none.
+fn counted(n: usize, what: &str) -> Option<String> {
+    (n > 0).then(|| counted_always(n, what))
+}
+
+fn counted_always(n: usize, what: &str) -> String {
+    let many = match what.split_once(' ') {
+        Some(("exact", _)) => "exact spheres and disks".into(),
+        _ => format!("{what}s"),
+    };
+    format!("{n} {}", if n == 1 { what } else { &many })
+}
+
+/// `a, b and c`.
+fn listed(items: &[String]) -> String {
+    match items {
+        [] => "nothing".into(),
+        [one] => one.clone(),
+        [all @ .., last] => format!("{} and {last}", all.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sentences() {
+        let items =
+            |n: usize| -> Vec<String> { ["a", "b", "c"][..n].iter().map(|s| s.to_string()).collect() };
+        assert_eq!([0, 1, 2, 3].map(|n| listed(&items(n))), ["nothing", "a", "a and b", "a, b and c"]);
+        assert_eq!(counted(0, "light"), None);
+        assert_eq!(counted_always(1, "light"), "1 light");
+        assert_eq!(counted_always(2, "exact sphere or disk"), "2 exact spheres and disks");
+        let said =
+            render(&Settings { time_limit: Some(std::time::Duration::from_secs(3)), ..Settings::default() });
+        assert_eq!(
+            said,
+            "Rendering 512x512 pixels, by the path tracer with Russian roulette: 64 samples per pixel, placed by the \
+             sobol pattern; paths of up to 16 scattering events; box filter; seed 0; for at most 3 s."
+        );
+    }
+}

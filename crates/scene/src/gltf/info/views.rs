@@ -1,0 +1,152 @@
+//! Cameras and lights, in the units of the file.
+use super::super::{document::Document, node::Hierarchy, read};
+use super::choices::own;
+use crate::{Placement, SceneError, error::quoted};
+use dapple_camera::camera::axes;
+use glam::DVec3;
+use gltf::json::{self, extensions::scene::khr_lights_punctual as punctual, validation::Checked};
+use serde::Serialize;
+
+/// A camera's name of more bytes than this is cut.
+const LONGEST: usize = 1000;
+
+/// A camera of the scene that is shown, as it stands when the shutter opens.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct CameraInfo {
+    /// What `--camera` takes; it takes the place in this list as well, counted from 0.
+    pub name: String,
+    /// "perspective" or "orthographic".
+    pub kind: &'static str,
+    /// In the world, in scene units.
+    pub position: [f64; 3],
+    /// Unit vector along which it looks; None when its node is scaled to nothing.
+    pub direction: Option<[f64; 3]>,
+    /// Unit vector that is upwards in the picture; likewise.
+    pub up: Option<[f64; 3]>,
+    /// Vertical field of view of a perspective camera, in degrees.
+    pub yfov_degrees: Option<f64>,
+    /// Width and height that an orthographic camera sees, in scene units.
+    pub size: Option<[f64; 2]>,
+    /// Width / height that the file asks for.
+    pub aspect: Option<f64>,
+    /// Distance of the near plane, in scene units.
+    pub znear: f64,
+    /// Distance of the far plane, in scene units; None is infinite.
+    pub zfar: Option<f64>,
+    /// It moves while the shutter is open.
+    pub moves: bool,
+}
+
+/// A punctual light of the file (KHR_lights_punctual).
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LightInfo {
+    /// Place in the file's list.
+    pub index: usize,
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// "point", "spot" or "directional".
+    pub kind: &'static str,
+    /// As the file says it, in `unit`; the colour is a factor on it.
+    pub intensity: f64,
+    /// The file's unit of the intensity: "cd" or "lx".
+    pub unit: &'static str,
+    /// Linear, Rec. 709.
+    pub color: [f32; 3],
+    /// Where the light ends, in scene units; None is never.
+    pub range: Option<f64>,
+    /// Half angles of a spot light's inner and outer cone, in degrees.
+    pub cone_degrees: Option<[f64; 2]>,
+    /// Nodes of the scene that is shown that hold it.
+    pub placed: usize,
+}
+
+pub(super) fn cameras(
+    doc: &Document<'_>,
+    hierarchy: &Hierarchy,
+    (placements, moving): (&[Placement], &[bool]),
+) -> Result<Vec<CameraInfo>, SceneError> {
+    let mut cameras = Vec::new();
+    for &i in &hierarchy.order {
+        let node = &doc.root.nodes[i];
+        let Some(index) = node.camera else { continue };
+        let camera = doc.get(&doc.root.cameras, index, "camera", "a node")?;
+        let mut name = read::camera_name(index, camera, node.name.as_deref());
+        if name.len() > LONGEST {
+            // Many nodes may show one camera.
+            name = quoted(&name);
+        }
+        cameras.push(CameraInfo { name, moves: moving[i], ..posed(camera, &placements[i]) });
+    }
+    Ok(cameras)
+}
+
+fn posed(camera: &json::Camera, placement: &Placement) -> CameraInfo {
+    // Adding zero makes −0 plain.
+    let unit = |v: DVec3| (v + DVec3::ZERO).to_array();
+    let axes = axes(&placement.linear);
+    let posed = CameraInfo {
+        position: placement.point(DVec3::ZERO).to_array(),
+        direction: axes.map(|(_, _, backward)| unit(-backward)),
+        up: axes.map(|(_, up, _)| unit(up)),
+        ..CameraInfo::default()
+    };
+    let positive = |x: f32| Some(f64::from(x)).filter(|x| *x > 0.0 && x.is_finite());
+    match (&camera.perspective, &camera.orthographic) {
+        (Some(p), _) => CameraInfo {
+            kind: "perspective",
+            yfov_degrees: Some(f64::from(p.yfov).to_degrees()),
+            aspect: p.aspect_ratio.and_then(positive),
+            znear: p.znear.into(),
+            zfar: p.zfar.and_then(positive),
+            ..posed
+        },
+        (None, Some(o)) => {
+            let (width, height) = (2.0 * f64::from(o.xmag.abs()), 2.0 * f64::from(o.ymag.abs()));
+            CameraInfo {
+                kind: "orthographic",
+                size: Some([width, height]),
+                aspect: positive((width / height) as f32),
+                znear: o.znear.into(),
+                zfar: positive(o.zfar),
+                ..posed
+            }
+        }
+        (None, None) => CameraInfo { kind: "unknown", ..posed },
+    }
+}
+
+pub(super) fn lights(doc: &Document<'_>, hierarchy: &Hierarchy) -> Vec<LightInfo> {
+    let lights = doc.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+    let lights = lights.map_or(&[][..], |l| &l.lights);
+    let mut placed = vec![0; lights.len()];
+    for node in hierarchy.order.iter().map(|&i| &doc.root.nodes[i]) {
+        let light = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+        if let Some(count) = light.and_then(|l| placed.get_mut(l.light.value())) {
+            *count += 1;
+        }
+    }
+    lights.iter().zip(placed).enumerate().map(|(index, (light, placed))| one(index, light, placed)).collect()
+}
+
+fn one(index: usize, light: &punctual::Light, placed: usize) -> LightInfo {
+    let (kind, unit) = match light.type_ {
+        Checked::Valid(punctual::Type::Directional) => ("directional", "lx"),
+        Checked::Valid(punctual::Type::Point) => ("point", "cd"),
+        Checked::Valid(punctual::Type::Spot) => ("spot", "cd"),
+        Checked::Invalid => ("unknown", ""),
+    };
+    LightInfo {
+        index,
+        name: own(light.name.as_deref()),
+        kind,
+        intensity: light.intensity.into(),
+        unit,
+        color: light.color,
+        range: light.range.map(f64::from),
+        cone_degrees: (kind == "spot").then(|| {
+            let (inner, outer) = read::cone(light);
+            [inner.to_degrees(), outer.to_degrees()]
+        }),
+        placed,
+    }
+}
