@@ -7,7 +7,11 @@ use std::process::Command;
 const PINNED: [(&str, &[&str], &[&str]); 10] = [
     ("dapple-sampling", &["glam", "libm", "rand_pcg"], &[]),
     ("dapple-geometry", &["bytemuck", "glam", "libm", "obvhs"], &["libc", "rayon"]),
-    ("dapple-imaging", &["glam", "libm", "tempfile", "thiserror"], &["exr", "half", "image", "rayon"]),
+    (
+        "dapple-imaging",
+        &["gethostname", "glam", "libm", "tempfile", "thiserror"],
+        &["exr", "half", "image", "rayon"],
+    ),
     ("dapple-materials", &["dapple-sampling", "glam", "libm"], &[]),
     ("dapple-lights", &["dapple-geometry", "dapple-imaging", "dapple-sampling", "glam", "libm"], &[]),
     ("dapple-camera", &["dapple-geometry", "dapple-imaging", "dapple-sampling", "glam", "libm"], &[]),

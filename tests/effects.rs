@@ -95,6 +95,12 @@ fn the_settings_in_an_exr_give_its_picture_again() {
         [&CORNELL[..], &["--env", "sky.exr", "--env-rotation", "70", "--env-intensity", "0.5"]].concat(),
         [&CORNELL[..], &["--env", "sky.exr", "--env-smooth", "--camera", "0"]].concat(),
         [&CORNELL[..], &["--env-color", "0.1,0.2,0.3", "--env-intensity", "2"]].concat(),
+        [&CORNELL[..], &["--env", "sky.exr", "--env-nearest", "--backfaces", "culled"]].concat(),
+        [&CORNELL[..], &["--env", "sky.exr", "--env-smooth=false", "--cull-backfaces=false"]].concat(),
+        [&CORNELL[..], &["--look-from", "0.1,-0.25,2", "--fov", "30", "--up", "0.1,1,0"]].concat(),
+        [&CORNELL[..], &["--orbit", "-200.5,30", "--look-at", "0.25,0.25,0.3"]].concat(),
+        [&CORNELL[..], &["--orbit", "170,10,1.5", "--backfaces", "shown"]].concat(),
+        [&CORNELL[..], &["--camera", "0", "--fov", "20", "--look-at", "0.2,0.3,0.3"]].concat(),
     ]
     .into_iter()
     .enumerate()

@@ -14,7 +14,7 @@ import re
 import subprocess
 import sys
 
-FEATURES = ["lens", "time", "second_level", "medium", "environment", "textures", "clamp", "alpha", "layers", "coincident"]
+FEATURES = ["lens", "time", "second_level", "medium", "environment", "textures", "clamp", "alpha", "layers", "coincident", "view"]
 METHODS = ["path", "distribution"]
 TARGET = pathlib.Path("target/feature_tax").resolve()
 

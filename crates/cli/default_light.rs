@@ -3,7 +3,7 @@
 //! A file may hold a light and still leave its picture black: a few texels of an emissive texture on an object that nothing
 //! else lights. The rule: **a studio environment is added when, in a small render, less than a quarter of the pixels that
 //! show a surface are lit, and less than a twentieth by light that the surface reflects; lit means at least 1/256 of the
-//! luminance that 99 % of the pixels stay below.** The render is always the same for a scene and a camera. A glance comes
+//! luminance that 99 % of the pixels stay below.** The render is always the same for a scene and a view. A glance comes
 //! first: where direct light alone already shows most of the surfaces, nothing more is asked.
 //!
 //! So a planet in the sun stays dark on its far side, a room with one candle stays dim, and panels that glow by themselves
@@ -13,7 +13,7 @@ use crate::interrupt;
 use dapple_integrator::camera::Camera;
 use dapple_integrator::imaging::{Picture, color};
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Aov, Settings, render};
+use dapple_integrator::{Aov, Backfaces, Settings, render};
 use glam::Vec3;
 use std::ops::ControlFlow;
 
@@ -34,7 +34,7 @@ const SEEN: f64 = 1.0 / 256.0;
 const PERCENTILE: f64 = 0.99;
 
 /// Whether the scene, seen by `camera`, is nearly black by its own light.
-pub fn is_wanted(scene: &Scene, camera: &Camera) -> bool {
+pub fn is_wanted(scene: &Scene, camera: &Camera, backfaces: Backfaces) -> bool {
     let progress = |_| if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     // The picture, and a mask that is 0 where no surface is seen.
     let look = |settings: &Settings| {
@@ -53,6 +53,7 @@ pub fn is_wanted(scene: &Scene, camera: &Camera) -> bool {
         spp: Some(1),
         max_bounces: 1,
         threads: Some(1),
+        backfaces,
         aovs,
         ..Settings::default()
     };

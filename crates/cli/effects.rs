@@ -4,11 +4,10 @@ use crate::error::Failure;
 use crate::options::{EffectOptions, RenderOptions};
 use crate::{idle, report};
 use dapple_integrator::camera::{Aperture, Camera, Lens};
-use dapple_integrator::geometry::Opaque;
+use dapple_integrator::first_hit::centre_depth;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Combine, Effect, Method, Plans, Settings, forecast};
-use glam::Vec2;
 use std::io::{BufRead, IsTerminal};
 
 /// Scattering events that the distribution tracer follows, where the path tracer follows more.
@@ -46,14 +45,16 @@ impl EffectOptions {
 }
 
 /// The camera with the lens asked for; without a focus distance what the picture's centre shows is sharp.
-pub fn with_lens(mut camera: Camera, scene: &Scene, options: &EffectOptions) -> Camera {
+pub fn with_lens(mut camera: Camera, scene: &Scene, options: &RenderOptions) -> Camera {
+    let backfaces = options.backfaces();
+    let options = &options.effects;
     let radius = options.aperture_radius.unwrap_or(0.0);
     if radius == 0.0 {
         return camera;
     }
     let focus = options.focus_distance.map(|d| scene.space.length_to_render(f64::from(d)));
     let focus = focus.unwrap_or_else(|| {
-        let distance = centre_distance(&camera, scene);
+        let distance = centre_depth(scene, &camera, backfaces).unwrap_or(f32::INFINITY);
         report::say(&format!(
             "note: focus at {:.4}, the centre of the picture",
             f64::from(distance) / scene.space.scale
@@ -66,12 +67,6 @@ pub fn with_lens(mut camera: Camera, scene: &Scene, options: &EffectOptions) -> 
         focus_distance: focus,
     });
     camera
-}
-
-/// Along the view axis to what the middle of the picture shows, in render units.
-fn centre_distance(camera: &Camera, scene: &Scene) -> f32 {
-    let ray = camera.ray((0, 0), Vec2::splat(0.5), (1, 1), Vec2::splat(0.5));
-    scene.world.closest(&ray, 0.0, &Opaque).map_or(f32::INFINITY, |hit| hit.t)
 }
 
 /// Lays plans, combination and ambient light over `settings`.

@@ -1,8 +1,10 @@
 //! What can go wrong, in one line each, and the exit code it gives.
 
 use crate::complaint;
+use crate::saving;
 use dapple_integrator::imaging::{ImageError, Window};
 use dapple_integrator::scene::SceneError;
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -43,7 +45,8 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// 2 for bad input and bad arguments (1 is for checks that fail, 3 for renders that were stopped early).
+    /// 2 for bad input and bad arguments (1 is for checks that fail, 3 for renders that were stopped early, 4 for outputs
+    /// that were not all written).
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(if matches!(self, Self::Check(_)) { 1 } else { 2 })
     }
@@ -58,8 +61,9 @@ pub fn one_line(message: &str) -> String {
 pub fn arguments(error: clap::Error) -> Result<(), Failure> {
     use clap::error::ErrorKind::{DisplayHelp, DisplayVersion};
     if matches!(error.kind(), DisplayHelp | DisplayVersion) {
-        // A closed pipe is the reader's choice.
-        let _ = error.print();
+        if let Err(failed) = error.print().and_then(|()| std::io::stdout().flush()) {
+            saving::lose_standard_output(&failed);
+        }
         return Ok(());
     }
     Err(Failure::Arguments(complaint::line(&error)))

@@ -5,6 +5,7 @@ use crate::interrupt;
 use crate::known::Known;
 use crate::options::RenderOptions;
 use crate::progress::Bar;
+use crate::saving;
 use dapple_analysis::estimate::{
     Doublings, Estimate, SHARE, Verdict, Way, replicate_until, replicated_share, unseen, within,
 };
@@ -241,7 +242,10 @@ impl<'a> ErrorWatch<'a> {
         let (error, bound) = (known.map(|v| v.error), known.filter(|v| v.reliable).map(|v| v.bound));
         let line = json!({ "seconds": seconds, "spp": spp, "rays": rays, "error": error, "bound": bound });
         if let Err(e) = writeln!(file, "{line}") {
-            tracing::warn!("{}: {e}", path.display());
+            saving::lose();
+            let said = format!("error: --log {}: cannot be written: {e}; the render goes on", path.display());
+            self.bar.say(&said);
+            self.log = None;
         }
     }
 

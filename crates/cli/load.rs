@@ -9,6 +9,7 @@ use crate::report;
 use crate::suggest;
 use crate::values::Size;
 use crate::verbose;
+use crate::view;
 use dapple_integrator::camera::PixelRect;
 use dapple_integrator::imaging::read;
 use dapple_integrator::lights::Environment;
@@ -16,9 +17,6 @@ use dapple_integrator::scene::studio::{self, STUDIO};
 use dapple_integrator::scene::{NamedCamera, Scene, SceneBuilder, Warning, builtin};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// Most cameras that a complaint names.
-const NAMED: usize = 20;
 
 /// Height of a picture whose size was not given.
 const DEFAULT_HEIGHT: u32 = 512;
@@ -166,7 +164,7 @@ pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure>
     let mut scene = builder.build()?;
     if own_light_alone && options.reads().light && scene.environment.is_none() && !scene.lights.is_empty() {
         let camera = camera(&scene, options)?;
-        if default_light::is_wanted(&scene, &camera.camera) {
+        if default_light::is_wanted(&scene, &camera.camera, options.backfaces()) {
             scene.surround(studio::studio());
             scene.warnings.push(Warning(format!("the scene's own light leaves it nearly black: {STUDIO}")));
         }
@@ -197,7 +195,7 @@ fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> 
     let Some(path) = options.env.as_ref().filter(|_| !has_no_environment(options)) else { return Ok(None) };
     let picture = read::picture_within(path, memory::left(options.memory_limit))?;
     let rotation = options.env_rotation.unwrap_or(0.0).to_radians();
-    let smooth = RenderOptions::is(options.env_smooth);
+    let smooth = options.is_env_smooth();
     let environment = Environment::picture(picture, rotation, intensity, smooth).map_err(|bad| {
         let reason = format!("texel ({}, {}) is {}, which is no radiance", bad.x, bad.y, bad.value);
         Failure::Environment { path: path.clone(), reason }
@@ -207,26 +205,9 @@ fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> 
 
 /// The camera asked for, with its lens.
 pub fn camera(scene: &Scene, options: &RenderOptions) -> Result<NamedCamera, Failure> {
-    let mut named = named(scene, options.camera.as_deref())?.clone();
-    named.camera = effects::with_lens(named.camera, scene, &options.effects);
+    let mut named = view::view(scene, options)?;
+    named.camera = effects::with_lens(named.camera, scene, options);
     Ok(named)
-}
-
-/// The camera called `wanted`, else the one with that index, else the first.
-fn named<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a NamedCamera, Failure> {
-    let Some(wanted) = wanted else {
-        return scene.cameras.first().ok_or_else(|| Failure::Arguments("the scene has no camera".into()));
-    };
-    let by_name = scene.cameras.iter().find(|c| *c.name == *wanted);
-    let by_index = || wanted.parse::<usize>().ok().and_then(|i| scene.cameras.get(i));
-    by_name.or_else(by_index).ok_or_else(|| {
-        let names = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} '{}'", c.name));
-        let mut names = names.take(NAMED).collect::<Vec<_>>().join(", ");
-        if let more @ 1.. = scene.cameras.len().saturating_sub(NAMED) {
-            names += &format!(" and {more} more");
-        }
-        Failure::Arguments(format!("--camera {wanted}: there is no such camera; the scene has {names}"))
-    })
 }
 
 /// The size asked for, else 512 pixels high and as wide as the camera asks for.

@@ -1,7 +1,8 @@
 //! `dapple`: renders glTF 2.0 scenes on the CPU from the command line.
 //!
 //! This file answers one question: which command runs, and with which code the process ends
-//! (0 done · 1 a check failed · 2 bad input or arguments · 3 stopped early, with pictures of what was done).
+//! (0 done · 1 a check failed · 2 bad input or arguments · 3 stopped early, with pictures of what was done · 4 computed, but
+//! not all of it written where it was asked for).
 //! Results go to standard output, everything said to a person to standard error.
 #![forbid(unsafe_code)]
 #![cfg_attr(not(feature = "report"), allow(dead_code, reason = "some parts serve studies alone"))]
@@ -38,11 +39,13 @@ mod output;
 mod progress;
 mod report;
 mod retrace;
+mod saving;
 mod settings_file;
 mod suggest;
 mod uses;
 mod values;
 mod verbose;
+mod view;
 
 use args::{Cli, Command};
 use clap::FromArgMatches;
@@ -51,7 +54,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     match run() {
-        Ok(code) => code,
+        Ok(code) => saving::code(code),
         Err(failure) => {
             report::say(&format!("error: {}", error::one_line(&failure.to_string())));
             failure.exit_code()

@@ -20,9 +20,9 @@ pub fn attributes(
     view: &NamedCamera,
     scene: &Scene,
 ) -> Vec<(String, MetaValue)> {
-    let (camera, space) = (&view.camera, &scene.space);
-    let to_camera = world_to_camera(camera, space);
-    let to_ndc = camera_to_ndc(camera, space, settings.size) * to_camera;
+    let (camera, space) = (view.camera.clone().fitted(settings.size), &scene.space);
+    let to_camera = world_to_camera(&camera, space);
+    let to_ndc = camera_to_ndc(&camera, space, settings.size) * to_camera;
     let text = |s: String| MetaValue::Text(s);
     vec![
         ("worldToCamera".into(), matrix(to_camera)),
@@ -44,17 +44,20 @@ fn settings_text(
 ) -> String {
     let (w, h) = settings.size;
     let mut lines = vec![
-        // As it was asked for: several may have one name.
-        format!("camera = {}", quoted(options.camera.as_deref().unwrap_or(&view.name))),
         format!("method = \"{}\"", values::method_name(settings.method)),
         format!("seed = {}", settings.seed),
         format!("max-bounces = {}", settings.max_bounces),
         format!("no-roulette = {}", !settings.roulette),
         format!("filter = \"{}\"", settings.filter),
-        format!("cull-backfaces = {}", settings.cull_backfaces),
+        format!("backfaces = \"{}\"", settings.backfaces),
         format!("size = \"{w}x{h}\""),
     ];
     lines.extend(options.choice.given().map(|(key, value)| format!("{key} = {}", quoted(value))));
+    if !options.view.places_camera() {
+        // As it was asked for: several may have one name.
+        lines.push(format!("camera = {}", quoted(options.camera.as_deref().unwrap_or(&view.name))));
+    }
+    lines.extend(options.view.lines());
     match settings.method {
         Method::Path => {
             // Of a first round that was not finished: the samples that some pixels have.
@@ -78,6 +81,9 @@ fn settings_text(
     }
     if settings.transparent_shadows {
         lines.push("transparent-shadows = true".into());
+    }
+    if settings.transparent {
+        lines.push("transparent = true".into());
     }
     if let Some(clamp) = settings.clamp {
         lines.push(format!("clamp = {clamp}"));
@@ -116,7 +122,7 @@ fn environment_lines(options: &RenderOptions) -> Vec<String> {
     if let Some(name) = options.env.as_ref().and_then(|path| path.file_name()) {
         lines.push(format!("env = {}", quoted(&name.to_string_lossy())));
         lines.extend(options.env_rotation.map(|degrees| format!("env-rotation = {degrees}")));
-        lines.push(format!("env-smooth = {}", RenderOptions::is(options.env_smooth)));
+        lines.push(format!("env-nearest = {}", !options.is_env_smooth()));
     }
     if let Some(c) = options.env_color {
         lines.push(format!("env-color = [{}, {}, {}]", c.0.x, c.0.y, c.0.z));
@@ -200,6 +206,8 @@ mod tests {
             projection,
             lens: None,
             motion: None,
+            aspect: None,
+            clip: None,
         }
     }
 

@@ -9,12 +9,14 @@ use crate::choose::ChoiceOptions;
 use crate::complaint;
 use crate::error::{self, Failure};
 use crate::values::{self, Color, Crop, PlanKind, Seconds, Size};
+use crate::view::ViewOptions;
 use clap::{ArgMatches, Args, FromArgMatches};
 use dapple_integrator::camera::{Aperture, Filter, Shutter};
 use dapple_integrator::imaging::Tone;
+use dapple_integrator::imaging::write::PngDepth;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::{LightUnit, Reads};
-use dapple_integrator::{Aov, Combine, Method};
+use dapple_integrator::{Aov, Backfaces, Combine, Method};
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -76,7 +78,13 @@ pub struct RenderOptions {
     /// Write EXR channels as 16-bit half floats
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Output")]
     pub half: Option<bool>,
-    /// EXR layers beside the picture, comma-separated: albedo, normal, depth, position, variance, samples, object, material, removed. Where these show first hits alone (all but variance, samples and removed), the picture is rendered only if `beauty` is named too, or a PNG or HDR shows it
+    /// See nothing instead of the environment where no surface is, and write alpha: the share of a pixel that is covered, with associated colours in an EXR and unassociated ones in a PNG. The environment still lights the scene; clear panes cover
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Output")]
+    pub transparent: Option<bool>,
+    /// Bits per channel of PNG output: 8 or 16 [default: 8]
+    #[arg(long, value_name = "BITS", value_parser = values::png_depth, help_heading = "Output")]
+    pub png_depth: Option<PngDepth>,
+    /// EXR layers beside the picture, comma-separated: albedo, normal, depth, position, variance, samples, object, material, removed, cryptomatte (ids of objects and materials by name, for compositing). Where these show first hits alone (all but variance, samples and removed), the picture is rendered only if `beauty` is named too, or a PNG or HDR shows it
     #[arg(long, value_parser = aliases::named::<Aov>(aliases::LAYERS), value_name = "LIST", value_delimiter = ',', help_heading = "Output")]
     pub aov: Option<Vec<Aov>>,
     /// Exposure of PNG output, in stops; 0 shows radiance 1 as white [default: metered on a small render of the whole frame, and said]
@@ -154,8 +162,13 @@ pub struct RenderOptions {
     /// When the shutter opens and closes, in seconds counted from --at: what moves meanwhile is blurred
     #[arg(long, value_name = "OPEN:CLOSE", allow_hyphen_values = true, value_parser = values::shutter, help_heading = "View")]
     pub shutter: Option<Shutter>,
-    /// Hide back faces of single-sided materials, as glTF asks
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "View")]
+    #[command(flatten)]
+    pub view: ViewOptions,
+    /// Back faces of single-sided materials: camera = hidden from the camera, as glTF asks, but not from light; shown = there for all; culled = there for none, not even for light [default: camera]
+    #[arg(long, value_name = "NAME", help_heading = "View")]
+    pub backfaces: Option<Backfaces>,
+    /// The same as --backfaces culled
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, conflicts_with = "backfaces", help_heading = "View")]
     pub cull_backfaces: Option<bool>,
 
     /// Environment picture, latitude-longitude: .hdr or .exr; none = nothing, not even the studio light that a scene without light of its own gets
@@ -170,8 +183,11 @@ pub struct RenderOptions {
     /// Factor on the environment [default: 1]
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::non_negative, help_heading = "Environment")]
     pub env_intensity: Option<f32>,
-    /// Interpolate between the texels of the environment picture
+    /// Take the nearest texel of the environment picture instead of interpolating between texels
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Environment")]
+    pub env_nearest: Option<bool>,
+    /// Interpolate between the texels of the environment picture, as is the default
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, conflicts_with = "env_nearest", help_heading = "Environment")]
     pub env_smooth: Option<bool>,
 
     /// What candela and lux of the file's point, spot and directional lights are taken as: radiometric (1 cd is 1 W/sr, 1 lx is 1 W/m²), photometric (divided by 683 lm/W), or auto: photometric if the file's generator is known to write that, such as Blender's exporter since 3.4.39 [default: auto]
@@ -234,13 +250,23 @@ impl RenderOptions {
         self.lay_matches(&parsed(arguments)?)
     }
 
-    /// Lays parsed arguments over what is there. A later environment of one kind replaces one of the other kind.
+    /// Lays parsed arguments over what is there. A later environment of one kind replaces one of the other kind, and a
+    /// later camera a whole view.
     pub fn lay_matches(&mut self, matches: &ArgMatches) -> Result<(), Failure> {
         if matches.contains_id("env") {
             self.env_color = None;
         }
         if matches.contains_id("env_color") {
             self.env = None;
+        }
+        if ["camera", "look_from", "orbit"].iter().any(|id| matches.contains_id(id)) {
+            (self.camera, self.view) = (None, ViewOptions::default());
+        }
+        if matches.contains_id("backfaces") || matches.contains_id("cull_backfaces") {
+            (self.backfaces, self.cull_backfaces) = (None, None);
+        }
+        if matches.contains_id("env_nearest") || matches.contains_id("env_smooth") {
+            (self.env_nearest, self.env_smooth) = (None, None);
         }
         self.update_from_arg_matches(matches).map_err(|e| Failure::Arguments(error::clap_line(&e)))
     }
@@ -249,6 +275,17 @@ impl RenderOptions {
     pub fn samples(&self) -> Option<u32> {
         let limited = self.time_limit.is_some() || self.error_limit.is_some();
         self.spp.or(if limited { None } else { Some(64) })
+    }
+
+    /// Which rays meet back faces.
+    pub fn backfaces(&self) -> Backfaces {
+        let older = |culled| if culled { Backfaces::Culled } else { Backfaces::Shown };
+        self.backfaces.or(self.cull_backfaces.map(older)).unwrap_or_default()
+    }
+
+    /// Whether the environment picture is interpolated.
+    pub fn is_env_smooth(&self) -> bool {
+        self.env_smooth.unwrap_or(!Self::is(self.env_nearest))
     }
 
     /// When the shutter is open; an instant unless something else was asked for.

@@ -2,9 +2,11 @@
 
 use crate::error::Failure;
 use crate::options::RenderOptions;
+use crate::saving;
 use dapple_integrator::Outcome;
-use dapple_integrator::imaging::write::{self, Depth};
-use dapple_integrator::imaging::{Picture, Tone};
+use dapple_integrator::imaging::picture::MetaValue;
+use dapple_integrator::imaging::write::{self, Depth, PngDepth, PngOptions};
+use dapple_integrator::imaging::{ImageError, Picture, Tone};
 use std::path::{Path, PathBuf};
 
 /// Formats by extension.
@@ -20,6 +22,7 @@ enum Format {
 pub struct Outputs {
     files: Vec<(PathBuf, Format)>,
     depth: Depth,
+    png_depth: PngDepth,
     tone: Tone,
     /// Stops; None until it is metered.
     exposure: Option<f32>,
@@ -37,22 +40,61 @@ impl Outputs {
         }
         let depth = if RenderOptions::is(options.half) { Depth::Half } else { Depth::Float };
         let (tone, exposure) = (options.tone.unwrap_or_default(), options.exposure);
-        Ok(Self { files, depth, tone, exposure })
+        let png_depth = options.png_depth.unwrap_or_default();
+        Ok(Self { files, depth, png_depth, tone, exposure })
     }
 
-    /// Writes them all; a PNG says `comment` about itself.
-    pub fn write(&self, outcome: &Outcome, picture: &Picture, comment: Option<&str>) -> Result<(), Failure> {
+    /// Writes them all, whichever of them fail; a PNG says `comment` about itself.
+    pub fn write(&self, outcome: &Outcome, picture: &Picture, comment: Option<&str>) -> Written {
+        let mut written = Written::default();
         for (path, format) in &self.files {
-            match format {
-                Format::Exr => write::exr(path, &outcome.layers, self.depth)?,
-                Format::Png => {
-                    let exposure = self.exposure.unwrap_or(0.0);
-                    write::png_with_comment(path, picture, self.tone, exposure, comment)?;
-                }
-                Format::Hdr => write::hdr(path, picture)?,
+            let write = |path: &Path| match format {
+                Format::Exr => write::exr(path, &outcome.layers, self.depth),
+                Format::Png => self.png(path, outcome, picture, comment),
+                Format::Hdr => write::hdr(path, picture),
+            };
+            let at = saving::save(path, write);
+            if at.as_ref() != Some(path) {
+                written.failed.push(path.clone());
             }
+            written.paths.extend(at);
         }
-        Ok(())
+        written
+    }
+
+    fn png(
+        &self,
+        path: &Path,
+        outcome: &Outcome,
+        picture: &Picture,
+        comment: Option<&str>,
+    ) -> Result<(), ImageError> {
+        let said = |key: &str| outcome.layers.metadata.iter().find(|(name, _)| name == key);
+        let text = |key: &str| match said(key) {
+            Some((_, MetaValue::Text(text))) => text.clone(),
+            _ => String::new(),
+        };
+        let (software, exposure) = (text("software"), self.exposure.unwrap_or(0.0));
+        let bits = if self.png_depth == PngDepth::Sixteen { 16 } else { 8 };
+        let shown = format!("exposure = {exposure}\ntone = \"{}\"\npng-depth = {bits}", self.tone);
+        let settings = format!("{}\n{shown}", text("settings"));
+        let mut texts = vec![("Software", software.as_str()), ("settings", settings.as_str())];
+        texts.extend(comment.map(|comment| ("Comment", comment)));
+        let beauty = outcome.layers.layer("");
+        let alpha = beauty.and_then(|layer| layer.channels.iter().find(|(name, _)| name == "A"));
+        let options = PngOptions {
+            tone: self.tone,
+            exposure,
+            depth: self.png_depth,
+            alpha: alpha.map(|(_, values)| values.as_slice()),
+            texts: &texts,
+        };
+        write::png_with(path, picture, &options)
+    }
+
+    /// Whether a file is asked for that cannot hold alpha.
+    pub fn drops_alpha(&self) -> bool {
+        self.files.iter().any(|(_, format)| *format == Format::Hdr)
     }
 
     /// Sets the exposure by `meter` if a picture needs one and none was given.
@@ -71,6 +113,15 @@ impl Outputs {
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         self.files.iter().map(|(path, _)| path.as_path())
     }
+}
+
+/// What became of the files.
+#[derive(Debug, Default)]
+pub struct Written {
+    /// Where the pictures are.
+    pub paths: Vec<PathBuf>,
+    /// Where they were asked for and are not.
+    pub failed: Vec<PathBuf>,
 }
 
 fn with_format(path: PathBuf) -> Result<(PathBuf, Format), Failure> {

@@ -3,6 +3,7 @@
 //! It is one line that fits the terminal: where there is little room the less important parts are left out, and the bar
 //! itself takes what the words leave.
 
+use crate::report;
 use console::{Term, measure_text_width};
 use dapple_integrator::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -56,6 +57,14 @@ impl Bar {
             // The last column is left free: some terminals go to the next line when it is written.
             bar.set_message(line(columns.saturating_sub(1), fraction, parts()));
             bar.tick();
+        }
+    }
+
+    /// A line to standard error, above the bar.
+    pub fn say(&self, line: &str) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| report::say(line)),
+            None => report::say(line),
         }
     }
 

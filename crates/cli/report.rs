@@ -4,16 +4,20 @@ use crate::known::Known;
 use crate::ledger::Ledger;
 use crate::load::Loaded;
 use crate::machine;
-use crate::output::Outputs;
+use crate::output::{Outputs, Written};
+use crate::saving;
 use dapple_integrator::{Effect, Method, Settings, Stats};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write;
 
-/// A line to standard output; a closed pipe is the reader's choice.
+/// A line to standard output.
 pub fn result(line: &str) {
-    let _ = writeln!(std::io::stdout().lock(), "{}", printable(line));
+    let mut out = std::io::stdout().lock();
+    if let Err(error) = writeln!(out, "{}", printable(line)).and_then(|()| out.flush()) {
+        saving::lose_standard_output(&error);
+    }
 }
 
 /// A line to standard error.
@@ -87,7 +91,10 @@ pub struct Report {
     pub exposure: Option<f32>,
     /// `radiometric`, or `photometric` where they were divided by 683 lm/W; null without punctual lights of a file.
     pub light_unit: Option<String>,
+    /// Where the pictures are.
     pub outputs: Vec<String>,
+    /// Outputs that could not be written where they were asked for.
+    pub not_written: Vec<String>,
     pub warnings: Vec<String>,
 }
 
@@ -98,7 +105,7 @@ impl Report {
         settings: &Settings,
         stats: &Stats,
         known: &Known,
-        outputs: &Outputs,
+        (outputs, written): (&Outputs, &Written),
     ) -> Self {
         let is_path = settings.method == Method::Path;
         let plans = Effect::ALL
@@ -137,7 +144,8 @@ impl Report {
             version: env!("CARGO_PKG_VERSION"),
             exposure: outputs.exposure(),
             light_unit: loaded.scene.light_unit.as_ref().map(|taken| taken.unit().to_string()),
-            outputs: outputs.paths().map(|p| p.display().to_string()).collect(),
+            outputs: written.paths.iter().map(|p| p.display().to_string()).collect(),
+            not_written: written.failed.iter().map(|p| p.display().to_string()).collect(),
             warnings: loaded.scene.warnings.iter().map(|w| w.0.clone()).collect(),
         }
     }

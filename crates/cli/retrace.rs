@@ -5,12 +5,13 @@ use clap::ArgMatches;
 use clap::parser::ValueSource;
 
 /// Options that change no path, and need not be repeated.
-const IRRELEVANT: [&str; 13] = [
+const IRRELEVANT: [&str; 14] = [
     "plan",
     "clamp",
     "adaptive",
     "output",
     "half",
+    "png-depth",
     "aov",
     "exposure",
     "tone",

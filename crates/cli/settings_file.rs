@@ -26,7 +26,7 @@ enum Trust {
 }
 
 /// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
-const SIDECAR_KEYS: [&str; 46] = [
+const SIDECAR_KEYS: [&str; 53] = [
     "size",
     "crop",
     "camera",
@@ -35,11 +35,18 @@ const SIDECAR_KEYS: [&str; 46] = [
     "animation",
     "at",
     "shutter",
+    "look-from",
+    "look-at",
+    "orbit",
+    "up",
+    "fov",
+    "backfaces",
     "cull-backfaces",
     "env",
     "env-color",
     "env-rotation",
     "env-intensity",
+    "env-nearest",
     "env-smooth",
     "light-unit",
     "aperture-radius",
@@ -77,9 +84,11 @@ const SIDECAR_KEYS: [&str; 46] = [
 
 /// Options that only the user can set: what is written, what is said, what the machine is used for, and consent.
 #[cfg(test)]
-const USER_KEYS: [&str; 12] = [
+const USER_KEYS: [&str; 14] = [
     "output",
     "half",
+    "transparent",
+    "png-depth",
     "log",
     "json",
     "quiet",

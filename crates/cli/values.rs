@@ -3,6 +3,7 @@
 use crate::aliases;
 use dapple_integrator::camera::{PixelRect, Shutter};
 use dapple_integrator::imaging::Tone;
+use dapple_integrator::imaging::write::PngDepth;
 use dapple_integrator::sampling::plan::MAX_COUNT;
 use dapple_integrator::{Effect, Method};
 use glam::Vec3;
@@ -245,6 +246,15 @@ pub fn method_name(method: Method) -> &'static str {
     match method {
         Method::Path => "path",
         Method::Distribution => "distribution",
+    }
+}
+
+/// `8` or `16`.
+pub fn png_depth(s: &str) -> Result<PngDepth, String> {
+    match s {
+        "8" => Ok(PngDepth::Eight),
+        "16" => Ok(PngDepth::Sixteen),
+        _ => Err("expected 8 or 16".into()),
     }
 }
 

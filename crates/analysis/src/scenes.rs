@@ -99,7 +99,7 @@ pub(crate) fn seen_in_parallel(from: DVec3, half_height: f32) -> SceneBuilder {
     let mut builder = SceneBuilder::new("check");
     let projection = dapple_integrator::camera::Projection::Orthographic { half_height };
     let transform = DAffine3 { matrix3: DMat3::IDENTITY, translation: from };
-    builder.camera("camera", CameraPose { transform, projection, aspect: None });
+    builder.camera("camera", CameraPose { transform, projection, aspect: None, clip: None });
     builder
 }
 

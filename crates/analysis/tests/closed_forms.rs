@@ -51,7 +51,7 @@ fn scene(screen: bool) -> Scene {
     let mut builder = SceneBuilder::new("lamp");
     let transform = DAffine3 { matrix3: DMat3::IDENTITY, translation: DVec3::new(MIDDLE, 0.0, 5.0) };
     let projection = Projection::Orthographic { half_height: HALF as f32 };
-    builder.camera("camera", CameraPose { transform, projection, aspect: None });
+    builder.camera("camera", CameraPose { transform, projection, aspect: None, clip: None });
     let [white, black, bright] =
         [(1.0, 0.0), (0.0, 0.0), (0.0, 1.0)].map(|(a, e)| builder.material(matte(a, e)));
     let mut add = |name: &str, mesh, material| builder.mesh(name, mesh, DAffine3::IDENTITY, material);

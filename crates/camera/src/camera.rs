@@ -40,19 +40,62 @@ pub struct Camera {
     /// From the camera's own space to render space while the shutter is open, scale and shear ignored. `None` stands
     /// still.
     pub motion: Option<Arc<Motion>>,
+    /// Width / height of the frame that the view has to show whole (see [`Camera::fitted`]). `None`: the height alone.
+    pub aspect: Option<f32>,
+    /// Planes before and beyond which camera rays see nothing. `None`: there are none.
+    pub clip: Option<Clip>,
+}
+
+/// Clipping planes, as distances along the view axis from the camera's origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clip {
+    /// What lies nearer is not seen; 0 = everything in front of the camera is.
+    pub near: f32,
+    /// What lies farther is not seen; may be infinite.
+    pub far: f32,
 }
 
 impl Camera {
     /// The camera as it stands `time` seconds after the shutter opened. A transform that leaves no direction of view
     /// then keeps the axes of the opening.
     pub fn at(&self, time: f32) -> Self {
-        let Self { origin, right, up, backward, projection, lens, .. } = *self;
-        let still = Self { origin, right, up, backward, projection, lens, motion: None };
+        let Self { origin, right, up, backward, projection, lens, aspect, clip, .. } = *self;
+        let still = Self { origin, right, up, backward, projection, lens, motion: None, aspect, clip };
         let Some(motion) = &self.motion else { return still };
         let placed = motion.at(f64::from(time));
         let Some((right, up, backward)) = axes(&placed.matrix3) else { return still };
         let (right, up, backward) = (right.as_vec3(), up.as_vec3(), backward.as_vec3());
         Self { origin: placed.translation.as_vec3(), right, up, backward, ..still }
+    }
+
+    /// The camera whose view of a picture of `size` pixels holds the whole frame of its aspect ratio: a picture that is
+    /// narrower than the frame shows more above and below it, a wider one more on both sides. A frame that fits to within
+    /// half a pixel is left as it is.
+    pub fn fitted(mut self, size: (u32, u32)) -> Self {
+        let (width, height) = (f64::from(size.0.max(1)), f64::from(size.1.max(1)));
+        let Some(aspect) = self.aspect.map(f64::from).filter(|a| *a > 0.0 && a.is_finite()) else {
+            return self;
+        };
+        if width >= height * aspect - 0.5 {
+            return self;
+        }
+        let larger =
+            |extent: f32| (f64::from(extent) * (aspect * height / width)).min(f32::MAX.into()) as f32;
+        self.projection = match self.projection {
+            Projection::Perspective { tan_half } => Projection::Perspective { tan_half: larger(tan_half) },
+            Projection::Orthographic { half_height } => {
+                Projection::Orthographic { half_height: larger(half_height) }
+            }
+        };
+        self
+    }
+
+    /// How far along a camera ray its near plane lies, in lengths of the ray's direction; 0 without one. `self`: as it
+    /// stands at the ray's time.
+    pub fn near(&self, ray: &Ray) -> f32 {
+        let near = self.clip.map_or(0.0, |clip| clip.near);
+        // The direction's part along the axis is above zero: the ray points forward.
+        if near > 0.0 { near / -ray.d.dot(self.backward) } else { 0.0 }
     }
 
     /// The ray through the point `pixel + fraction` of a picture of `size` pixels (from the top left, x right, y down),
@@ -66,6 +109,8 @@ impl Camera {
     /// With a lens, all rays of one film point meet in the plane at `focus_distance` along the view axis, exactly as
     /// far as f32 can hold: the pinhole direction (x, y, −1) is moved by −lens/focus instead of being multiplied by
     /// focus, which stays accurate for focus = 1e9 and includes infinity. Radius 0 gives the bits of the pinhole.
+    ///
+    /// The ray starts at the lens and ends at the far plane; where the near plane is, [`Camera::near`] says.
     #[inline]
     pub fn ray(&self, pixel: (u32, u32), fraction: Vec2, size: (u32, u32), lens_u: Vec2) -> Ray {
         let plane = film_plane(pixel, fraction, size);
@@ -98,8 +143,16 @@ impl Camera {
         } else {
             (self.origin.as_dvec3() + right * offset.x + up * offset.y).as_vec3()
         };
-        let d = d / d.length();
-        Ray::new(o, if step < NARROW { finest(d) } else { d.as_vec3() })
+        let length = d.length();
+        let d = d / length;
+        let ray = Ray::new(o, if step < NARROW { finest(d) } else { d.as_vec3() });
+        match self.clip {
+            // A unit along the axis is `length` along the ray.
+            Some(Clip { far, .. }) if far < f32::INFINITY => {
+                ray.until((f64::from(far) * length / f64::from(ray.d.length())) as f32)
+            }
+            _ => ray,
+        }
     }
 }
 
@@ -126,10 +179,14 @@ fn finest(d: DVec3) -> Vec3 {
 /// How many lengths between 1 and 2 are tried, a power of two: the largest component is then exact.
 const LENGTHS: u32 = 1024;
 
-/// Unit right, up and backward of a transform without its scale and shear; None when it has no direction of view.
+/// Unit right, up and backward of a transform without its scale, shear and mirroring; None when it has no direction of
+/// view. The direction of view is kept. Of the two ways to undo a mirroring that leaves, in x and in y, the one is taken
+/// with the top of the view towards +y.
 pub fn axes(m: &DMat3) -> Option<(DVec3, DVec3, DVec3)> {
     let backward = m.z_axis.try_normalize()?;
     let up = (m.y_axis - backward * backward.dot(m.y_axis)).try_normalize()?;
+    let is_mirrored = m.x_axis.dot(up.cross(backward)) < 0.0;
+    let up = if is_mirrored && up.y < 0.0 { -up } else { up };
     let right = up.cross(backward);
     (right.is_finite() && up.is_finite() && backward.is_finite()).then_some((right, up, backward))
 }
@@ -157,6 +214,8 @@ mod tests {
             projection,
             lens,
             motion: None,
+            aspect: None,
+            clip: None,
         }
     }
 
@@ -185,5 +244,68 @@ mod tests {
                 assert_eq!(p.d.to_array().map(f32::to_bits), q.d.to_array().map(f32::to_bits));
             }
         }
+    }
+
+    #[test]
+    fn the_frame_is_whole_in_every_size() {
+        for (projection, aspect) in [
+            (Projection::Perspective { tan_half: 0.5 }, 2.0),
+            (Projection::Orthographic { half_height: 3.0 }, 0.7),
+        ] {
+            let frame = Camera { aspect: Some(aspect), ..camera(projection, None) };
+            let half = |c: &Camera| match c.projection {
+                Projection::Perspective { tan_half: h } | Projection::Orthographic { half_height: h } => h,
+            };
+            for size in [(200, 100), (100, 100), (100, 500), (500, 100), (70, 100)] {
+                let fitted = frame.clone().fitted(size);
+                let (high, wide) = (half(&fitted), half(&fitted) * size.0 as f32 / size.1 as f32);
+                let (least_high, least_wide) = (half(&frame), half(&frame) * aspect);
+                assert!(high >= least_high * 0.9999 && wide >= least_wide * 0.9999, "{size:?}");
+                assert!(
+                    high < least_high * 1.0001 || wide < least_wide * 1.0001,
+                    "{size:?}: no smaller than need be"
+                );
+            }
+            assert_eq!(frame.clone().fitted(((aspect * 99.0).round() as u32, 99)).projection, projection);
+            let free = camera(projection, None);
+            assert_eq!(free.clone().fitted((10, 1000)).projection, projection);
+        }
+    }
+
+    #[test]
+    fn rays_end_at_the_far_plane_and_know_the_near_one() {
+        let clip = Some(Clip { near: 2.0, far: 5.0 });
+        for projection in [
+            Projection::Perspective { tan_half: 0.8 },
+            Projection::Orthographic { half_height: 2.0 },
+            Projection::Perspective { tan_half: 1e-7 },
+        ] {
+            for lens in [None, Some(Lens { aperture: Aperture::Disk, radius: 0.3, focus_distance: 3.0 })] {
+                let c = Camera { clip, ..camera(projection, lens) };
+                for i in 0..50u32 {
+                    let ray =
+                        c.ray((i, 7 * i % 50), Vec2::splat(0.3), (50, 50), Vec2::new(0.9, 0.02 * i as f32));
+                    assert!((ray.at(c.near(&ray)).z + 2.0).abs() < 1e-5);
+                    assert!((ray.at(ray.t_max).z + 5.0).abs() < 1e-5);
+                }
+            }
+        }
+        let open = camera(Projection::Perspective { tan_half: 0.8 }, None);
+        let ray = open.ray((1, 2), Vec2::ZERO, (9, 9), Vec2::ZERO);
+        assert_eq!((open.near(&ray), ray.t_max), (0.0, f32::INFINITY));
+    }
+
+    #[test]
+    fn mirrored_transforms_look_the_same_way_upright() {
+        let turned = DMat3::from_rotation_y(0.4) * DMat3::from_rotation_x(-0.3);
+        for mirror in [DVec3::new(-2.0, 2.0, 2.0), DVec3::new(3.0, -1.0, 2.0), DVec3::splat(5.0)] {
+            let (right, up, backward) = axes(&(turned * DMat3::from_diagonal(mirror))).unwrap();
+            let off =
+                (right - turned.x_axis).abs() + (up - turned.y_axis).abs() + (backward - turned.z_axis).abs();
+            assert!(off.max_element() < 1e-12, "{mirror}");
+        }
+        // Upside down, but not mirrored.
+        let (_, up, _) = axes(&DMat3::from_rotation_z(3.0)).unwrap();
+        assert!(up.y < -0.9);
     }
 }

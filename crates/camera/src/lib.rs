@@ -8,7 +8,7 @@ pub mod film;
 pub mod filter;
 pub mod lens;
 pub mod shutter;
-pub use camera::{Camera, Projection};
+pub use camera::{Camera, Clip, Projection};
 pub use film::{Film, PixelRect, RectMismatch};
 pub use filter::{Filter, FilterError};
 pub use lens::{Aperture, ApertureError, Lens};

@@ -12,6 +12,8 @@ fn camera(projection: Projection, lens: Option<Lens>) -> Camera {
         projection,
         lens,
         motion: None,
+        aspect: None,
+        clip: None,
     }
 }
 

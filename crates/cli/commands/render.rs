@@ -33,6 +33,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     let mut outputs = Outputs::plan(&options, &source.name())?;
     let mut inputs = Inputs::of_render(&source, &options);
     inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
+    check_log(&options)?;
     let loaded = load::load(&source, &options)?;
     inputs.add_scene_files(&loaded.scene.files);
     inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
@@ -43,6 +44,9 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
     say_no_picture(&options);
+    if settings.transparent && outputs.drops_alpha() && !RenderOptions::is(options.quiet) {
+        report::say("note: an .hdr has no alpha: its background is black; write an .exr or .png too");
+    }
     interrupt::listen();
     expose(&mut outputs, &loaded, view, &settings, &options);
     let is_verbose = RenderOptions::is(options.verbose);
@@ -55,10 +59,10 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     if is_verbose {
         report::say(&verbose::writing(&outputs));
     }
-    outputs.write(&outcome, &outcome.film.mean(), ending.comment())?;
+    let written = outputs.write(&outcome, &outcome.film.mean(), ending.comment());
     say_bad_samples(&outcome.stats, scene, typed);
     ending.line().iter().for_each(|line| report::say(line));
-    let mut report = Report::new(&loaded, &settings, &outcome.stats, &known, &outputs);
+    let mut report = Report::new(&loaded, &settings, &outcome.stats, &known, (&outputs, &written));
     (report.stopped, report.unsampled_pixels) = (ending.is_early(), ending.unsampled);
     tell(&options, &report);
     Ok(ending.code())
@@ -86,7 +90,8 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         clamp: options.clamp,
         soft_terminator: !RenderOptions::is(options.no_soft_terminator),
         transparent_shadows: RenderOptions::is(options.transparent_shadows),
-        cull_backfaces: RenderOptions::is(options.cull_backfaces),
+        transparent: RenderOptions::is(options.transparent),
+        backfaces: options.backfaces(),
         adaptive: RenderOptions::is(options.adaptive),
         ..default
     };
@@ -97,6 +102,18 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         settings.time_limit = settings.time_limit.or(Some(CENTURY));
     }
     Ok(settings)
+}
+
+/// Fails early where the log cannot be written. What is there stays until rendering begins.
+fn check_log(options: &RenderOptions) -> Result<(), Failure> {
+    let Some(path) = &options.log else { return Ok(()) };
+    let is_new = std::fs::symlink_metadata(path).is_err();
+    let opened = std::fs::OpenOptions::new().append(true).create(true).open(path);
+    if is_new && opened.is_ok() {
+        let _ = std::fs::remove_file(path);
+    }
+    let failed = |e| Failure::Arguments(format!("--log {}: cannot be written: {e}", path.display()));
+    opened.map(drop).map_err(failed)
 }
 
 /// Adaptive sampling continues the points of each pixel at will, and looks at the whole picture to decide.
@@ -191,7 +208,8 @@ fn finish(
     view: &NamedCamera,
     settings: &Settings,
 ) -> Outcome {
-    outcome.layers.metadata = metadata::attributes(options, settings, &outcome.stats, view, &loaded.scene);
+    let about = metadata::attributes(options, settings, &outcome.stats, view, &loaded.scene);
+    outcome.layers.metadata.extend(about);
     outcome
 }
 

@@ -41,6 +41,21 @@ pub fn unit_table() -> &'static [f32; 256] {
     &UNIT
 }
 
+static SRGB_16: LazyLock<Box<[f32]>> =
+    LazyLock::new(|| (0..=65_535).map(|i| decode_f64(f64::from(i) / 65_535.0)).collect());
+static UNIT_16: LazyLock<Box<[f32]>> =
+    LazyLock::new(|| (0..=65_535).map(|i| (f64::from(i) / 65_535.0) as f32).collect());
+
+/// Linear light of each 16-bit sRGB code value, worked out in f64 and rounded once.
+pub(crate) fn srgb_table_16() -> &'static [f32] {
+    &SRGB_16
+}
+
+/// i/65535 for each 16-bit value i.
+pub(crate) fn unit_table_16() -> &'static [f32] {
+    &UNIT_16
+}
+
 /// 1 for each 8-bit value: what a channel gives that is not there.
 pub(crate) fn ones_table() -> &'static [f32; 256] {
     &[1.0; 256]

@@ -21,7 +21,7 @@ pub mod write;
 pub use error::ImageError;
 pub use memory::MemoryLimit;
 pub use picture::{Layer, Layers, MetaValue, Picture};
-pub use read::Rgba8;
+pub use read::{Rgba8, Rgba16, Texels};
 pub use texture::{Channels, Encoding, Interpolation, Sampler, Texture, Wrap};
 pub use tone::{Tone, UnknownTone};
 pub use window::{Window, Windowed};

@@ -38,6 +38,61 @@ pub struct Rgba8 {
     pub texels: Vec<[u8; 4]>,
 }
 
+/// Texels of 16 bits per channel, row by row from the top left.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rgba16 {
+    /// Texels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// `width * height` texels as red, green, blue, alpha.
+    pub texels: Vec<[u16; 4]>,
+}
+
+/// The texels of an image, in the depth that its values need.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Texels {
+    /// 8 bits per channel.
+    Eight(Rgba8),
+    /// 16 bits per channel, where 8 would lose something.
+    Sixteen(Rgba16),
+}
+
+impl Texels {
+    /// Width and height in texels.
+    pub fn size(&self) -> (usize, usize) {
+        match self {
+            Self::Eight(image) => (image.width, image.height),
+            Self::Sixteen(image) => (image.width, image.height),
+        }
+    }
+
+    /// Bytes that the texels take.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Eight(image) => size_of_val(&*image.texels),
+            Self::Sixteen(image) => size_of_val(&*image.texels),
+        }
+    }
+}
+
+impl From<Rgba8> for Texels {
+    fn from(image: Rgba8) -> Self {
+        Self::Eight(image)
+    }
+}
+
+/// Of 8 bits where that says the same: all values are whole multiples of 257, as of an 8-bit image saved with 16.
+impl From<Rgba16> for Texels {
+    fn from(image: Rgba16) -> Self {
+        if image.texels.as_flattened().iter().any(|value| value % 257 != 0) {
+            return Self::Sixteen(image);
+        }
+        let texels = image.texels.iter().map(|texel| texel.map(|value| (value / 257) as u8)).collect();
+        Self::Eight(Rgba8 { width: image.width, height: image.height, texels })
+    }
+}
+
 /// .exr (the display window of the first RGB layer, or else of the first luminance channel Y; black where the file
 /// holds no data), .hdr, .png/.jpg/.webp (sRGB decoded to linear).
 pub fn picture(path: &Path) -> Result<Picture, ImageError> {
@@ -110,21 +165,32 @@ pub fn rgba8(bytes: &[u8], name: &str) -> Result<Rgba8, ImageError> {
     rgba8_within(bytes, name, MemoryLimit::NONE)
 }
 
-/// Width and height that [`rgba8`] would give, from the header alone.
-pub fn size(bytes: &[u8], name: &str) -> Result<[u64; 2], ImageError> {
-    match Kind::by_content(bytes) {
-        Some(kind @ (Kind::Png | Kind::Jpeg | Kind::WebP)) => raster_size(Cursor::new(bytes), kind, name),
-        _ => Err(ImageError::NotAPicture { name: name.to_string() }),
-    }
-}
-
 /// As [`rgba8`], in as much memory as `limit` grants.
 pub fn rgba8_within(bytes: &[u8], name: &str, limit: MemoryLimit) -> Result<Rgba8, ImageError> {
     let room = Room { limit, file: bytes.len() as u64 };
+    raster_rgba8(Cursor::new(bytes), texture_kind(bytes, name)?, name, room)
+}
+
+/// Width and height that [`rgba8`] would give, from the header alone.
+pub fn size(bytes: &[u8], name: &str) -> Result<[u64; 2], ImageError> {
+    raster_size(Cursor::new(bytes), texture_kind(bytes, name)?, name)
+}
+
+/// As [`rgba8`], but a PNG of 16 bits keeps them, unless its values have no more than 8.
+pub fn texels(bytes: &[u8], name: &str) -> Result<Texels, ImageError> {
+    texels_within(bytes, name, MemoryLimit::NONE)
+}
+
+/// As [`texels`], in as much memory as `limit` grants.
+pub fn texels_within(bytes: &[u8], name: &str, limit: MemoryLimit) -> Result<Texels, ImageError> {
+    let room = Room { limit, file: bytes.len() as u64 };
+    raster_texels(Cursor::new(bytes), texture_kind(bytes, name)?, name, room)
+}
+
+/// The format of a texture.
+fn texture_kind(bytes: &[u8], name: &str) -> Result<Kind, ImageError> {
     match Kind::by_content(bytes) {
-        Some(kind @ (Kind::Png | Kind::Jpeg | Kind::WebP)) => {
-            raster_rgba8(Cursor::new(bytes), kind, name, room)
-        }
+        Some(kind @ (Kind::Png | Kind::Jpeg | Kind::WebP)) => Ok(kind),
         Some(kind) => Err(ImageError::Unsupported {
             name: name.to_string(),
             what: format!("{} as a texture (use PNG, JPEG or WebP)", kind.name()),
@@ -296,6 +362,16 @@ fn raster_rgba8(file: impl BufRead + Seek, kind: Kind, name: &str, room: Room) -
     guarded(name, || raster::rgba8(file, kind, name, room))
 }
 
+#[cfg(feature = "png")]
+fn raster_texels(
+    file: impl BufRead + Seek,
+    kind: Kind,
+    name: &str,
+    room: Room,
+) -> Result<Texels, ImageError> {
+    guarded(name, || raster::texels(file, kind, name, room))
+}
+
 #[cfg(not(feature = "exr"))]
 fn exr_is_grey(_: impl BufRead + Seek, name: &str) -> Result<bool, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
@@ -328,5 +404,10 @@ fn raster_picture(_: impl BufRead + Seek, kind: Kind, name: &str, _: Room) -> Re
 
 #[cfg(not(feature = "png"))]
 fn raster_rgba8(_: impl BufRead + Seek, kind: Kind, name: &str, _: Room) -> Result<Rgba8, ImageError> {
+    Err(ImageError::NotBuiltIn { name: name.to_string(), format: kind.name(), feature: "png" })
+}
+
+#[cfg(not(feature = "png"))]
+fn raster_texels(_: impl BufRead + Seek, kind: Kind, name: &str, _: Room) -> Result<Texels, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: kind.name(), feature: "png" })
 }

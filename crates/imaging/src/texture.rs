@@ -7,9 +7,12 @@
 //!
 //! Lookups are total: any uv, NaN and ±∞ included, gives a colour of the texture.
 
+mod wide;
+
 use crate::color::{ones_table, srgb_table, unit_table};
-use crate::read::Rgba8;
+use crate::read::{Rgba8, Texels};
 use glam::{Vec2, Vec4};
+use wide::Wide;
 
 /// What lies outside [0, 1), per axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,7 +78,7 @@ impl Channels {
     }
 }
 
-/// An RGBA texture of 8 bits per channel, as it came from the file, or only some of its channels.
+/// An RGBA texture of 8 or 16 bits per channel, as it came from the file, or only some of its channels.
 #[derive(Clone, Debug)]
 pub struct Texture {
     width: usize,
@@ -90,16 +93,31 @@ pub struct Texture {
     sampler: Sampler,
     /// All texels of the image are the same.
     is_constant: bool,
+    /// Texels of 16 bits per channel, which then stand for `bytes`.
+    wide: Option<Box<Wide>>,
 }
 
 impl Texture {
     /// `Encoding::Srgb` decodes RGB (never alpha) on lookup, before filtering. An image without texels, or with
     /// another number of them than its size says, becomes one white texel, the neutral factor of every glTF
     /// texture slot.
-    pub fn new(image: Rgba8, encoding: Encoding, sampler: Sampler) -> Self {
-        let sound = !image.texels.is_empty()
-            && image.width.checked_mul(image.height) == Some(image.texels.len())
-            && image.width.max(image.height) <= i32::MAX as usize;
+    pub fn new(image: impl Into<Texels>, encoding: Encoding, sampler: Sampler) -> Self {
+        match image.into() {
+            Texels::Eight(image) => Self::eight(image, encoding, sampler),
+            Texels::Sixteen(image) if is_sound(image.width, image.height, image.texels.len()) => Self {
+                width: image.width,
+                height: image.height,
+                is_constant: image.texels.iter().all(|texel| *texel == image.texels[0]),
+                wide: Some(Box::new(Wide::new(image.texels, encoding))),
+                bytes: Vec::new(),
+                ..Self::eight(WHITE, encoding, sampler)
+            },
+            Texels::Sixteen(_) => Self::eight(WHITE, encoding, sampler),
+        }
+    }
+
+    fn eight(image: Rgba8, encoding: Encoding, sampler: Sampler) -> Self {
+        let sound = is_sound(image.width, image.height, image.texels.len());
         let Rgba8 { width, height, texels } =
             if sound { image } else { Rgba8 { width: 1, height: 1, texels: vec![[255; 4]] } };
         let color = match encoding {
@@ -116,6 +134,7 @@ impl Texture {
             tables: [color, color, color, unit_table()],
             sampler,
             is_constant,
+            wide: None,
         }
     }
 
@@ -123,6 +142,9 @@ impl Texture {
     /// stored: not what is 1 everywhere, and once what is the same.
     #[must_use]
     pub fn keep(self, wanted: Channels) -> Self {
+        if let Some(wide) = self.wide {
+            return Self { wide: Some(Box::new(wide.keep(wanted.0))), ..self };
+        }
         let mut stored: Vec<usize> = Vec::new();
         let (mut places, mut tables) = ([0; 4], self.tables);
         for c in 0..4 {
@@ -149,7 +171,7 @@ impl Texture {
 
     /// How many channels are stored.
     pub fn channels(&self) -> usize {
-        self.stride
+        self.wide.as_ref().map_or(self.stride, |wide| wide.channels())
     }
 
     /// The stored bytes of the texels, four and more of which only the first `stride` are theirs.
@@ -175,16 +197,29 @@ impl Texture {
     /// first texel.
     #[inline]
     pub fn lookup(&self, uv: Vec2) -> Vec4 {
+        match &self.wide {
+            None => self.lookup_of(uv, |x, y| self.narrow_texel(x, y)),
+            Some(wide) => self.lookup_wide(wide, uv),
+        }
+    }
+
+    #[inline(never)]
+    fn lookup_wide(&self, wide: &Wide, uv: Vec2) -> Vec4 {
+        self.lookup_of(uv, |x, y| wide.texel(y * self.width + x))
+    }
+
+    #[inline(always)]
+    fn lookup_of(&self, uv: Vec2, texel: impl Fn(usize, usize) -> Vec4) -> Vec4 {
         let Sampler { wrap_s, wrap_t, interpolation } = self.sampler;
         match interpolation {
             Interpolation::Nearest => {
-                self.texel(nearest(wrap_s, uv.x, self.width), nearest(wrap_t, uv.y, self.height))
+                texel(nearest(wrap_s, uv.x, self.width), nearest(wrap_t, uv.y, self.height))
             }
             Interpolation::Linear => {
                 let (x0, x1, s) = span(wrap_s, uv.x, self.width);
                 let (y0, y1, t) = span(wrap_t, uv.y, self.height);
-                let top = mix(self.texel(x0, y0), self.texel(x1, y0), s);
-                let bottom = mix(self.texel(x0, y1), self.texel(x1, y1), s);
+                let top = mix(texel(x0, y0), texel(x1, y0), s);
+                let bottom = mix(texel(x0, y1), texel(x1, y1), s);
                 mix(top, bottom, t)
             }
         }
@@ -193,6 +228,15 @@ impl Texture {
     /// The decoded texel in column `x` and row `y`; both must be within [`size`](Self::size).
     #[inline]
     pub fn texel(&self, x: usize, y: usize) -> Vec4 {
+        match &self.wide {
+            None => self.narrow_texel(x, y),
+            Some(wide) => wide.texel(y * self.width + x),
+        }
+    }
+
+    /// Of 8 bits per channel.
+    #[inline(always)]
+    fn narrow_texel(&self, x: usize, y: usize) -> Vec4 {
         let at = (y * self.width + x) * self.stride;
         let bytes = &self.bytes[at..at + 4];
         // Below 4 anyway; said so, it is not asked.
@@ -208,6 +252,9 @@ impl Texture {
     /// Mean of all decoded texels, summed in f64: the integral of the texture over its unit square, whatever the
     /// interpolation under `Repeat` and `Mirror`.
     pub fn mean(&self) -> Vec4 {
+        if let Some(wide) = &self.wide {
+            return wide.mean(self.width * self.height);
+        }
         let mut count = [[0u64; 256]; 4];
         for texel in self.texels() {
             for (c, count) in count.iter_mut().enumerate() {
@@ -223,8 +270,16 @@ impl Texture {
 
     /// Bytes held by the texels.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(self.bytes.as_slice())
+        size_of_val(self.bytes.as_slice()) + self.wide.as_ref().map_or(0, |wide| wide.memory_bytes())
     }
+}
+
+/// Stands for an image without texels.
+const WHITE: Rgba8 = Rgba8 { width: 0, height: 0, texels: Vec::new() };
+
+/// Whether an image of this size has that many texels.
+fn is_sound(width: usize, height: usize, texels: usize) -> bool {
+    texels > 0 && width.checked_mul(height) == Some(texels) && width.max(height) <= i32::MAX as usize
 }
 
 /// a + (b − a) t: exact when a = b, and the same on every machine (no reduction, no fused multiply).

@@ -1,7 +1,8 @@
 //! How does a picture become a file?
 //!
 //! Every file is written under a temporary name beside its target and renamed when it is whole: whoever looks at
-//! the target sees the old file or the new one, never a part, and a failure leaves nothing behind. The bytes
+//! the target sees the old file or the new one, never a part, and a failure leaves nothing behind; what a killed
+//! process leaves, [`check`] removes the next time. The bytes
 //! depend on the picture alone: not on machine, thread count, time or path.
 
 #[cfg(feature = "exr")]
@@ -11,7 +12,7 @@ mod hdr;
 #[cfg(feature = "png")]
 mod png;
 
-pub use file::replace;
+pub use file::{elsewhere, replace};
 
 use crate::{ImageError, Layers, Picture, Tone};
 use std::path::Path;
@@ -22,7 +23,8 @@ pub enum Depth {
     /// 32-bit floats throughout: what was computed, bit for bit.
     #[default]
     Float,
-    /// 16-bit floats for colour (channels R, G, B, A of every layer but "variance") and for the layer "normal";
+    /// 16-bit floats for colour (channels R, G, B, A of every layer but "variance" and those of a Cryptomatte, whose ids
+    /// are the bits of their floats) and for the layer "normal";
     /// all other channels (positions, depths, ids, counts) stay 32-bit, for half holds whole numbers only up to
     /// 2048. Rounded to nearest even; finite values beyond ±65504 become ±65504, not infinite.
     Half,
@@ -33,7 +35,7 @@ pub enum Depth {
 pub enum Format {
     /// OpenEXR: layers, linear, metadata.
     Exr,
-    /// PNG: 8 bits after a tone curve.
+    /// PNG: 8 or 16 bits after a tone curve.
     Png,
     /// Radiance RGBE: linear, 8-bit mantissas with a common exponent.
     Hdr,
@@ -72,39 +74,58 @@ pub fn exr(path: &Path, _layers: &Layers, _depth: Depth) -> Result<(), ImageErro
     Err(feature_off(path, "EXR", "exr"))
 }
 
+/// Bits per channel of a PNG.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum PngDepth {
+    /// 8.
+    #[default]
+    Eight,
+    /// 16.
+    Sixteen,
+}
+
+/// How a linear picture becomes a PNG.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PngOptions<'a> {
+    /// The curve from light to code values.
+    pub tone: Tone,
+    /// In stops.
+    pub exposure: f32,
+    /// Bits per channel.
+    pub depth: PngDepth,
+    /// Coverage of each pixel, whose colours are then associated (premultiplied); the format wants them unassociated
+    /// [PNG 2003, §12.3], so they are divided by it before exposure and tone curve. Beyond 0 and 1 it is cut, and where
+    /// it is 0 the colour is black.
+    pub alpha: Option<&'a [f32]>,
+    /// Keyword and text of what the file says about itself.
+    pub texts: &'a [(&'a str, &'a str)],
+}
+
 /// Writes an 8-bit PNG of [`code_values`]: exposure in stops, tone curve, rounding to nearest.
 pub fn png(path: &Path, picture: &Picture, tone: Tone, exposure: f32) -> Result<(), ImageError> {
-    png_with_comment(path, picture, tone, exposure, None)
+    png_with(path, picture, &PngOptions { tone, exposure, ..PngOptions::default() })
 }
 
-/// As [`png`], with a text of the keyword `Comment`; of it only what is ASCII.
+/// As [`png`], with all that a PNG can have. The file says that its values are sRGB.
 #[cfg(feature = "png")]
-pub fn png_with_comment(
-    path: &Path,
-    picture: &Picture,
-    tone: Tone,
-    exposure: f32,
-    comment: Option<&str>,
-) -> Result<(), ImageError> {
+pub fn png_with(path: &Path, picture: &Picture, options: &PngOptions<'_>) -> Result<(), ImageError> {
     check_size(path, picture)?;
-    let data = code_values(picture, tone, exposure);
-    let plain = png::encode(path, picture.width, picture.height, &data)?;
-    let bytes = match comment {
-        Some(comment) => png::with_comment(plain, comment),
-        None => plain,
+    let unlike = options.alpha.filter(|alpha| alpha.len() != picture.pixels.len());
+    if let Some(alpha) = unlike {
+        let why = format!("{} pixels cannot have the coverage of {}", picture.pixels.len(), alpha.len());
+        return Err(ImageError::Inconsistent { path: path.to_path_buf(), why });
+    }
+    let encoded = match options.depth {
+        PngDepth::Eight => png::of(picture, options, |v| [(v * 255.0 + 0.5) as u8]),
+        PngDepth::Sixteen => png::of(picture, options, |v| ((v * 65_535.0 + 0.5) as u16).to_ne_bytes()),
     };
-    replace(path, &bytes)
+    let kind = (options.alpha.is_some(), options.depth);
+    replace(path, &png::encode(path, (picture.width, picture.height), &encoded, kind, options.texts)?)
 }
 
-/// Writes an 8-bit PNG; this build leaves the format out, so it always fails.
+/// Writes a PNG; this build leaves the format out, so it always fails.
 #[cfg(not(feature = "png"))]
-pub fn png_with_comment(
-    path: &Path,
-    _picture: &Picture,
-    _tone: Tone,
-    _exposure: f32,
-    _comment: Option<&str>,
-) -> Result<(), ImageError> {
+pub fn png_with(path: &Path, _picture: &Picture, _options: &PngOptions<'_>) -> Result<(), ImageError> {
     Err(feature_off(path, "PNG", "png"))
 }
 
@@ -112,7 +133,7 @@ pub fn png_with_comment(
 #[cfg(feature = "png")]
 pub fn rgb8(path: &Path, width: usize, height: usize, data: Vec<u8>) -> Result<(), ImageError> {
     check_count(path, width, height, data.chunks(3).len())?;
-    replace(path, &png::encode(path, width, height, &data)?)
+    replace(path, &png::encode(path, (width, height), &data, (false, PngDepth::Eight), &[])?)
 }
 
 /// Writes finished code values as a PNG; this build leaves the format out, so it always fails.

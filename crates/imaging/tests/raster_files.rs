@@ -2,7 +2,8 @@
 #![cfg(feature = "png")]
 
 use dapple_imaging::color::{luminance, srgb_to_linear};
-use dapple_imaging::{ImageError, Layers, Picture, Tone, read, write};
+use dapple_imaging::write::{PngDepth, PngOptions};
+use dapple_imaging::{ImageError, Layers, Picture, Rgba8, Rgba16, Texels, Tone, read, write};
 use glam::Vec3;
 use image::{ExtendedColorType as Color, ImageEncoder};
 use std::io::Cursor;
@@ -59,6 +60,54 @@ fn png_rounds_to_the_nearest_code_value() {
     }
 }
 
+/// Colours of a PNG with coverage are those of what covers, at any coverage; 16 bits round 256 times as finely.
+#[test]
+fn coverage_is_unassociated_and_sixteen_bits_are_finer() {
+    let folder = folder();
+    let path = folder.path().join("cover.png");
+    let colour = Vec3::new(0.3, 0.002, 0.9);
+    let alpha: Vec<f32> = (0..8).map(|i| i as f32 / 7.0).chain([-0.1, 1.2]).collect();
+    let pixels = alpha.iter().map(|a| colour * *a).collect();
+    let picture = Picture { width: 5, height: 2, pixels };
+    for depth in [PngDepth::Eight, PngDepth::Sixteen] {
+        let options = PngOptions { exposure: 0.1, depth, alpha: Some(&alpha), ..PngOptions::default() };
+        write::png_with(&path, &picture, &options).unwrap();
+        let decoded = image::open(&path).unwrap();
+        let (most, step): (f64, i32) = match depth {
+            PngDepth::Eight => (255.0, 257),
+            PngDepth::Sixteen => (65_535.0, 1),
+        };
+        assert_eq!(u32::from(decoded.color().bytes_per_pixel()), 4 * if step == 1 { 2 } else { 1 });
+        for (i, pixel) in decoded.into_rgba16().pixels().enumerate() {
+            let a = alpha[i].clamp(0.0, 1.0);
+            let code = |v: f32| ((f64::from(v) * most + 0.5).floor() * f64::from(step)) as i32;
+            let expected = match a {
+                0.0 => [0; 4],
+                a => {
+                    let shown = Tone::Srgb.apply(colour * (alpha[i] / a) * libm_exp2(0.1));
+                    [code(shown.x), code(shown.y), code(shown.z), code(a)]
+                }
+            };
+            for c in 0..4 {
+                // Dividing by the coverage again rounds in the last bit.
+                let off = (i32::from(pixel.0[c]) - expected[c]).abs();
+                assert!(
+                    off <= if c == 3 { 0 } else { step },
+                    "{depth:?} {i} {c}: {} {}",
+                    pixel.0[c],
+                    expected[c]
+                );
+            }
+        }
+    }
+    let options = PngOptions { alpha: Some(&alpha[1..]), ..PngOptions::default() };
+    assert!(matches!(write::png_with(&path, &picture, &options), Err(ImageError::Inconsistent { .. })));
+}
+
+fn libm_exp2(x: f32) -> f32 {
+    f64::from(x).exp2() as f32
+}
+
 #[test]
 fn exposure_is_in_stops() {
     let picture = gradient(8, 8, 0.5);
@@ -83,6 +132,22 @@ fn sixteen_bits_keep_their_depth() {
     }
     let narrow = read::rgba8(&std::fs::read(&path).unwrap(), "deep").unwrap();
     assert_eq!(narrow.texels, [[0, 0, 1, 255], [128, 156, 255, 255]]);
+}
+
+/// As a texture: what 8 bits can say takes 8 bits, everything else keeps 16.
+#[test]
+fn textures_of_sixteen_bits_keep_what_they_say() {
+    let bytes = |values: [u16; 6]| png(2, 1, &values.map(u16::to_ne_bytes).concat(), Color::Rgb16);
+    let deep = read::texels(&bytes([0, 1, 257, 32_768, 40_000, 65_535]), "deep").unwrap();
+    let kept =
+        Rgba16 { width: 2, height: 1, texels: vec![[0, 1, 257, 65_535], [32_768, 40_000, 65_535, 65_535]] };
+    assert_eq!(deep, Texels::Sixteen(kept));
+    let flat = read::texels(&bytes([0, 257, 514, 771, 65_535, 65_278]), "flat").unwrap();
+    let kept = Rgba8 { width: 2, height: 1, texels: vec![[0, 1, 2, 255], [3, 255, 254, 255]] };
+    assert_eq!((flat.bytes(), flat), (8, Texels::Eight(kept)));
+    let grey =
+        read::texels(&png(1, 1, &[1000u16, 2000].map(u16::to_ne_bytes).concat(), Color::La16), "g").unwrap();
+    assert_eq!(grey, Texels::Sixteen(Rgba16 { width: 1, height: 1, texels: vec![[1000, 1000, 1000, 2000]] }));
 }
 
 #[test]

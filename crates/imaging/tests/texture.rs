@@ -1,6 +1,6 @@
 //! Texture lookups against a plain f64 evaluation of the definition.
 
-use dapple_imaging::{Channels, Encoding, Interpolation, Rgba8, Sampler, Texture, Wrap};
+use dapple_imaging::{Channels, Encoding, Interpolation, Rgba8, Rgba16, Sampler, Texels, Texture, Wrap};
 use glam::{DVec4, Vec2, Vec4};
 
 const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
@@ -217,6 +217,50 @@ fn channels_that_are_not_looked_at_are_dropped() {
             assert_eq!((again.channels(), again.mean()), (count, some.mean()));
         }
     }
+}
+
+/// 16 bits: each texel is its value in 65535ths, decoded and filtered as 8-bit texels are, whatever is kept.
+#[test]
+fn sixteen_bits_are_looked_up_exactly() {
+    let value = |i: usize, c: usize| [(i * 4999 + 7) % 65_536, (i * 31) % 65_536, 65_535, 300 * i][c] as u16;
+    let texels: Vec<[u16; 4]> = (0..15).map(|i| std::array::from_fn(|c| value(i, c))).collect();
+    let decode = |v: u16, c: usize, encoding| match f64::from(v) / 65_535.0 {
+        x if c == 3 || encoding == Encoding::Linear => x,
+        x if x <= 0.04045 => x / 12.92,
+        x => ((x + 0.055) / 1.055).powf(2.4),
+    };
+    for encoding in [Encoding::Srgb, Encoding::Linear] {
+        let image = Rgba16 { width: 5, height: 3, texels: texels.clone() };
+        let whole = Texture::new(image, encoding, Sampler::default());
+        assert_eq!((whole.memory_bytes(), whole.channels(), whole.constant()), (15 * 8, 4, None));
+        let mut mean = [0.0; 4];
+        for (i, texel) in texels.iter().enumerate() {
+            for c in 0..4 {
+                let expected = decode(texel[c], c, encoding);
+                mean[c] += expected / 15.0;
+                assert!((f64::from(whole.texel(i % 5, i / 5)[c]) - expected).abs() < 1e-7, "{i} {c}");
+            }
+        }
+        assert!((whole.mean().as_dvec4() - DVec4::from(mean)).abs().max_element() < 1e-7);
+        let between = 0.5 * (whole.texel(1, 1) + whole.texel(2, 1));
+        assert!((whole.lookup(Vec2::new(0.4, 0.5)) - between).abs().max_element() < 1e-6);
+        // Blue is 1 everywhere: nothing of it is stored.
+        for (channels, kept, count) in [
+            (Channels::RGB, [true, true, true, false], 2),
+            (Channels::A, [false, false, false, true], 1),
+            (Channels::NONE, [false; 4], 0),
+        ] {
+            let some = whole.clone().keep(channels);
+            assert_eq!((some.channels(), some.memory_bytes()), (count, 15 * 2 * count));
+            for (i, c) in (0..40).flat_map(|i| (0..4).map(move |c| (i, c))) {
+                let uv = Vec2::new(i as f32 * 0.173, i as f32 * 0.311);
+                assert_eq!(some.lookup(uv)[c], if kept[c] { whole.lookup(uv)[c] } else { 1.0 });
+            }
+            assert_eq!(some.clone().keep(channels).mean(), some.mean());
+        }
+    }
+    let empty = Rgba16 { width: 2, height: 2, texels: vec![[1; 4]] };
+    assert_eq!(Texture::new(Texels::Sixteen(empty), Encoding::Linear, Sampler::default()).mean(), Vec4::ONE);
 }
 
 #[test]

@@ -27,11 +27,14 @@ pub enum Aov {
     /// What the [`crate::Ledger`] holds of the pixel, per sample: radiance that the clamp took, throughput cut at the
     /// largest number of bounces and below 1e-30, and the share of samples that were not finite.
     Removed,
+    /// Which objects and which materials the samples of a pixel first meet, and what share of it each covers: the layers
+    /// `CryptoObject00` to `02` and `CryptoMaterial00` to `02` with their manifests [Friedman & Jones 2015].
+    Cryptomatte,
 }
 
 impl Aov {
     /// All of them, with the name the command line and the EXR layer use.
-    pub const ALL: [(Self, &'static str); 10] = [
+    pub const ALL: [(Self, &'static str); 11] = [
         (Self::Beauty, "beauty"),
         (Self::Albedo, "albedo"),
         (Self::Normal, "normal"),
@@ -42,6 +45,7 @@ impl Aov {
         (Self::ObjectId, "object"),
         (Self::MaterialId, "material"),
         (Self::Removed, "removed"),
+        (Self::Cryptomatte, "cryptomatte"),
     ];
 
     /// Shows the first hit of each sample; the others show the picture, or say something about it.
@@ -60,7 +64,7 @@ impl fmt::Display for Aov {
 /// Not the name of a layer.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error(
-    "'{0}' is no layer; choose from beauty, albedo, normal, depth, position, variance, samples, object, material, removed"
+    "'{0}' is no layer; choose from beauty, albedo, normal, depth, position, variance, samples, object, material, removed, cryptomatte"
 )]
 pub struct UnknownAov(String);
 

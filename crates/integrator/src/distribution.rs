@@ -11,6 +11,7 @@ use crate::direct::{Beam, Sides};
 use crate::distribution::deep::{Branch, DEEP};
 use crate::effects::{Effect, Plans};
 use crate::emission::{self, Arrival, Rival};
+use crate::first_hit::{seen, start};
 use crate::interface::meet;
 use crate::kernel::Job;
 use crate::ledger::{Cut, FAINT};
@@ -78,15 +79,19 @@ pub(crate) fn pixel_point<V: Visibility, F: Follow>(
             }
             let u = on_lens.point_1d(plans.time, Dimension::Time, t);
             let time = job.time(u);
-            let ray = job.camera_ray((x, y), offset, lens, time);
-            let mut tree = Tree { job, visibility, time, follow, rays, held: None, nested: 0 };
+            let mut ray = job.camera_ray((x, y), offset, lens, time);
+            let mut near = job.near(&ray, time);
             let place = on_lens.within(TIME, t).again(Effect::Time, again);
-            let start = if V::PLAIN || job.media.is_empty() {
-                MediumStack::EMPTY
-            } else {
-                job.media.at(job.scene, &ray, time)
-            };
-            sum += tree.li(&ray, &Arrival::CAMERA, place, &start, Vec3::ONE);
+            let mut stack = MediumStack::EMPTY;
+            if !V::PLAIN && !job.media.is_empty() {
+                stack = job.media.at(job.scene, &ray, time);
+                if near > 0.0 && !stack.is_empty() {
+                    (ray, stack) = start(job, &ray, near, time);
+                    near = 0.0;
+                }
+            }
+            let mut tree = Tree { job, visibility, time, follow, rays, held: None, nested: 0, near };
+            sum += tree.li(&ray, &Arrival::of_camera(&ray), place, &stack, Vec3::ONE);
         }
     }
     (sum / (lenses * times) as f32, weight)
@@ -104,6 +109,8 @@ struct Tree<'a, V, F> {
     held: Option<Branch>,
     /// Branches of deep vertices that are being traced, each within the one before.
     nested: u32,
+    /// How far along the ray from the lens the near plane is, in lengths of its direction.
+    near: f32,
 }
 
 impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
@@ -116,7 +123,8 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         let (scene, settings) = (self.job.scene, self.job.settings);
         let key = place.ray_key(Dimension::Alpha, 0, 0);
         let length = ray.d.length();
-        let met;
+        let mut met;
+        let clip = if place.depth == 0 { self.near } else { 0.0 };
         let (mut near, mut absorbed, mut boundary) = (stack, Vec3::ONE, None);
         let (mut hit, mut surface);
         let distance;
@@ -129,9 +137,20 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
                 shared_place::settle(places, ray, (&mut hit, &mut surface), &self.around(key));
             }
+            if arrival.is_camera() && self.job.passes(ray, (&hit, &surface), clip, self.time) {
+                let Some(shown) = seen(&self.around(key), ray, (clip, hit.t)) else {
+                    return self.escaped(ray, arrival, place, beta);
+                };
+                (hit, surface, _) = shown;
+            }
             distance = hit.t * length;
         } else {
             met = meet(&self.around(key), ray, stack);
+            if arrival.is_camera() && (met.first < clip || met.is_passed(self.job, ray, self.time)) {
+                let again =
+                    if met.first < clip { start(self.job, ray, clip, self.time) } else { (*ray, *stack) };
+                met = meet(&self.around(key).from_camera(), &again.0, &again.1);
+            }
             (near, absorbed) = (&met.stack, met.transmittance);
             if met.overflows {
                 self.follow.cut(Cut::Nested, beta * absorbed);
@@ -168,7 +187,10 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
     /// Radiance of the environment along a ray that leaves the scene.
     fn escaped(&mut self, ray: &Ray, arrival: &Arrival, place: Place, beta: Vec3) -> Vec3 {
         let strategy = self.job.settings.strategy;
-        let le = emission::escaped(self.job.scene, ray.d.normalize(), arrival, strategy);
+        let le = match place.depth == 0 && self.follow.hides_backdrop() {
+            true => Vec3::ZERO,
+            false => emission::escaped(self.job.scene, ray.d.normalize(), arrival, strategy),
+        };
         self.follow.escaped(place.depth, beta, le, ray.d);
         le
     }
@@ -338,7 +360,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
                 };
                 arrival.is_seen &= came.0.is_seen;
                 let stack = if scattered.sample.lobe.is_transmission() { media.far } else { media.near };
-                let (weight, ray) = (scattered.sample.weight, scattered.ray);
+                let (weight, ray) = (scattered.sample.weight, arrival.ending(scattered.ray));
                 let beta = beta * weight / n as f32;
                 let place = place.next(which, s, smooth);
                 if place.depth >= DEEP {
@@ -377,6 +399,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             is_seen: delta,
             gone: 0.0,
             bent: false,
+            view: 0.0,
         }
     }
 }

@@ -2,7 +2,7 @@
 //! light sampling that could have found the same place.
 
 use crate::settings::Strategy;
-use dapple_geometry::{Hit, Surface};
+use dapple_geometry::{Hit, Ray, Surface};
 use dapple_lights::{Aiming, Light, Reached};
 use dapple_sampling::mis;
 use dapple_scene::Scene;
@@ -27,6 +27,8 @@ pub(crate) struct Arrival {
     pub gone: f32,
     /// The way has been bent, where shadow rays go straight on: they stand for what it would find.
     pub bent: bool,
+    /// How far a camera ray still sees; not above 0 of rays that are none.
+    pub view: f32,
 }
 
 /// What else could have found the light that a ray meets.
@@ -51,11 +53,30 @@ impl Arrival {
         is_seen: true,
         gone: 0.0,
         bent: false,
+        view: f32::INFINITY,
     };
 
     /// On through a smooth surface, `distance` farther, in the direction that it came if that is not bent.
     pub fn through(self, distance: f32, bent: bool) -> Self {
-        Self { gone: self.gone + distance, bent: self.bent || bent, ..self }
+        let view = if bent { 0.0 } else { self.view - distance };
+        Self { gone: self.gone + distance, bent: self.bent || bent, view, ..self }
+    }
+
+    /// Of a camera ray, which may end at the far plane.
+    pub fn of_camera(ray: &Ray) -> Self {
+        Self { view: ray.t_max * ray.d.length(), ..Self::CAMERA }
+    }
+
+    /// Whether the ray is a camera ray.
+    #[inline(always)]
+    pub fn is_camera(&self) -> bool {
+        self.view > 0.0
+    }
+
+    /// The ray, up to where the camera sees if it is a camera ray.
+    #[inline(always)]
+    pub fn ending(&self, ray: Ray) -> Ray {
+        if self.is_camera() { ray.until(self.view / ray.d.length()) } else { ray }
     }
 }
 

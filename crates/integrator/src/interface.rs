@@ -1,5 +1,6 @@
 //! Boundaries of bodies along a ray: several in one place are one, and those hidden inside a stronger body are none.
 
+use crate::kernel::Job;
 use crate::medium::{Boundary, MediumStack};
 use crate::shared_place;
 use crate::vertex::Around;
@@ -20,6 +21,8 @@ pub(crate) struct Met {
     pub at: Option<(Hit, Surface, Option<Boundary>)>,
     /// From the origin of the ray.
     pub distance: f32,
+    /// Distance of the first surface, hidden or not, in lengths of the ray's direction.
+    pub first: f32,
     /// What is left of light after the way.
     pub transmittance: Vec3,
     /// The bodies around the end of the ray, on its near side.
@@ -28,13 +31,27 @@ pub(crate) struct Met {
     pub overflows: bool,
 }
 
+impl Met {
+    /// Whether the camera ray that ends here would go on.
+    pub fn is_passed(&self, job: &Job<'_>, ray: &Ray, time: f32) -> bool {
+        self.at.as_ref().is_some_and(|(hit, surface, _)| job.passes(ray, (hit, surface), 0.0, time))
+    }
+}
+
 /// The nearest surface that is not a hidden boundary, in a scene with bodies.
 #[inline(never)]
 pub(crate) fn meet<V: Visibility>(around: &Around<'_, V>, ray: &Ray, stack: &MediumStack) -> Met {
     let (scene, bodies) = (around.scene, around.job.media.bodies);
     let mut ray = *ray;
     let length = ray.d.length();
-    let mut met = Met { at: None, distance: 0.0, transmittance: Vec3::ONE, stack: *stack, overflows: false };
+    let mut met = Met {
+        at: None,
+        distance: 0.0,
+        first: f32::INFINITY,
+        transmittance: Vec3::ONE,
+        stack: *stack,
+        overflows: false,
+    };
     for passed in 0.. {
         let Some(mut hit) = around.visibility.closest(scene, &ray, around.time, around.key) else {
             met.transmittance *= met.stack.transmittance(bodies, f32::INFINITY);
@@ -43,6 +60,9 @@ pub(crate) fn meet<V: Visibility>(around: &Around<'_, V>, ray: &Ray, stack: &Med
         let mut surface = scene.world.surface(&ray, around.time, &hit);
         if let Some(places) = shared_place::of(scene) {
             shared_place::settle(places, &ray, (&mut hit, &mut surface), around);
+        }
+        if passed == 0 {
+            met.first = hit.t;
         }
         let leg = hit.t * length;
         met.transmittance *= met.stack.transmittance(bodies, leg);
@@ -58,7 +78,7 @@ pub(crate) fn meet<V: Visibility>(around: &Around<'_, V>, ray: &Ray, stack: &Med
             break;
         }
         met.stack = boundary.after;
-        ray = Ray::new(surface.origin_towards(ray.d), ray.d);
+        ray = Ray { o: surface.origin_towards(ray.d), d: ray.d, t_max: ray.t_max - hit.t };
     }
     met
 }

@@ -3,6 +3,7 @@
 use crate::clear::{self, media_start};
 use crate::distribution::pixel_point;
 use crate::effects::{Combine, Effect};
+use crate::first_hit::{self, Backfaces};
 use crate::medium::{Media, MediumStack};
 use crate::needs::Needs;
 use crate::path::{self, Follow};
@@ -21,7 +22,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// What is the same for all samples of a render.
 pub(crate) struct Job<'a> {
     pub scene: &'a Scene,
-    /// Without its lens when that is off.
+    /// Without its lens when that is off, without clipping planes that clip nothing, and with the whole frame in the picture.
     pub camera: Camera,
     pub settings: &'a Settings,
     /// Random decisions of the path tracer.
@@ -41,6 +42,8 @@ pub(crate) struct Job<'a> {
     pub bounces: u32,
     /// Once set, samples under way end as soon as they can, and what they are is not to be kept.
     pub stop: &'a AtomicBool,
+    /// Camera rays pass some back faces.
+    pub hides_backs: bool,
     /// What fills the scene's bodies.
     pub media: Media<'a>,
     /// Shadow rays that start outside of all bodies pass some surfaces.
@@ -57,7 +60,8 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 impl<'a> Job<'a> {
     pub fn new(scene: &'a Scene, camera: &Camera, settings: &'a Settings) -> Self {
         let off = |effect| settings.plans.is_off(effect);
-        let mut camera = camera.clone();
+        let mut camera = camera.clone().fitted(settings.size);
+        camera.clip = first_hit::needed_clip(scene, &camera);
         camera.lens = camera.lens.filter(|lens| lens.radius > 0.0 && !off(Effect::Lens));
         if settings.general {
             // A lens of radius 0 is a pinhole to the last bit.
@@ -84,6 +88,7 @@ impl<'a> Job<'a> {
             followed: Lobes::ALL.without(unfollowed),
             aiming: if off(Effect::Light) { Aiming::Centroid } else { Aiming::SolidAngle },
             again: None,
+            hides_backs: first_hit::hides_backs(scene, settings.backfaces),
             plain_shadows: media.is_empty() && !clear_ways,
             media,
             clear_ways,
@@ -105,10 +110,14 @@ impl<'a> Job<'a> {
         material.transmits() && (material.base.thin || self.clear_bodies || !stack.is_empty())
     }
 
+    /// Whether back faces of single-sided materials are there for no ray.
+    pub fn is_culled(&self) -> bool {
+        self.settings.backfaces == Backfaces::Culled
+    }
+
     /// Whether rays ask surfaces for holes.
     pub fn asks_alpha(&self) -> bool {
-        cfg!(not(without = "alpha"))
-            && (self.scene.has_alpha() || self.settings.cull_backfaces || self.settings.general)
+        cfg!(not(without = "alpha")) && (self.scene.has_alpha() || self.is_culled() || self.settings.general)
     }
 
     /// Whether no ray meets media, clear surfaces that shadow rays pass, or several surfaces in one place.
@@ -138,7 +147,9 @@ pub(crate) type Kernel =
 pub(crate) fn choose(job: &Job<'_>) -> (Kernel, &'static str) {
     let alpha = job.asks_alpha();
     let watched = cfg!(not(without = "layers"))
-        && (job.settings.general || job.settings.aovs.iter().any(|aov| aov.needs_first_hit()));
+        && (job.settings.general
+            || job.settings.transparent
+            || job.settings.aovs.iter().any(|aov| aov.needs_first_hit()));
     if job.is_plain() && !watched {
         return match (job.settings.method, alpha) {
             (Method::Path, false) => (path_plain, "path"),
@@ -178,7 +189,7 @@ fn solid(_: &Job<'_>) -> Solid<false> {
 }
 
 fn cutout<const PLAIN: bool>(job: &Job<'_>) -> Cutout<PLAIN> {
-    Cutout { cull_backfaces: job.settings.cull_backfaces }
+    Cutout { cull_backfaces: job.is_culled() }
 }
 
 fn plain(_: &Job<'_>) -> Solid<true> {

@@ -15,10 +15,13 @@ pub use dapple_scene as scene;
 
 pub mod aov;
 mod clear;
+mod coverage;
+mod cryptomatte;
 mod direct;
 mod distribution;
 pub mod effects;
 mod emission;
+pub mod first_hit;
 pub mod forecast;
 mod interface;
 mod kernel;
@@ -47,6 +50,7 @@ mod visibility;
 
 pub use aov::Aov;
 pub use effects::{Combine, Effect, Plans};
+pub use first_hit::Backfaces;
 pub use forecast::{Forecast, forecast};
 pub use ledger::Ledger;
 pub use peak::{Peak, peak};

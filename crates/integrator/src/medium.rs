@@ -163,8 +163,13 @@ impl<'a> Media<'a> {
     pub fn at(&self, scene: &Scene, ray: &Ray, time: f32) -> MediumStack {
         match self.start {
             Start::Known(stack) => stack,
-            Start::PerRay => around(scene, ray.o, time),
+            Start::PerRay => self.around(scene, ray.o, time),
         }
+    }
+
+    /// The bodies around a point.
+    pub fn around(&self, scene: &Scene, p: Vec3, time: f32) -> MediumStack {
+        if self.is_empty() { MediumStack::EMPTY } else { around(scene, p, time) }
     }
 }
 

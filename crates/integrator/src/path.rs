@@ -7,6 +7,7 @@
 
 use crate::direct::{Aim, Beam, Sides};
 use crate::emission::{self, Arrival, Rival};
+use crate::first_hit::{seen, start};
 use crate::interface::meet;
 use crate::kernel::Job;
 use crate::ledger::{Cut, FAINT, Ledger};
@@ -34,6 +35,10 @@ pub(crate) trait Follow {
     fn direct(&mut self, _direct: Vec3) {}
     fn scattered(&mut self, _depth: u32, _sample: &BsdfSample) {}
     fn escaped(&mut self, _depth: u32, _beta: Vec3, _radiance: Vec3, _d: Vec3) {}
+    /// Camera rays that meet no surface see nothing.
+    fn hides_backdrop(&self) -> bool {
+        false
+    }
     /// A path of throughput `_beta` ended before the light did.
     fn cut(&mut self, _why: Cut, _beta: Vec3) {}
 }
@@ -57,9 +62,14 @@ pub(crate) fn li<V: Visibility, F: Follow>(
 ) -> Vec3 {
     let (scene, settings) = (job.scene, job.settings);
     let mut ray = ray;
-    let mut state = PathState::default();
+    let mut near = job.near(&ray, sample.time);
+    let mut state = PathState { arrival: Arrival::of_camera(&ray), ..PathState::default() };
     if !V::PLAIN && !job.media.is_empty() {
         state.stack = job.media.at(scene, &ray, sample.time);
+        if near > 0.0 && !state.stack.is_empty() {
+            (ray, state.stack) = start(job, &ray, near, sample.time);
+            near = 0.0;
+        }
     }
     let mut radiance = Vec3::ZERO;
     for depth in 0.. {
@@ -75,7 +85,13 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         let (distance, boundary);
         let has_media = !V::PLAIN && !job.media.is_empty();
         if has_media {
-            let met = meet(&around, &ray, &state.stack);
+            let mut met = meet(&around, &ray, &state.stack);
+            if state.arrival.is_camera() && (met.first < near || met.is_passed(job, &ray, sample.time)) {
+                if met.first < near {
+                    (ray, state.stack) = start(job, &ray, near, sample.time);
+                }
+                met = meet(&around.from_camera(), &ray, &state.stack);
+            }
             state.beta *= met.transmittance;
             state.stack = met.stack;
             if met.overflows {
@@ -93,8 +109,15 @@ pub(crate) fn li<V: Visibility, F: Follow>(
             if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
                 shared_place::settle(places, &ray, (&mut hit, &mut surface), &around);
             }
+            if state.arrival.is_camera() && job.passes(&ray, (&hit, &surface), near, sample.time) {
+                let Some(shown) = seen(&around, &ray, (near, hit.t)) else {
+                    return radiance + state.escaped(job, depth, ray.d, follow);
+                };
+                (hit, surface, ray) = shown;
+            }
             distance = hit.t * length;
         }
+        near = 0.0;
         let wo = -ray.d / length;
         let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
         radiance += state.beta * le;
@@ -121,7 +144,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
             follow.cut(Cut::Faint, state.beta);
             return radiance;
         }
-        ray = next.ray;
+        ray = state.arrival.ending(next.ray);
         if settings.roulette
             && depth >= ROULETTE_FROM
             && !state.survives(sample.point_1d(depth, Dimension::Roulette))
@@ -203,7 +226,10 @@ impl PathState {
     /// What the environment adds to a path that leaves along `d`.
     #[inline(always)]
     fn escaped<F: Follow>(&self, job: &Job<'_>, depth: u32, d: Vec3, follow: &mut F) -> Vec3 {
-        let le = emission::escaped(job.scene, d.normalize(), &self.arrival, job.settings.strategy);
+        let le = match depth == 0 && follow.hides_backdrop() {
+            true => Vec3::ZERO,
+            false => emission::escaped(job.scene, d.normalize(), &self.arrival, job.settings.strategy),
+        };
         follow.escaped(depth, self.beta, le, d);
         self.beta * le
     }
@@ -235,6 +261,7 @@ impl PathState {
             is_seen: self.arrival.is_seen && next.sample.lobe.is_delta(),
             gone: 0.0,
             bent: false,
+            view: 0.0,
         };
     }
 }

@@ -13,6 +13,7 @@
 //! *Approximation*: light is followed to the first surface, by `PROBES` rays or a few per light; what two surfaces one
 //! after the other focus is not looked for, and textures are looked at where rays happen to hit them.
 
+use crate::first_hit;
 use crate::kernel::Job;
 use crate::sample::Sample;
 use crate::settings::Settings;
@@ -73,7 +74,7 @@ fn raise(bound: &mut f64, radiance: Vec3) {
 pub fn peak(scene: &Scene, camera: &Camera, settings: &Settings) -> Peak {
     let mut peak = Peak::default();
     let job = Job::new(scene, camera, settings);
-    let probe = Probe { scene, camera, job: &job, key: Key::pixel(0x9ea4_0000, 0, 0) };
+    let probe = Probe { scene, camera: &job.camera, job: &job, key: Key::pixel(0x9ea4_0000, 0, 0) };
     probe.emitters(&mut peak);
     if settings.bounces() > 0 {
         probe.along_camera_rays(&mut peak);
@@ -216,8 +217,10 @@ impl Probe<'_> {
         if z <= 0.0 || x.abs() > wide * z || y.abs() > tan_half * z {
             return false;
         }
-        let hit = self.scene.world.closest(&Ray::new(self.camera.origin, d), 0.0, &Opaque);
-        hit.is_none_or(|hit| self.scene.light_of(&hit).is_some() || !is_far && hit.t >= 1.0)
+        let ray = Ray::new(self.camera.origin, d);
+        let hit = first_hit::solid(self.job, &ray, 0.0);
+        let near = self.job.near(&ray, 0.0);
+        hit.is_none_or(|(hit, _)| self.scene.light_of(&hit).is_some() || !is_far && hit.t + near >= 1.0)
     }
 
     /// What camera rays, and diffuse directions from where they arrive, meet.
@@ -229,7 +232,7 @@ impl Probe<'_> {
                 let sample = Sample::new(self.job.settings, (x, y), 0).timed(self.job);
                 let (ray, _) = sample.camera_ray(self.job, (x, y));
                 let key = self.key.branch(2).branch(x).branch(y);
-                let Some((hit, surface)) = self.meet(&ray, sample.time) else { continue };
+                let Some((hit, surface)) = first_hit::solid(self.job, &ray, sample.time) else { continue };
                 self.lit(peak, (&hit, &surface), sample.time, key);
                 let side = surface.ng * -ray.d.dot(surface.ng).signum();
                 let d = Frame::from_z(side).to_world(warp::hemisphere_cosine(point(key, 0)));

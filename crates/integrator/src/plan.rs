@@ -4,6 +4,7 @@
 //! user reads is what happens.
 
 use crate::effects::{Combine, Effect};
+use crate::first_hit::Backfaces;
 use crate::kernel::{self, Job};
 use crate::kinds::{Kinds, Width};
 use crate::settings::{Method, Settings};
@@ -76,7 +77,7 @@ pub fn plan(scene: &Scene, camera: &Camera, settings: &Settings) -> RenderPlan {
         lights: lights(&job),
         geometry: geometry(scene),
         bytes_per_triangle: scene.world.memory_bytes() as f64 / triangles.max(1) as f64,
-        bytes_per_pixel: FILM_BYTES + FirstHits::bytes_per_pixel(&settings.aovs),
+        bytes_per_pixel: FILM_BYTES + FirstHits::bytes_per_pixel(settings),
         scene_bytes: scene.memory_bytes(),
         left_out: left_out(&job, &kinds, watched),
     }
@@ -164,6 +165,16 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
         job.scene.world.second_level() > 0,
         "second level of the tree",
         "no shapes, instances or moving objects",
+    );
+    leave(job.camera.clip.is_some(), "near and far plane", "nothing lies before or beyond them");
+    leave(
+        job.hides_backs,
+        "hidden back faces",
+        match job.settings.backfaces {
+            Backfaces::Camera => "every surface is two-sided, or lets light through",
+            Backfaces::Shown => "back faces are shown",
+            Backfaces::Culled => "culled back faces are there for no ray",
+        },
     );
     leave(job.asks_alpha(), "alpha tests", "every surface is solid");
     leave(n.next_event, "next-event estimation and its dimensions", no_next_event(job, kinds));

@@ -88,7 +88,7 @@ pub struct BadSample {
 pub struct Outcome {
     /// Means and variances.
     pub film: Film,
-    /// Beauty and the extra layers; metadata is for the caller to fill in.
+    /// Beauty and the extra layers; of metadata only what says how to read a layer of ids.
     pub layers: Layers,
     /// What it took.
     pub stats: Stats,

@@ -46,13 +46,14 @@ pub fn replay(
     sample: u32,
 ) -> (Vec<PathVertex>, Vec3) {
     let job = Job::new(scene, camera, settings);
-    let mut recorder = Recorder { scene, vertices: Vec::new() };
+    let mut recorder = Recorder { scene, hides_backdrop: settings.transparent, vertices: Vec::new() };
     let (radiance, weight) = kernel::followed(&job, pixel, sample, &mut recorder, &mut 0);
     (recorder.vertices, radiance * weight)
 }
 
 struct Recorder<'a> {
     scene: &'a Scene,
+    hides_backdrop: bool,
     vertices: Vec<PathVertex>,
 }
 
@@ -89,6 +90,10 @@ impl Follow for Recorder<'_> {
             }
             from.pdf = sample.pdf;
         }
+    }
+
+    fn hides_backdrop(&self) -> bool {
+        self.hides_backdrop
     }
 
     fn escaped(&mut self, depth: u32, beta: Vec3, radiance: Vec3, d: Vec3) {

@@ -2,6 +2,7 @@
 
 use crate::Aov;
 use crate::effects::{Combine, Plans};
+use crate::first_hit::Backfaces;
 use crate::spread::Spread;
 use dapple_camera::{Filter, PixelRect};
 use dapple_sampling::{Pattern, Plan};
@@ -49,8 +50,14 @@ pub struct Settings {
     pub aovs: Vec<Aov>,
     /// Render the picture itself. Without it only what first hits show is found out, and no light is followed.
     pub picture: bool,
-    /// Hide back faces of single-sided materials (the letter of glTF).
-    pub cull_backfaces: bool,
+    /// Camera rays that leave the scene without having met a surface see nothing instead of the environment, which still
+    /// lights everything else and shows in mirrors and behind glass. The picture then has a channel A, the share of its
+    /// samples that met a surface, and its colours are associated with it (premultiplied). Holes of MASK and BLEND
+    /// materials are no surface; transmission is, for it is no coverage (glTF 2.0, KHR_materials_transmission), so that
+    /// clear panes cover.
+    pub transparent: bool,
+    /// Which rays meet the back faces of single-sided materials.
+    pub backfaces: Backfaces,
     /// Points of each of the distribution tracer's integrals; those with none are off in both tracers. The path tracer
     /// takes `spp` samples of all at once, the distribution tracer as many as the pixel has points.
     pub plans: Plans,
@@ -115,7 +122,8 @@ impl Default for Settings {
             filter: Filter::default(),
             aovs: Vec::new(),
             picture: true,
-            cull_backfaces: false,
+            transparent: false,
+            backfaces: Backfaces::Camera,
             plans: Plans::default(),
             sky: Plans::default().light,
             combine: Combine::Nested,

@@ -1,6 +1,7 @@
 //! A tile of the film: the pixels one worker renders, with the layers asked for.
 
 use crate::aov::Aov;
+use crate::coverage::Coverage;
 use crate::kernel::{Job, Kernel};
 use crate::ledger::{Cut, Ledger};
 use crate::path::Follow;
@@ -19,7 +20,7 @@ const SIDE: u32 = 16;
 const REMEMBERED: usize = 4;
 
 /// What the first hits of a sample's camera rays saw, summed, in render space.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 pub(crate) struct FirstHit {
     rays: u32,
     hits: u32,
@@ -28,8 +29,24 @@ pub(crate) struct FirstHit {
     p: Vec3,
     /// Object + 1 at the first ray; 0 = nothing.
     object: u32,
+    /// Likewise at each further ray that met something, if all are asked for.
+    further: Vec<u32>,
+    asks_all: bool,
+    hides_backdrop: bool,
     /// Of all rays.
     pub ledger: Ledger,
+}
+
+impl FirstHit {
+    /// Of a sample of which nothing is known yet.
+    pub fn of(settings: &Settings) -> Self {
+        Self { hides_backdrop: settings.transparent, ..Self::default() }
+    }
+
+    /// Objects + 1 that the rays met, one for each.
+    fn objects(&self) -> impl Iterator<Item = u32> {
+        std::iter::once(self.object).filter(|object| *object != 0).chain(self.further.iter().copied())
+    }
 }
 
 impl Follow for FirstHit {
@@ -40,6 +57,8 @@ impl Follow for FirstHit {
         let side = vertex.surface.ng.dot(vertex.wo).signum();
         if self.rays == 0 {
             self.object = vertex.hit.object + 1;
+        } else if self.asks_all {
+            self.further.push(vertex.hit.object + 1);
         }
         self.rays += 1;
         self.hits += 1;
@@ -51,6 +70,10 @@ impl Follow for FirstHit {
 
     fn escaped(&mut self, depth: u32, _: Vec3, _: Vec3, _: Vec3) {
         self.rays += u32::from(depth == 0);
+    }
+
+    fn hides_backdrop(&self) -> bool {
+        self.hides_backdrop
     }
 
     fn cut(&mut self, why: Cut, beta: Vec3) {
@@ -68,11 +91,14 @@ pub(crate) struct FirstHits {
     pub p: Vec<DVec3>,
     /// Object + 1 at the first sample; 0 = nothing.
     pub object: Vec<u32>,
+    /// Which part of the pixel's samples met something, and each of the objects.
+    pub coverage: Coverage,
     is_asked: bool,
 }
 
 impl FirstHits {
-    fn new(pixels: usize, aovs: &[Aov]) -> Self {
+    fn new(pixels: usize, settings: &Settings) -> Self {
+        let aovs = &settings.aovs;
         let asked = |by: &[Aov]| if aovs.iter().any(|aov| by.contains(aov)) { pixels } else { 0 };
         let place = asked(&[Aov::Position, Aov::Depth]);
         Self {
@@ -81,22 +107,25 @@ impl FirstHits {
             normal: vec![DVec3::ZERO; asked(&[Aov::Normal])],
             p: vec![DVec3::ZERO; place],
             object: vec![0; asked(&[Aov::ObjectId, Aov::MaterialId])],
-            is_asked: aovs.iter().any(|aov| aov.needs_first_hit()),
+            coverage: Coverage::new(pixels, settings),
+            is_asked: settings.transparent || aovs.iter().any(|aov| aov.needs_first_hit()),
         }
     }
 
     /// What these layers take in a tile.
-    pub fn bytes_per_pixel(aovs: &[Aov]) -> usize {
-        let one = Self::new(1, aovs);
+    pub fn bytes_per_pixel(settings: &Settings) -> usize {
+        let one = Self::new(1, settings);
         let vectors = [&one.albedo, &one.normal, &one.p].map(|v| size_of_val(&**v));
-        size_of_val(&*one.hits) + vectors.iter().sum::<usize>() + size_of_val(&*one.object)
+        let coverage = one.coverage.bytes_of_a_pixel();
+        size_of_val(&*one.hits) + vectors.iter().sum::<usize>() + size_of_val(&*one.object) + coverage
     }
 
-    fn add(&mut self, pixel: usize, first: &FirstHit, index: u32) {
+    fn add(&mut self, pixel: usize, first: &FirstHit, index: u32, weight: f32) {
+        let share = 1.0 / f64::from(first.rays.max(1));
+        self.coverage.add(pixel, f64::from(weight), (first.hits, share), first.objects());
         if first.hits == 0 {
             return;
         }
-        let share = 1.0 / f64::from(first.rays);
         if let Some(hits) = self.hits.get_mut(pixel) {
             *hits += f64::from(first.hits) * share;
         }
@@ -156,7 +185,7 @@ impl Tile {
             spp: 0,
             before: None,
             film: Film::new(PixelRect { x1: rect.x0, y1: rect.y0, ..rect }),
-            first_hits: FirstHits::new(pixels, &settings.aovs),
+            first_hits: FirstHits::new(pixels, settings),
             removed: vec![[0.0; 4]; removed],
             rays: 0,
             pixel_rays: Vec::new(),
@@ -225,6 +254,10 @@ impl Tile {
     /// Adds a sample; false when the job was stopped before it was whole.
     fn sample(&mut self, job: &Job<'_>, kernel: Kernel, x: u32, y: u32, index: u32) -> bool {
         let mut first = FirstHit::default();
+        if self.first_hits.is_asked {
+            first.hides_backdrop = job.settings.transparent;
+            first.asks_all = self.first_hits.coverage.asks_objects();
+        }
         let (mut value, weight) = kernel(job, (x, y), index, &mut first, &mut self.rays);
         if job.is_stopped() {
             return false;
@@ -254,7 +287,7 @@ impl Tile {
             *removed = std::array::from_fn(|k| removed[k] + here[k]);
         }
         if self.first_hits.is_asked {
-            self.first_hits.add(pixel, &first, index);
+            self.first_hits.add(pixel, &first, index, weight);
         }
         true
     }

@@ -142,7 +142,7 @@ impl Sums {
 }
 
 fn sample(job: &Job<'_>, pixel: (u32, u32), index: u32) -> (DVec3, u64) {
-    let (mut first, mut rays) = (FirstHit::default(), 0);
+    let (mut first, mut rays) = (FirstHit::of(job.settings), 0);
     let (value, weight) = kernel::choose(job).0(job, pixel, index, &mut first, &mut rays);
     let value = value.as_dvec3() * f64::from(weight);
     (if value.is_finite() { value } else { DVec3::ZERO }, rays)

@@ -10,7 +10,7 @@ use dapple_geometry::bvh::Kernel;
 use dapple_geometry::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::settings::Strategy;
-use dapple_integrator::{Effect, Method, Outcome, Plans, Settings};
+use dapple_integrator::{Backfaces, Effect, Method, Outcome, Plans, Settings};
 use dapple_lights::Environment;
 use dapple_materials::Material;
 use dapple_scene::{CameraPose, Scene, SceneBuilder, TexturedMaterial};
@@ -518,15 +518,15 @@ fn a_moving_furnace_at_every_scale() {
 /// Normals and the side that is hidden go with the object.
 #[test]
 fn the_hidden_side_turns_with_its_object() {
-    let half_turn = |cull_backfaces| {
+    let half_turn = |backfaces| {
         let mut builder = flat_view(DVec3::new(0.0, 0.0, 5.0), -DVec3::Z, DVec3::Y, 1e-6);
         let unlit = TexturedMaterial { unlit: true, ..matte(1.0, 1.0) };
         let light = builder.material(unlit);
         let card = quad(Vec3::new(-1.0, -1.0, 0.0), Vec3::X * 2.0, Vec3::Y * 2.0);
         builder.moving_mesh("card", card, spin(DVec3::Y, TAU), light);
         let scene = builder.build().unwrap();
-        run(&scene, &Settings { cull_backfaces, ..settings((4, 4), 2500) })
+        run(&scene, &Settings { backfaces, ..settings((4, 4), 2500) })
     };
-    assert_columns("from both sides", &half_turn(false), 1.0, |_| 1.0);
-    assert_columns("from the front only", &half_turn(true), 1.0, |_| 0.5);
+    assert_columns("from both sides", &half_turn(Backfaces::Shown), 1.0, |_| 1.0);
+    assert_columns("from the front only", &half_turn(Backfaces::Culled), 1.0, |_| 0.5);
 }

@@ -255,3 +255,20 @@ fn environment_samples_look_up_their_own_texel() {
     }
     assert!(differ <= 10, "{differ} of 100 000");
 }
+
+/// The same of an interpolated picture: the radiance is the one in the direction, to the last bit.
+#[test]
+fn interpolated_environment_samples_are_what_is_seen_there() {
+    let sky = picture(64, 32, |x, y| if (x, y) == (40, 9) { 1e4 } else { (x % 7 + y) as f32 });
+    for compensated in [false, true] {
+        let env = Environment::picture(sky.clone(), 0.7, 1.0, true).unwrap();
+        let env = if compensated { env } else { env.without_compensation() };
+        let (mut rng, mut differ) = (Rng::new(3), 0);
+        for _ in 0..100_000 {
+            let s = env.sample(rng.vec2()).unwrap();
+            assert_eq!(env.radiance(s.wi), s.radiance);
+            differ += u32::from((env.pdf(s.wi) / s.pdf - 1.0).abs() > 1e-6);
+        }
+        assert!(differ <= 10, "{differ} of 100 000");
+    }
+}

@@ -100,6 +100,7 @@ fn empty_box(name: &str) -> (SceneBuilder, u32) {
             },
             projection: Projection::Perspective { tan_half: 0.025 / 2.0 / 0.035 },
             aspect: Some(1.0),
+            clip: None,
         },
     );
     (b, white)

@@ -64,7 +64,8 @@ fn fit(towards: DVec3, points: &[DVec3]) -> CameraPose {
     CameraPose {
         transform: DAffine3 { matrix3: axes, translation: axes * at },
         projection: Projection::Perspective { tan_half: TAN_HALF as f32 },
-        aspect: None,
+        aspect: Some(1.0),
+        clip: None,
     }
 }
 

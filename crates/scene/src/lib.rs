@@ -30,6 +30,7 @@ pub mod space;
 pub mod studio;
 pub mod survey;
 mod tangent;
+pub mod view;
 pub use bodies::{Bodies, Body};
 pub use builder::{CameraPose, SceneBuilder};
 pub use coincident::SharedPlaces;

@@ -258,6 +258,7 @@ fn scaled(s: f64) -> Scene {
             transform: DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0 * s)),
             projection: Projection::Orthographic { half_height: (1.5 * s) as f32 },
             aspect: None,
+            clip: None,
         },
     );
     b.build().unwrap()

@@ -36,7 +36,17 @@ pub(super) const CASES: &[Case] = &[
 /// At the origin, along −z.
 fn camera(projection: Projection, lens: Option<Lens>) -> Camera {
     let (right, up, backward) = (Vec3::X, Vec3::Y, Vec3::Z);
-    Camera { origin: Vec3::ZERO, right, up, backward, projection, lens, motion: None }
+    Camera {
+        origin: Vec3::ZERO,
+        right,
+        up,
+        backward,
+        projection,
+        lens,
+        motion: None,
+        aspect: None,
+        clip: None,
+    }
 }
 
 /// x over −z, in f64.

@@ -12,7 +12,7 @@ use crate::inputs::Inputs;
 use crate::load::Source;
 use crate::options::RenderOptions;
 use crate::progress::Bar;
-use crate::{interrupt, machine, report, settings_file};
+use crate::{interrupt, machine, report, saving, settings_file};
 use clap::ArgMatches;
 use dapple_analysis::converge::Clock;
 use dapple_analysis::report::summary;
@@ -109,6 +109,9 @@ pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Fai
     session.bar.finish();
     session.results.spent_seconds = spent + session.clock.elapsed();
     session.folder.write_page(&mut session.results)?;
+    if !session.folder.is_whole() {
+        saving::lose();
+    }
     tell(&session);
     Ok(ExitCode::from(if interrupt::asked() { 3 } else { 0 }))
 }
@@ -154,7 +157,7 @@ fn describe(arguments: &ConvergeArgs) -> Results {
 
 /// The words of the report, and where it is.
 fn tell(session: &Session<'_>) {
-    let page = session.folder.file("report.html").display().to_string();
+    let page = session.folder.place("report.html").display().to_string();
     let options = &session.arguments.options;
     if !RenderOptions::is(options.quiet) {
         for scene in session.results.scenes() {

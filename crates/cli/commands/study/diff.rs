@@ -4,12 +4,14 @@ use crate::args::study::{DiffArgs, ErrorMap};
 use crate::error::Failure;
 use crate::inputs::Inputs;
 use crate::memory;
-use crate::report;
 use crate::values::Threshold;
+use crate::{report, saving};
 use dapple_analysis::metrics::{self, Comparison, Measures, Scale, SizeMismatch};
 use dapple_analysis::{flip, heat, ssim};
 use dapple_integrator::imaging::sheet::Frame;
-use dapple_integrator::imaging::{Layers, MemoryLimit, Picture, Window, Windowed, color, read, write};
+use dapple_integrator::imaging::{
+    ImageError, Layers, MemoryLimit, Picture, Window, Windowed, color, read, write,
+};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -32,7 +34,7 @@ pub fn run(arguments: &DiffArgs) -> Result<(), Failure> {
     let found = pair.compare(&scale)?;
     let seen = Seen::of(&pair)?;
     if let Some(path) = &arguments.output {
-        write_map(path, &pair, &seen, arguments)?;
+        saving::save(path, |path| write_map(path, &pair, &seen, arguments));
     }
     let facts = facts(arguments, &pair, &found, &seen);
     if arguments.json {
@@ -312,16 +314,16 @@ fn check_format(path: &Path) -> Result<(), Failure> {
     }
 }
 
-fn write_map(path: &Path, pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Result<(), Failure> {
+fn write_map(path: &Path, pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Result<(), ImageError> {
     if write::Format::of(path)? == write::Format::Exr {
         let difference = pair.image.pixels.iter().zip(&pair.reference.pixels).map(|(a, b)| *a - *b);
         let picture = Picture { pixels: difference.collect(), ..pair.image };
         let offset = (pair.window.x as i32, pair.window.y as i32);
         let layers = Layers { offset, full_size: pair.full_size, ..Layers::from(&picture) };
-        return Ok(write::exr(path, &layers, write::Depth::Float)?);
+        return write::exr(path, &layers, write::Depth::Float);
     }
     let frame = map(pair, seen, arguments);
-    Ok(write::rgb8(path, frame.width, frame.height, frame.data)?)
+    write::rgb8(path, frame.width, frame.height, frame.data)
 }
 
 fn map(pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Frame {

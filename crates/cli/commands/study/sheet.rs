@@ -17,7 +17,7 @@ use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::progress::Bar;
 use crate::values::Size;
-use crate::{effects, interrupt, memory, metering, report, settings_file};
+use crate::{effects, interrupt, memory, metering, report, saving, settings_file};
 use clap::ArgMatches;
 use cost::Deadline;
 use dapple_integrator::imaging::sheet::{self, Cell, Frame};
@@ -93,11 +93,11 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
     sheet.forecast(&plans, reference.as_ref(), &deadline);
     let reference = reference.or_else(|| sheet.reference(&plans, &deadline));
     let cells = sheet.cells(plans, reference.as_ref(), &deadline)?;
-    sheet.write(&output, &cells)?;
+    let written = sheet.write(&output, &cells);
     if RenderOptions::is(sheet.options.json) {
-        report::json(&sheet.json(&output, reference.as_ref(), &cells));
+        report::json(&sheet.json(written.as_deref(), reference.as_ref(), &cells));
     } else {
-        report::result(&output.display().to_string());
+        written.iter().for_each(|path| report::result(&path.display().to_string()));
     }
     Ok(sheet.end(&cells, reference.is_some()))
 }
@@ -402,16 +402,17 @@ impl Sheet<'_> {
         ExitCode::from(STOPPED)
     }
 
-    fn write(&self, path: &Path, cells: &[Rendered]) -> Result<(), Failure> {
+    /// Writes the sheet; where it is.
+    fn write(&self, path: &Path, cells: &[Rendered]) -> Option<PathBuf> {
         let labelled = cells
             .iter()
             .map(|cell| Cell { frame: cell.frame.clone(), label: cell.label(self.arguments.vary) })
             .collect::<Vec<_>>();
         let sheet = sheet::grid(&labelled, self.arguments.counts.len());
-        Ok(write::rgb8(path, sheet.width, sheet.height, sheet.data)?)
+        saving::save(path, |path| write::rgb8(path, sheet.width, sheet.height, sheet.data.clone()))
     }
 
-    fn json(&self, path: &Path, reference: Option<&Reference>, cells: &[Rendered]) -> Value {
+    fn json(&self, path: Option<&Path>, reference: Option<&Reference>, cells: &[Rendered]) -> Value {
         let rows = cells.iter().map(|cell| {
             let found = cell.found.as_ref();
             let (told, below) = match found.map(|f| f.error) {
@@ -428,7 +429,8 @@ impl Sheet<'_> {
         json!({
             "vary": self.arguments.vary.to_string(), "reference": reference.map(|r| &r.said),
             "reference_relative_rmse": reference.filter(|r| !r.is_exact()).map(Reference::relative_rmse),
-            "exposure": self.exposure, "cells": rows.collect::<Vec<_>>(), "outputs": [path.display().to_string()],
+            "exposure": self.exposure, "cells": rows.collect::<Vec<_>>(),
+            "outputs": path.iter().map(|path| path.display().to_string()).collect::<Vec<_>>(),
         })
     }
 

@@ -226,6 +226,14 @@ impl World {
         self.triangles
     }
 
+    /// Triangles of one object; none of a shape.
+    pub fn triangles_of(&self, object: u32) -> usize {
+        match self.body(object) {
+            Some(Body::Mesh(mesh)) => mesh.triangles.len(),
+            _ => 0,
+        }
+    }
+
     /// Objects added.
     pub fn object_count(&self) -> usize {
         self.objects.len()

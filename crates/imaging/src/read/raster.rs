@@ -1,6 +1,6 @@
 //! PNG, JPEG, WebP and Radiance HDR through the `image` crate.
 
-use super::{Kind, MAX_PIXELS, Rgba8, Room, check_size};
+use super::{Kind, MAX_PIXELS, Rgba8, Rgba16, Room, Texels, check_size};
 use crate::color::{decode_f64, srgb_table};
 use crate::{ImageError, Picture};
 use glam::Vec3;
@@ -60,6 +60,25 @@ pub(super) fn rgba8(
     let image = decode(decoder(file, kind, name)?, name, room, RGBA8_BYTES)?.into_rgba8();
     let (width, height) = (image.width() as usize, image.height() as usize);
     Ok(Rgba8 { width, height, texels: image.pixels().map(|p| p.0).collect() })
+}
+
+/// Of 16 bits where the file has them.
+pub(super) fn texels(
+    file: impl BufRead + Seek,
+    kind: Kind,
+    name: &str,
+    room: Room,
+) -> Result<Texels, ImageError> {
+    let decoder = decoder(file, kind, name)?;
+    let deep = decoder.color_type().bytes_per_pixel() > decoder.color_type().channel_count();
+    let image = decode(decoder, name, room, if deep { 2 * RGBA8_BYTES } else { RGBA8_BYTES })?;
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    if deep {
+        let texels = image.into_rgba16().pixels().map(|p| p.0).collect();
+        return Ok(Rgba16 { width, height, texels }.into());
+    }
+    let texels = image.into_rgba8().pixels().map(|p| p.0).collect();
+    Ok(Rgba8 { width, height, texels }.into())
 }
 
 /// What reads the file, which has been read as far as its header.

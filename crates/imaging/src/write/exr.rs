@@ -54,7 +54,7 @@ fn channels(layers: &Layers, depth: Depth) -> Result<Channels<'_>, String> {
             if values.len() != count {
                 return Err(format!("channel `{name}` has {} values for {count} pixels", values.len()));
             }
-            let half = depth == Depth::Half && fits_half(layer, channel);
+            let half = depth == Depth::Half && fits_half(layer, channel) && !is_matte(layers, &layer.name);
             if all.insert(name.clone(), Channel { values, half }).is_some() {
                 return Err(format!("two channels are called `{name}`"));
             }
@@ -72,6 +72,16 @@ fn full_name(layer: &str, channel: &str) -> Result<String, String> {
 /// See [`Depth::Half`].
 fn fits_half(layer: &Layer, channel: &str) -> bool {
     layer.name == "normal" || (layer.name != "variance" && ["R", "G", "B", "A"].contains(&channel))
+}
+
+/// Whether a layer belongs to a Cryptomatte, `NAME00` and so on by an attribute `cryptomatte/…/name`.
+fn is_matte(layers: &Layers, layer: &str) -> bool {
+    let is_name = |key: &str| key.starts_with("cryptomatte/") && key.ends_with("/name");
+    let named = layers.metadata.iter().filter_map(|(key, value)| match value {
+        MetaValue::Text(name) if is_name(key) => layer.strip_prefix(name.as_str()),
+        _ => None,
+    });
+    named.into_iter().any(|rest| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit()))
 }
 
 fn header(layers: &Layers, channels: &Channels<'_>) -> Result<Header, String> {

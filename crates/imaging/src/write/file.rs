@@ -1,8 +1,11 @@
 //! Whole files or none: a temporary file in the target's folder, renamed over the target.
+//!
+//! Who is killed while writing leaves the temporary file behind, `.dapple-HOST-XXXXXX.part`. Its writer holds a lock on it
+//! as long as it lives, so that a later run can tell which of them nobody will finish, and removes those.
 
 use crate::ImageError;
-use std::fs;
-use std::io::{self, Write};
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
@@ -17,10 +20,44 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     file.persist(&target).map(drop).map_err(|e| failed(e.error))
 }
 
-/// Tries to create a file beside `path`, and takes it away again.
+/// Saves what could not be written to `path`: beside it under a name that nothing has, or else in a new folder of the
+/// system's folder for temporary files. Returns where it is.
+pub fn elsewhere(
+    path: &Path,
+    write: impl Fn(&Path) -> Result<(), ImageError>,
+) -> Result<PathBuf, ImageError> {
+    let is_free = |at: &PathBuf| fs::symlink_metadata(at).is_err_and(|e| e.kind() == ErrorKind::NotFound);
+    let free = (1..=MOST_NAMES).map(|i| numbered(path, i)).find(is_free);
+    if let Some(at) = free.filter(|at| write(at).is_ok()) {
+        return Ok(at);
+    }
+    let failed = |source| ImageError::Write { path: std::env::temp_dir(), source };
+    let folder = tempfile::Builder::new().prefix("dapple-").tempdir().map_err(failed)?;
+    let at = folder.path().join(path.file_name().unwrap_or("picture".as_ref()));
+    write(&at)?;
+    let _ = folder.keep();
+    Ok(at)
+}
+
+/// Names that are tried beside a file.
+const MOST_NAMES: u32 = 99;
+
+/// `folder/NAME-1.exr` for `folder/NAME.exr`.
+fn numbered(path: &Path, i: u32) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_os_string();
+    name.push(format!("-{i}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
+/// Tries to create a file beside `path`, and takes it away again. Removes what killed writers have left there.
 pub(super) fn probe(path: &Path) -> Result<(), ImageError> {
-    let file =
-        beside(&target(path)?).map_err(|source| ImageError::Write { path: path.to_path_buf(), source })?;
+    let target = target(path)?;
+    remove_abandoned(folder(&target));
+    let file = beside(&target).map_err(|source| ImageError::Write { path: path.to_path_buf(), source })?;
     file.close().map_err(|source| ImageError::Write { path: path.to_path_buf(), source })
 }
 
@@ -39,11 +76,139 @@ fn folder(target: &Path) -> &Path {
     target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
+/// Random characters in the name of a temporary file.
+const RANDOM: usize = 6;
+
+/// What the names of this machine's temporary files begin and end with. Locks of other machines may not be seen.
+fn affixes() -> (String, &'static str) {
+    let host = gethostname::gethostname();
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '.' { c } else { '_' };
+    let host: String = host.to_string_lossy().chars().take(64).map(plain).collect();
+    (format!(".dapple-{host}-"), ".part")
+}
+
 fn beside(target: &Path) -> io::Result<NamedTempFile> {
+    let (prefix, suffix) = affixes();
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".dapple-").suffix(".part");
+    builder.prefix(&prefix).suffix(suffix).rand_bytes(RANDOM);
     // tempfile's own default is 0600: a picture is nobody's secret, the user's umask decides.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder(target))
+    loop {
+        let file = builder.tempfile_in(folder(target))?;
+        // Where there are no locks, nobody can hold one, and nothing is taken for abandoned.
+        let locked = file.as_file().lock();
+        // Whoever took it for abandoned before it was locked has removed it by now.
+        if locked.is_err() || file.path().exists() {
+            return Ok(file);
+        }
+    }
+}
+
+/// Removes temporary files of this machine that no writer holds. What cannot be removed stays.
+fn remove_abandoned(folder: &Path) {
+    for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        if !is_temporary(&path) || !fs::symlink_metadata(&path).is_ok_and(|at| at.is_file()) {
+            continue;
+        }
+        // The lock is held until the file is gone, so that its writer cannot come in between.
+        if let Ok(file) = File::open(&path)
+            && file.try_lock().is_ok()
+        {
+            let _ = fs::remove_file(&path);
+        }
+    }
+}
+
+fn is_temporary(path: &Path) -> bool {
+    let (prefix, suffix) = affixes();
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let random = name.strip_prefix(&prefix).and_then(|rest| rest.strip_suffix(suffix));
+    random.is_some_and(|r| r.len() == RANDOM && r.bytes().all(|b| b.is_ascii_alphanumeric()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file with a name of the pattern.
+    fn part(folder: &Path, random: &str) -> PathBuf {
+        let (prefix, suffix) = affixes();
+        let path = folder.join(format!("{prefix}{random}{suffix}"));
+        fs::write(&path, "half a picture").unwrap();
+        path
+    }
+
+    #[test]
+    fn what_a_killed_writer_left_is_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = folder.path();
+        let abandoned = part(at, "aB3xYz");
+        let held = part(at, "held00");
+        let writer = File::open(&held).unwrap();
+        writer.lock().unwrap();
+        let (prefix, suffix) = affixes();
+        let strange = [
+            format!(".dapple-another.host-aB3xYz{suffix}"),
+            format!("{prefix}aB3xYz"),
+            format!("{prefix}aB3xYzz{suffix}"),
+            format!("{prefix}aB-xYz{suffix}"),
+            "aB3xYz.part".into(),
+        ];
+        strange.iter().for_each(|name| fs::write(at.join(name), "").unwrap());
+        let named = at.join(format!("{prefix}folder{suffix}"));
+        fs::create_dir(&named).unwrap();
+        #[cfg(unix)]
+        let link = {
+            fs::write(at.join("kept.txt"), "kept").unwrap();
+            let link = at.join(format!("{prefix}links0{suffix}"));
+            std::os::unix::fs::symlink(at.join("kept.txt"), &link).unwrap();
+            link
+        };
+        probe(&at.join("a.exr")).unwrap();
+        assert!(!abandoned.exists());
+        assert!(held.exists() && named.is_dir() && strange.iter().all(|name| at.join(name).exists()));
+        #[cfg(unix)]
+        assert!(link.is_symlink() && at.join("kept.txt").exists());
+        drop(writer);
+        probe(&at.join("a.exr")).unwrap();
+        assert!(!held.exists());
+    }
+
+    /// Writers and probes at once in one folder: no writer loses its file.
+    #[test]
+    fn writers_are_not_taken_for_dead() {
+        let folder = tempfile::tempdir().unwrap();
+        std::thread::scope(|scope| {
+            for i in 0..4 {
+                let path = folder.path().join(format!("{i}.txt"));
+                scope.spawn(move || {
+                    for n in 0..40 {
+                        probe(&path).unwrap();
+                        replace(&path, format!("{n}").as_bytes()).unwrap();
+                    }
+                });
+            }
+        });
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4);
+    }
+
+    #[test]
+    fn a_picture_goes_beside_or_into_a_folder_of_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.b.exr");
+        fs::write(folder.path().join("a.b-1.exr"), "not ours").unwrap();
+        let write = |at: &Path| replace(at, b"picture");
+        assert_eq!(elsewhere(&path, write).unwrap(), folder.path().join("a.b-2.exr"));
+        assert_eq!(fs::read_to_string(folder.path().join("a.b-1.exr")).unwrap(), "not ours");
+        let gone = folder.path().join("gone").join("a.exr");
+        let at = elsewhere(&gone, write).unwrap();
+        assert!(at.starts_with(std::env::temp_dir()) && at.ends_with("a.exr"), "{}", at.display());
+        assert_eq!(fs::read_to_string(&at).unwrap(), "picture");
+        fs::remove_dir_all(at.parent().unwrap()).unwrap();
+        let full = |at: &Path| {
+            Err(ImageError::Write { path: at.to_path_buf(), source: ErrorKind::StorageFull.into() })
+        };
+        assert!(matches!(elsewhere(&path, full), Err(ImageError::Write { .. })));
+    }
 }

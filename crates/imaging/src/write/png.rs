@@ -1,35 +1,84 @@
-//! 8-bit PNG through the `image` crate (pure Rust deflate: the same bytes everywhere).
+//! PNG through the `image` crate (pure Rust deflate: the same bytes everywhere), with the chunks that it does not write.
 
-use crate::ImageError;
+use super::{PngDepth, PngOptions};
+use crate::{ImageError, Picture};
+use glam::Vec3;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use std::path::Path;
 
-/// The caller has checked that there are `width * height` pixels; whether the last one is whole is checked here.
-pub(super) fn encode(path: &Path, width: usize, height: usize, data: &[u8]) -> Result<Vec<u8>, ImageError> {
+/// The code values of a picture, each by `code` from [0, 1], row by row: red, green, blue, and alpha if there is one.
+pub(super) fn of<const N: usize>(
+    picture: &Picture,
+    options: &PngOptions<'_>,
+    code: impl Fn(f32) -> [u8; N],
+) -> Vec<u8> {
+    let scale = libm::exp2f(options.exposure);
+    let channels = if options.alpha.is_some() { 4 } else { 3 };
+    let mut bytes = Vec::with_capacity(picture.pixels.len() * channels * N);
+    for (i, &pixel) in picture.pixels.iter().enumerate() {
+        let alpha = options.alpha.map(|alpha| alpha[i].clamp(0.0, 1.0));
+        let colour = match alpha {
+            Some(alpha) if alpha > 0.0 => pixel / alpha,
+            Some(_) => Vec3::ZERO,
+            None => pixel,
+        };
+        bytes.extend(options.tone.apply(colour * scale).to_array().into_iter().flat_map(&code));
+        bytes.extend(alpha.into_iter().flat_map(&code));
+    }
+    bytes
+}
+
+/// The file of finished code values, with or without alpha. The caller has checked that there are `width * height` pixels;
+/// whether the last one is whole is checked here.
+pub(super) fn encode(
+    path: &Path,
+    (width, height): (usize, usize),
+    data: &[u8],
+    kind: (bool, PngDepth),
+    texts: &[(&str, &str)],
+) -> Result<Vec<u8>, ImageError> {
     let wrong = |why: String| ImageError::Inconsistent { path: path.to_path_buf(), why };
-    if data.len() != width * height * 3 {
+    let (color, bytes) = match kind {
+        (false, PngDepth::Eight) => (ExtendedColorType::Rgb8, 3),
+        (false, PngDepth::Sixteen) => (ExtendedColorType::Rgb16, 6),
+        (true, PngDepth::Eight) => (ExtendedColorType::Rgba8, 4),
+        (true, PngDepth::Sixteen) => (ExtendedColorType::Rgba16, 8),
+    };
+    if data.len() != width * height * bytes {
         return Err(wrong("its last pixel lacks a channel".into()));
     }
-    let mut bytes = Vec::new();
-    PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
-        .write_image(data, width as u32, height as u32, ExtendedColorType::Rgb8)
+    let mut file = Vec::new();
+    PngEncoder::new_with_quality(&mut file, CompressionType::Default, FilterType::Adaptive)
+        .write_image(data, width as u32, height as u32, color)
         .map_err(|e| wrong(e.to_string()))?;
-    Ok(bytes)
+    file.splice(HEADER..HEADER, about(texts));
+    Ok(file)
 }
 
 /// Signature and header of a PNG, which other chunks follow.
 const HEADER: usize = 8 + 25;
 
-/// `png` with a tEXt chunk of the keyword `Comment` behind its header; what of the text is not ASCII becomes `?`.
-pub(super) fn with_comment(mut png: Vec<u8>, comment: &str) -> Vec<u8> {
-    let text = comment.chars().map(|c| if c.is_ascii() && !c.is_ascii_control() { c as u8 } else { b'?' });
-    let body: Vec<u8> = b"tEXtComment\0".iter().copied().chain(text).collect();
-    let mut chunk = ((body.len() - 4) as u32).to_be_bytes().to_vec();
-    chunk.extend(&body);
-    chunk.extend(crc(&body).to_be_bytes());
-    png.splice(HEADER..HEADER, chunk);
-    png
+/// Chunks before the picture's: sRGB with the perceptual intent [PNG 2003, §11.3.3.5], and the texts.
+fn about(texts: &[(&str, &str)]) -> Vec<u8> {
+    let mut chunks = chunk(b"sRGB", &[0]);
+    for (keyword, text) in texts {
+        let text = text.replace(|c: char| c.is_control() && c != '\n', "?");
+        if text.is_ascii() {
+            chunks.extend(chunk(b"tEXt", &[keyword.as_bytes(), b"\0", text.as_bytes()].concat()));
+        } else {
+            // Neither compressed nor in a named language, keyword not translated.
+            let body = [keyword.as_bytes(), b"\0\0\0\0\0", text.as_bytes()].concat();
+            chunks.extend(chunk(b"iTXt", &body));
+        }
+    }
+    chunks
+}
+
+fn chunk(kind: &[u8; 4], body: &[u8]) -> Vec<u8> {
+    let kind_and_body = [&kind[..], body].concat();
+    let length = (body.len() as u32).to_be_bytes();
+    [&length[..], &kind_and_body, &crc(&kind_and_body).to_be_bytes()].concat()
 }
 
 /// The CRC of PNG chunks [PNG 2003, annex D]: polynomial 0x04C11DB7, reflected.
@@ -50,12 +99,14 @@ mod tests {
     }
 
     #[test]
-    fn a_comment_is_a_chunk_that_readers_pass_over() {
+    fn texts_are_chunks_that_readers_pass_over() {
         let data: Vec<u8> = (0..4 * 3 * 3).collect();
-        let plain = encode(Path::new("a.png"), 4, 3, &data).unwrap();
-        let noted = with_comment(plain.clone(), "half black µ");
-        assert!(noted.windows(24).any(|w| w == b"tEXtComment\0half black ?"));
-        let pixels = |bytes: &[u8]| image::load_from_memory(bytes).unwrap().into_rgb8().into_raw();
-        assert_eq!((pixels(&plain), pixels(&noted)), (data.clone(), data));
+        let texts = [("Comment", "half\u{1b} black"), ("settings", "spp = 3\ncamera = \"µ\"")];
+        let file = encode(Path::new("a.png"), (4, 3), &data, (false, PngDepth::Eight), &texts).unwrap();
+        let has = |part: &[u8]| file.windows(part.len()).any(|w| w == part);
+        assert!(has(b"tEXtComment\0half? black"));
+        assert!(has("iTXtsettings\0\0\0\0\0spp = 3\ncamera = \"µ\"".as_bytes()));
+        assert!(has(b"\0\0\0\x01sRGB\0\xae\xce\x1c\xe9"));
+        assert_eq!(image::load_from_memory(&file).unwrap().into_rgb8().into_raw(), data);
     }
 }

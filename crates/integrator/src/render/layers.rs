@@ -1,20 +1,26 @@
 //! From sums to the layers of the picture, in world units.
 
 use crate::aov::Aov;
+use crate::cryptomatte::{Matte, names_of_ids};
 use crate::kernel::Job;
 use crate::tile::Tile;
 use dapple_camera::{Film, PixelRect};
-use dapple_imaging::{Layer, Layers, Picture};
+use dapple_imaging::{Layer, Layers, MetaValue, Picture};
 use glam::DVec3;
+use std::collections::BTreeSet;
 
 /// Beauty first if there is a picture, then the layers in the order they were asked for; last the sample counts where only
 /// some pixels have samples.
 pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile], some: bool) -> Layers {
     let rect = job.settings.rect();
-    let beauty = job.settings.picture.then(|| rgb("", &film.mean()));
+    let beauty = job.settings.picture.then(|| beauty(job, rect, film, tiles));
     let mut layers: Vec<Layer> = beauty.into_iter().collect();
+    let mut metadata = names(job, rect, tiles);
     for &aov in job.settings.aovs.iter().filter(|aov| **aov != Aov::Beauty) {
-        layers.push(layer(job, aov, rect, film, tiles));
+        match aov {
+            Aov::Cryptomatte => mattes(job, rect, tiles, &mut layers, &mut metadata),
+            aov => layers.push(layer(job, aov, rect, film, tiles)),
+        }
     }
     if some && !job.settings.aovs.contains(&Aov::SampleCount) {
         layers.push(layer(job, Aov::SampleCount, rect, film, tiles));
@@ -25,14 +31,80 @@ pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile], some: bool) ->
         offset: (rect.x0 as i32, rect.y0 as i32),
         full_size: (job.settings.size.0 as usize, job.settings.size.1 as usize),
         layers,
-        metadata: Vec::new(),
+        metadata,
+    }
+}
+
+/// The picture, with alpha if its background is transparent.
+fn beauty(job: &Job<'_>, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
+    let mut beauty = rgb("", &film.mean());
+    if job.settings.transparent {
+        let mut alpha = vec![0.0; rect.area()];
+        each_pixel(rect, tiles, |to, tile, from| alpha[to] = tile.first_hits.coverage.alpha(from));
+        beauty.channels.push(("A".into(), alpha));
+    }
+    beauty
+}
+
+/// Adds the layers of a Cryptomatte and what is said about them.
+fn mattes(
+    job: &Job<'_>,
+    rect: PixelRect,
+    tiles: &[Tile],
+    layers: &mut Vec<Layer>,
+    metadata: &mut Vec<(String, MetaValue)>,
+) {
+    for of in [Matte::of_objects, Matte::of_materials] {
+        let mut matte = of(job.scene, rect.area());
+        each_pixel(rect, tiles, |to, tile, from| matte.put(to, &tile.first_hits.coverage, from));
+        let (more, about) = matte.finish();
+        layers.extend(more);
+        metadata.extend(about);
+    }
+}
+
+/// The names behind the numbers of the layers `object` and `material`, of those that occur.
+fn names(job: &Job<'_>, rect: PixelRect, tiles: &[Tile]) -> Vec<(String, MetaValue)> {
+    let asks = |aov| job.settings.aovs.contains(&aov);
+    if !asks(Aov::ObjectId) && !asks(Aov::MaterialId) {
+        return Vec::new();
+    }
+    let (scene, seen) = (job.scene, gather(rect, tiles, |tile| &tile.first_hits.object));
+    let objects: BTreeSet<u32> = seen.into_iter().filter(|object| *object != 0).collect();
+    let object = |id: u32| &scene.objects[id as usize - 1];
+    let materials: BTreeSet<u32> = objects.iter().map(|id| object(*id).material + 1).collect();
+    let mut names = Vec::new();
+    if asks(Aov::ObjectId) {
+        let text = names_of_ids(objects.iter().map(|id| (shown(&object(*id).name), *id)));
+        names.push(("objectNames".into(), MetaValue::Text(text)));
+    }
+    if asks(Aov::MaterialId) {
+        let name = |id: u32| &*scene.materials[id as usize - 1].name;
+        let text = names_of_ids(materials.iter().map(|id| (shown(name(*id)), *id)));
+        names.push(("materialNames".into(), MetaValue::Text(text)));
+    }
+    names
+}
+
+/// At most the first 1000 characters of a name: many objects may have one.
+fn shown(name: &str) -> &str {
+    name.char_indices().nth(1000).map_or(name, |(end, _)| &name[..end])
+}
+
+/// Calls `of` with the index of each pixel in the picture, its tile, and its index there.
+fn each_pixel(rect: PixelRect, tiles: &[Tile], mut of: impl FnMut(usize, &Tile, usize)) {
+    for tile in tiles {
+        for (from, (x, y)) in pixels(tile.rect).enumerate() {
+            of((y - rect.y0) as usize * rect.width() as usize + (x - rect.x0) as usize, tile, from);
+        }
     }
 }
 
 fn layer(job: &Job<'_>, aov: Aov, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
     let name = aov.to_string();
     match aov {
-        Aov::Beauty => rgb(&name, &film.mean()),
+        // The other is made with its attributes.
+        Aov::Beauty | Aov::Cryptomatte => rgb(&name, &film.mean()),
         Aov::Variance => rgb(&name, &film.variance()),
         Aov::SampleCount => {
             let counts = pixels(rect).map(|(x, y)| film.count(x, y) as f32).collect();

@@ -1,6 +1,6 @@
 //! Where a camera stands in the world, and the same camera in render space.
 use crate::Space;
-use dapple_camera::{Camera, Projection, camera::axes};
+use dapple_camera::{Camera, Clip, Projection, camera::axes};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// A camera in world space: looks along the −z of its transform, +y up; scale and shear of the transform are ignored.
@@ -10,8 +10,10 @@ pub struct CameraPose {
     pub transform: DAffine3,
     /// Perspective or orthographic (half height in world units).
     pub projection: Projection,
-    /// Width / height asked for.
+    /// Width / height of the frame that the picture has to hold.
     pub aspect: Option<f32>,
+    /// Planes that camera rays see nothing before and beyond, in world units.
+    pub clip: Option<Clip>,
 }
 
 impl CameraPose {
@@ -25,6 +27,7 @@ impl CameraPose {
             transform: DAffine3 { matrix3: axes, translation: from },
             projection: Projection::Perspective { tan_half: libm::tan(yfov * 0.5) as f32 },
             aspect: None,
+            clip: None,
         }
     }
 }
@@ -58,6 +61,18 @@ impl CameraPose {
             projection,
             lens: None,
             motion: None,
+            aspect: self.aspect,
+            clip: self.clip.map(|clip| clip_in_render_space(clip, space)),
         })
+    }
+}
+
+/// Planes that no number can express are none.
+fn clip_in_render_space(clip: Clip, space: &Space) -> Clip {
+    let length = |world: f32| space.length_to_render(f64::from(world));
+    let near = Some(length(clip.near)).filter(|near| *near > 0.0 && near.is_finite());
+    Clip {
+        near: near.unwrap_or(0.0),
+        far: Some(length(clip.far)).filter(|far| *far > 0.0).unwrap_or(f32::INFINITY),
     }
 }

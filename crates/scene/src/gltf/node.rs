@@ -9,6 +9,7 @@ use super::{
     document::{Document, label},
 };
 use crate::{Placement, SceneError};
+use dapple_camera::camera::axes;
 use dapple_geometry::motion::{self, Chain, Channel, Trs};
 use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
 use serde_json::Value;
@@ -128,6 +129,32 @@ impl Hierarchy {
         out
     }
 
+    /// Placement at a time of the camera of a node, whose own scale is ignored; where the nodes it hangs on are scaled
+    /// to nothing in some direction, their scales are too.
+    pub fn camera(&self, index: usize, placements: &[Placement], time: f64) -> Placement {
+        let node = &self.nodes[index];
+        let parent = node.parent.map_or(Placement::IDENTITY, |p| placements[p]);
+        let camera = parent.child(&node.unscaled(time));
+        if axes(&camera.linear).is_some() {
+            return camera;
+        }
+        let up_to_root = std::iter::successors(Some(index), |&i| self.nodes[i].parent);
+        let linear = up_to_root.fold(DMat3::IDENTITY, |below, i| self.nodes[i].rotation(time) * below);
+        Placement { linear, ..camera }
+    }
+
+    /// The nodes that the camera of a node hangs on, from the root down to itself, its own scale left out. `known`: the
+    /// chains of nodes made so far.
+    pub fn camera_chain(&self, index: usize, known: &mut HashMap<usize, Chain>) -> Chain {
+        let node = &self.nodes[index];
+        let above = node.parent.map_or_else(Chain::default, |parent| self.chain(parent, known));
+        let mut own = node.in_time();
+        if let motion::Node::Trs(own) = &mut own {
+            own.scale = Channel::Constant(DVec3::ONE);
+        }
+        above.then(own)
+    }
+
     /// For each node the links of the chain that it hangs on once that is folded; 0 for what stands still while the picture
     /// is exposed.
     pub fn links(&self, options: &Options) -> Vec<u64> {
@@ -171,6 +198,23 @@ impl Node {
             tracks.rotation.as_ref().map_or(rotation, |t| t.at(time)),
             tracks.scale.as_ref().map_or(scale, |t| t.at(time)),
         )
+    }
+
+    /// As [`Node::at`], without the scale. A matrix is kept whole.
+    fn unscaled(&self, time: f64) -> Placement {
+        let tracks = &self.tracks;
+        let (translation, rotation, _) = match self.local {
+            Local::Matrix(matrix) if tracks.is_empty() => return matrix.into(),
+            local => local.parts(),
+        };
+        let translation = tracks.translation.as_ref().map_or(translation, |t| t.at(time));
+        trs(translation, tracks.rotation.as_ref().map_or(rotation, |t| t.at(time)), DVec3::ONE)
+    }
+
+    /// The rotation alone; of a matrix without directions none.
+    fn rotation(&self, time: f64) -> DMat3 {
+        let axes = axes(&self.unscaled(time).linear);
+        axes.map_or(DMat3::IDENTITY, |(right, up, backward)| DMat3::from_cols(right, up, backward))
     }
 
     fn moves(&self, open: f64, close: f64) -> bool {

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::light_unit::TakenUnit;
 use crate::{CameraPose, Placement, SceneBuilder, SceneError, Unread};
-use dapple_camera::Projection;
+use dapple_camera::{Clip, Projection, camera::axes};
 use dapple_geometry::{
     Mesh,
     motion::{self, Chain},
@@ -41,12 +41,14 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let mut chains = HashMap::new();
     for &index in &hierarchy.order {
         let node = &doc.root.nodes[index];
-        let shows = node.mesh.is_some()
-            || node.camera.is_some()
-            || node.extensions.is_some()
-            || node.extras.is_some();
+        let shows = node.mesh.is_some() || node.extensions.is_some() || node.extras.is_some();
         let chain = (moving[index] && shows).then(|| hierarchy.chain(index, &mut chains));
         assembly.node(index, &Whereabouts { placement: placements[index], chain })?;
+        if let Some(camera) = node.camera {
+            let placement = hierarchy.camera(index, &placements, at + shutter.open);
+            let chain = moving[index].then(|| hierarchy.camera_chain(index, &mut chains));
+            assembly.camera(camera, node.name.as_deref(), &Whereabouts { placement, chain })?;
+        }
     }
     assembly.materials.decode(doc, &mut assembly.builder)?;
     let unread = assembly.unread(hierarchy.order.len());
@@ -113,9 +115,6 @@ impl Assembly<'_, '_> {
             }
             (None, Some(mesh)) => self.instances(mesh, index, whereabouts)?,
             (None, None) => {}
-        }
-        if let Some(camera) = node.camera {
-            self.camera(camera, node.name.as_deref(), whereabouts)?;
         }
         let light = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(light) = light {
@@ -281,7 +280,7 @@ impl Assembly<'_, '_> {
         }
     }
 
-    /// Near and far planes are not applied.
+    /// `whereabouts`: without the scale of the camera's node.
     fn camera(
         &mut self,
         index: Index<json::Camera>,
@@ -292,6 +291,12 @@ impl Assembly<'_, '_> {
         let camera = doc.get(&doc.root.cameras, index, "camera", node.unwrap_or("a node"))?;
         let place = label("camera", index.value(), camera.name.as_deref());
         let (projection, aspect) = projection(camera).map_err(|what| doc.invalid(&*place, what))?;
+        let clip = clip(camera);
+        if clip.is_none() {
+            doc.warn(format!(
+                "{place}: its znear and zfar are no range in front of it, and nothing is clipped"
+            ));
+        }
         let own = |camera: &json::Camera| node.filter(|n| !n.is_empty()).is_none() && camera.name.is_some();
         let name: Arc<str> = match own(camera) {
             // One name for all nodes that show the camera.
@@ -302,9 +307,12 @@ impl Assembly<'_, '_> {
                 .clone(),
             false => camera_name(index, camera, node).into(),
         };
-        let pose = |transform| CameraPose { transform, projection, aspect };
-        match &whereabouts.chain {
-            None => self.builder.camera(name, pose(whereabouts.placement.into())),
+        let pose = |transform| CameraPose { transform, projection, aspect, clip };
+        let placement = &whereabouts.placement;
+        // A chain that gives no direction of view when the shutter opens is not followed.
+        let chain = whereabouts.chain.as_ref();
+        match chain.filter(|chain| axes(&self.builder.exposure.placement(chain).linear).is_some()) {
+            None => self.builder.camera(name, pose((*placement).into())),
             Some(chain) => self.builder.moving_camera(name, pose(DAffine3::IDENTITY), chain.clone()),
         }
         Ok(())
@@ -370,6 +378,17 @@ pub(super) fn cone(light: &punctual::Light) -> (f64, f64) {
 pub(super) fn camera_name(index: Index<json::Camera>, camera: &json::Camera, node: Option<&str>) -> String {
     let name = node.filter(|n| !n.is_empty()).or(camera.name.as_deref().filter(|n| !n.is_empty()));
     name.map_or_else(|| label("camera", index.value(), None), str::to_owned)
+}
+
+/// Near and far plane of a glTF camera; None where they are no range.
+fn clip(c: &json::Camera) -> Option<Clip> {
+    let (near, far) = match (c.type_, &c.perspective, &c.orthographic) {
+        (Checked::Valid(camera::Type::Perspective), Some(p), _) => (p.znear, p.zfar),
+        (_, _, Some(o)) => (o.znear, Some(o.zfar)),
+        _ => return None,
+    };
+    let far = far.unwrap_or(f32::INFINITY);
+    (near >= 0.0 && near < far).then_some(Clip { near, far })
 }
 
 /// Vertical extent and aspect of a glTF camera.

@@ -7,7 +7,7 @@ use super::{
 use crate::{SceneBuilder, SceneError, TextureUse, channels, error::quoted};
 use dapple_imaging::{
     Interpolation, Sampler, Texture, Wrap,
-    read::{self, Rgba8, rgba8_within},
+    read::{self, Texels, texels_within},
     texture::Encoding,
 };
 use glam::{Affine2, Mat2, Vec2};
@@ -174,7 +174,7 @@ pub(super) fn size(doc: &Document<'_>, index: usize, place: &str) -> Result<[usi
     let [width, height] = read::size(&bytes, &place).map_err(image)?;
     let texels = width.saturating_mul(height);
     if texels < SMALL.max(32 * bytes.len() as u64) {
-        rgba8_within(&bytes, &place, doc.options.memory).map_err(image)?;
+        texels_within(&bytes, &place, doc.options.memory).map_err(image)?;
     }
     if is_cut_short(&bytes) {
         doc.warn(cut_short(&place));
@@ -187,15 +187,14 @@ fn cut_short(place: &str) -> String {
 }
 
 /// An image's pixels.
-pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Rgba8, SceneError> {
+pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Texels, SceneError> {
     let (bytes, place) = encoded(doc, index, place)?;
-    let bytes = &*bytes;
-    if is_cut_short(bytes) {
+    if is_cut_short(&bytes) {
         doc.warn(cut_short(&place));
     }
-    let pixels = rgba8_within(bytes, &place, doc.left())
+    let pixels = texels_within(&bytes, &place, doc.left())
         .map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
-    doc.keep(4 * pixels.texels.len() as u64, &place)?;
+    doc.keep(pixels.bytes() as u64, &place)?;
     Ok(pixels)
 }
 

@@ -185,9 +185,7 @@ impl Task<'_> {
             mse: reference.mse(),
             relative_rmse: reference.relative_rmse(),
             mean: f64::from(mean.x + mean.y + mean.z) / 3.0,
-            files: session
-                .folder
-                .put_reference(&format!("{}-{}", plain(self.scene), plain(name)), reference)?,
+            files: session.folder.put_reference(&format!("{}-{}", plain(self.scene), plain(name)), reference),
         })
     }
 

@@ -2,13 +2,17 @@
 
 use crate::error::Failure;
 use crate::inputs::Inputs;
+use crate::saving;
 use dapple_analysis::converge::Reference;
 use dapple_analysis::curve::Over;
 use dapple_analysis::report::{self, Shown};
 use dapple_analysis::results::{ReferenceRecord, Results, SCHEMA};
 use dapple_analysis::{flip, heat};
-use dapple_integrator::imaging::{Layers, Picture, Tone, read, write};
+use dapple_integrator::imaging::sheet::Frame;
+use dapple_integrator::imaging::{ImageError, Layers, Picture, Tone, read, write};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// A folder that can be written into.
 pub struct Folder {
@@ -16,6 +20,8 @@ pub struct Folder {
     /// How its PNGs show pictures: the same for all of a scene.
     tone: Tone,
     stops: f32,
+    /// Files that could not be written into it, and where they are instead, if anywhere.
+    elsewhere: Mutex<BTreeMap<String, Option<PathBuf>>>,
 }
 
 /// Largest side product for which FLIP is worked out: it takes a second per million pixels.
@@ -56,7 +62,8 @@ impl Folder {
             Failure::Arguments(format!("{}: cannot be written into: {e}", path.display()))
         };
         std::fs::create_dir_all(path).map_err(failed)?;
-        let folder = Self { path: path.clone(), tone: Tone::Srgb, stops: 0.0 };
+        let elsewhere = Mutex::default();
+        let folder = Self { path: path.clone(), tone: Tone::Srgb, stops: 0.0, elsewhere };
         write::check(&folder.file("probe.png"))?;
         Ok(folder)
     }
@@ -92,6 +99,29 @@ impl Folder {
         Ok(())
     }
 
+    /// Writes a file into the folder, or else elsewhere: the others are written all the same, and it is tried again the next
+    /// time.
+    fn put(&self, name: &str, write: impl Fn(&Path) -> Result<(), ImageError>) {
+        let mut elsewhere = self.elsewhere.lock().unwrap_or_else(PoisonError::into_inner);
+        let path = self.file(name);
+        match (write(&path), elsewhere.get(name)) {
+            (Ok(()), _) => drop(elsewhere.remove(name)),
+            (Err(_), Some(Some(at))) if write(at).is_ok() => {}
+            (Err(error), _) => drop(elsewhere.insert(name.into(), saving::rescue(&path, &error, write))),
+        }
+    }
+
+    /// Where a file is that was to lie in the folder.
+    pub fn place(&self, name: &str) -> PathBuf {
+        let elsewhere = self.elsewhere.lock().unwrap_or_else(PoisonError::into_inner);
+        elsewhere.get(name).cloned().flatten().unwrap_or_else(|| self.file(name))
+    }
+
+    /// Whether all files lie in the folder.
+    pub fn is_whole(&self) -> bool {
+        self.elsewhere.lock().unwrap_or_else(PoisonError::into_inner).is_empty()
+    }
+
     /// What an earlier call left; nothing in a new folder.
     pub fn read(&self) -> Result<Results, Failure> {
         let path = self.file("results.json");
@@ -115,8 +145,10 @@ impl Folder {
     pub fn write(&self, results: &mut Results) -> Result<(), Failure> {
         results.sum_up();
         let json = serde_json::to_vec_pretty(results).map_err(|e| Failure::Arguments(e.to_string()))?;
-        write::replace(&self.file("results.json"), &json)?;
-        Ok(write::replace(&self.file("results.csv"), results.csv().as_bytes())?)
+        let csv = results.csv();
+        self.put("results.json", |path| write::replace(path, &json));
+        self.put("results.csv", |path| write::replace(path, csv.as_bytes()));
+        Ok(())
     }
 
     /// Tables, plots and the page.
@@ -130,23 +162,21 @@ impl Folder {
             for (over, name) in axes {
                 let chart = report::chart(results, scene, over);
                 let file = format!("{}-error-{name}", plain(scene));
-                write::replace(&self.file(&format!("{file}.svg")), chart.svg().as_bytes())?;
-                let frame = chart.frame();
-                let path = self.file(&format!("{file}.png"));
+                let svg = chart.svg();
+                self.put(&format!("{file}.svg"), |path| write::replace(path, svg.as_bytes()));
                 // A build without PNG still has the SVG.
-                if cfg!(feature = "png") {
-                    write::rgb8(&path, frame.width, frame.height, frame.data)?;
-                }
+                self.put_frame(&format!("{file}.png"), &chart.frame());
             }
             shown.push(self.shown(results, scene));
         }
         let page = report::html(results, &shown);
-        Ok(write::replace(&self.file("report.html"), page.as_bytes())?)
+        self.put("report.html", |path| write::replace(path, page.as_bytes()));
+        Ok(())
     }
 
     /// The pictures of a scene, as they lie here: the reference, then the runs.
     fn shown(&self, results: &Results, scene: &str) -> Vec<Shown> {
-        let bytes = |name: &String| std::fs::read(self.file(name)).ok();
+        let bytes = |name: &String| std::fs::read(self.place(name)).ok();
         let png = |files: &[String], end: &str| files.iter().find(|f| f.ends_with(end)).and_then(bytes);
         let references = results.references.iter().filter(|r| r.scene == scene).filter_map(|r| {
             Some(Shown { label: r.name.clone(), picture: png(&r.files, "reference.png")?, errors: None })
@@ -159,29 +189,29 @@ impl Folder {
     }
 
     /// Writes a reference; the names of its files.
-    pub fn put_reference(&self, name: &str, reference: &Reference) -> Result<Vec<String>, Failure> {
+    pub fn put_reference(&self, name: &str, reference: &Reference) -> Vec<String> {
         let mut files = Vec::new();
         match reference {
             Reference::Halves(halves) => {
                 for (half, i) in halves.iter().zip(1..) {
                     files.push(format!("{name}-half-{i}.exr"));
-                    self.put_exr(&files[i - 1], half)?;
+                    self.put_exr(&files[i - 1], half);
                 }
             }
             Reference::Exact(picture) => {
                 files.push(format!("{name}-reference.exr"));
-                self.put_exr(&files[0], picture)?;
+                self.put_exr(&files[0], picture);
             }
         }
         files.push(format!("{name}-reference.png"));
-        self.put_png(&files[files.len() - 1], &reference.picture())?;
-        Ok(files)
+        self.put_png(&files[files.len() - 1], &reference.picture());
+        files
     }
 
     /// A reference as it lies here, if it is whole.
     pub fn reference(&self, record: &ReferenceRecord) -> Option<Reference> {
         let files = record.files.iter().filter(|f| f.ends_with(".exr"));
-        let pictures: Option<Vec<Picture>> = files.map(|f| read::picture(&self.file(f)).ok()).collect();
+        let pictures: Option<Vec<Picture>> = files.map(|f| read::picture(&self.place(f)).ok()).collect();
         match <[Picture; 2]>::try_from(pictures?) {
             Ok(halves) => Some(Reference::Halves(halves)),
             Err(one) => one.into_iter().next().map(Reference::Exact),
@@ -196,12 +226,9 @@ impl Folder {
         reference: &Picture,
     ) -> Result<(Vec<String>, Option<f64>), Failure> {
         let names = ["picture.exr", "picture.png", "errors.png"].map(|end| format!("{name}-{end}"));
-        self.put_exr(&names[0], picture)?;
-        self.put_png(&names[1], picture)?;
-        let frame = heat::relative(picture, reference);
-        if cfg!(feature = "png") {
-            write::rgb8(&self.file(&names[2]), frame.width, frame.height, frame.data)?;
-        }
+        self.put_exr(&names[0], picture);
+        self.put_png(&names[1], picture);
+        self.put_frame(&names[2], &heat::relative(picture, reference));
         let flip = match picture.pixels.len() {
             n if n > FLIP_PIXELS => None,
             _ => Some(flip::ldr(picture, reference, flip::PIXELS_PER_DEGREE)?.mean()),
@@ -209,18 +236,23 @@ impl Folder {
         Ok((names.to_vec(), flip))
     }
 
-    fn put_exr(&self, name: &str, picture: &Picture) -> Result<(), Failure> {
+    fn put_exr(&self, name: &str, picture: &Picture) {
         if cfg!(feature = "exr") {
-            write::exr(&self.file(name), &Layers::from(picture), write::Depth::Float)?;
+            let layers = Layers::from(picture);
+            self.put(name, |path| write::exr(path, &layers, write::Depth::Float));
         }
-        Ok(())
     }
 
-    fn put_png(&self, name: &str, picture: &Picture) -> Result<(), Failure> {
+    fn put_png(&self, name: &str, picture: &Picture) {
         if cfg!(feature = "png") {
-            write::png(&self.file(name), picture, self.tone, self.stops)?;
+            self.put(name, |path| write::png(path, picture, self.tone, self.stops));
         }
-        Ok(())
+    }
+
+    fn put_frame(&self, name: &str, frame: &Frame) {
+        if cfg!(feature = "png") {
+            self.put(name, |path| write::rgb8(path, frame.width, frame.height, frame.data.clone()));
+        }
     }
 }
 

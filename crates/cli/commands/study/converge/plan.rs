@@ -157,7 +157,7 @@ fn words(text: &str) -> Vec<OsString> {
 /// What a scene is loaded with, and what a page has in common.
 fn of_scene(o: &RenderOptions) -> impl std::fmt::Debug {
     let environment =
-        (o.env.clone(), o.env_color, o.env_rotation, o.env_intensity, o.env_smooth, o.light_unit);
+        (o.env.clone(), o.env_color, o.env_rotation, o.env_intensity, o.is_env_smooth(), o.light_unit);
     let told =
         (o.output.clone(), o.json, o.quiet, o.threads, o.exposure, o.tone.map(|tone| format!("{tone:?}")));
     (o.size, o.crop, o.at, o.choice.clone(), o.allow_path, environment, told)

@@ -196,7 +196,7 @@ impl SceneRuns<'_> {
         let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
         let name = plain(self.name) + &number;
         if let (Some(path), Some(reference)) = (&session.arguments.reference, self.file.clone()) {
-            let files = session.folder.put_reference(&name, &reference)?;
+            let files = session.folder.put_reference(&name, &reference);
             let record = self.describe(planned, &reference, path.display().to_string(), 0, files);
             return Ok(Some((reference, record)));
         }
@@ -216,7 +216,7 @@ impl SceneRuns<'_> {
         let Some((reference, spp)) = Reference::render(scene, &run.camera, &settings, seconds, &stop) else {
             return Ok(None);
         };
-        let files = session.folder.put_reference(&name, &reference)?;
+        let files = session.folder.put_reference(&name, &reference);
         let record = self.describe(
             planned,
             &reference,

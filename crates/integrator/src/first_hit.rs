@@ -1,0 +1,230 @@
+//! What camera rays see: nothing before the near plane, and no back faces of single-sided opaque materials.
+//!
+//! A camera ray is the ray from the lens to the first surface that light does not go straight through. It stays one on its
+//! way through holes (alpha), through boundaries that are hidden inside of a body, and through clear surfaces that do not
+//! bend it, thin panes above all: what a window shows is what would be seen without it. Reflected, refracted and
+//! scattered rays are not camera rays. They meet both sides of everything, as light does.
+//!
+//! Rays are traced as if nothing was to be passed. Only where the first surface is one to pass, the ray is traced again
+//! past all such surfaces; and only where something lies before the near plane, or the camera stands within a body, it is
+//! moved to start there. So pictures in which nothing is passed keep their bytes.
+
+use crate::kernel::Job;
+use crate::medium::MediumStack;
+use crate::shared_place;
+use crate::vertex::Around;
+use crate::visibility::{Query, Visibility};
+use dapple_camera::{Camera, Clip};
+use dapple_geometry::{Filter, Hit, Ray, Surface};
+use dapple_sampling::Key;
+use dapple_scene::{Scene, TexturedMaterial};
+use glam::{DVec3, Vec2};
+use std::{fmt, str::FromStr};
+
+/// Which rays meet the back faces of triangles with a single-sided material. Exact spheres and disks have no back faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Backfaces {
+    /// Camera rays pass them, unless the material lets light through; all other rays meet them. So pictures show what the
+    /// culling of the glTF specification shows, and rooms of single-sided walls keep their light.
+    #[default]
+    Camera,
+    /// All rays.
+    Shown,
+    /// None, whatever the material: not even light is stopped.
+    Culled,
+}
+
+impl FromStr for Backfaces {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Self, String> {
+        match s {
+            "camera" => Ok(Self::Camera),
+            "shown" => Ok(Self::Shown),
+            "culled" => Ok(Self::Culled),
+            _ => Err("expected camera, shown or culled".into()),
+        }
+    }
+}
+
+impl fmt::Display for Backfaces {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Camera => "camera",
+            Self::Shown => "shown",
+            Self::Culled => "culled",
+        })
+    }
+}
+
+/// Whether camera rays pass the back faces of a material.
+fn hides_back(m: &TexturedMaterial) -> bool {
+    !m.double_sided && !m.transmits()
+}
+
+/// Whether camera rays pass the back faces of anything in the scene.
+pub(crate) fn hides_backs(scene: &Scene, backfaces: Backfaces) -> bool {
+    backfaces == Backfaces::Camera
+        && scene.objects.iter().any(|object| hides_back(&scene.materials[object.material as usize]))
+}
+
+/// Whether a camera ray along the direction of `ray` passes a hit, for it is of a back face that is not shown.
+fn is_passed(scene: &Scene, hit: &Hit, ray: &Ray, time: f32) -> bool {
+    hides_back(scene.material(hit.object)) && scene.world.is_from_behind(hit, ray.d, time)
+}
+
+/// The clipping planes, as far as something of the scene lies before or beyond them.
+pub(crate) fn needed_clip(scene: &Scene, camera: &Camera) -> Option<Clip> {
+    let clip = camera.clip?;
+    let (min, max) = scene.world.bounds()?;
+    if camera.motion.is_some() {
+        return Some(clip);
+    }
+    let depth = |i: usize| {
+        let of = |axis: usize| f64::from(if i >> axis & 1 == 0 { min[axis] } else { max[axis] });
+        (camera.origin.as_dvec3() - DVec3::new(of(0), of(1), of(2))).dot(camera.backward.as_dvec3())
+    };
+    let nearest = (0..8).map(depth).fold(f64::INFINITY, f64::min);
+    let farthest = (0..8).map(depth).fold(f64::NEG_INFINITY, f64::max);
+    let near = if nearest >= f64::from(clip.near) { 0.0 } else { clip.near };
+    let far = if farthest <= f64::from(clip.far) { f32::INFINITY } else { clip.far };
+    (near > 0.0 || far < f32::INFINITY).then_some(Clip { near, far })
+}
+
+/// The ray from its near plane on, which is `near` lengths of its direction away.
+pub(crate) fn beyond(ray: &Ray, near: f32) -> Ray {
+    if near <= 0.0 {
+        return *ray;
+    }
+    let o = ray.o.as_dvec3() + ray.d.as_dvec3() * f64::from(near);
+    Ray { o: o.as_vec3(), d: ray.d, t_max: ray.t_max - near }
+}
+
+/// The ray from its near plane on, and the bodies around its start there.
+#[cold]
+#[inline(never)]
+pub(crate) fn start(job: &Job<'_>, ray: &Ray, near: f32, time: f32) -> (Ray, MediumStack) {
+    let ray = beyond(ray, near);
+    (ray, job.media.around(job.scene, ray.o, time))
+}
+
+impl Job<'_> {
+    /// How far along a camera ray its near plane lies, in lengths of its direction; 0 where nothing is clipped.
+    #[inline(always)]
+    pub fn near(&self, ray: &Ray, time: f32) -> f32 {
+        if cfg!(without = "view") || self.camera.clip.is_none() { 0.0 } else { self.near_at(ray, time) }
+    }
+
+    #[inline(never)]
+    fn near_at(&self, ray: &Ray, time: f32) -> f32 {
+        if self.camera.motion.is_some() { self.camera.at(time).near(ray) } else { self.camera.near(ray) }
+    }
+
+    /// Whether a camera ray goes on behind what it met first.
+    #[inline(always)]
+    pub fn passes(&self, ray: &Ray, (hit, surface): (&Hit, &Surface), near: f32, time: f32) -> bool {
+        cfg!(not(without = "view"))
+            && (hit.t < near
+                || self.hides_backs && surface.ng.dot(ray.d) > 0.0 && self.is_passed(hit, ray, time))
+    }
+
+    #[inline(never)]
+    fn is_passed(&self, hit: &Hit, ray: &Ray, time: f32) -> bool {
+        is_passed(self.scene, hit, ray, time)
+    }
+}
+
+/// What a camera ray sees, past all that it passes, in a scene without media: the hit, its surface, and the ray from where
+/// the distance of the hit counts. `first`: the distance of what it met first.
+#[cold]
+#[inline(never)]
+pub(crate) fn seen<V: Visibility>(
+    around: &Around<'_, V>,
+    ray: &Ray,
+    (near, first): (f32, f32),
+) -> Option<(Hit, Surface, Ray)> {
+    let ray = beyond(ray, if first < near { near } else { 0.0 });
+    let around = &around.from_camera();
+    let scene = around.scene;
+    let mut hit = around.visibility.closest(scene, &ray, around.time, around.key)?;
+    let mut surface = scene.world.surface(&ray, around.time, &hit);
+    if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
+        shared_place::settle(places, &ray, (&mut hit, &mut surface), around);
+    }
+    Some((hit, surface, ray))
+}
+
+impl<'a, V: Visibility> Around<'a, V> {
+    /// The same for camera rays, which pass back faces.
+    pub fn from_camera(&self) -> Around<'a, FromCamera<V>> {
+        let visibility = FromCamera { inner: self.visibility, hides_backs: self.job.hides_backs };
+        Around { job: self.job, scene: self.scene, visibility, time: self.time, key: self.key }
+    }
+}
+
+/// What stops a camera ray, of what stops others.
+#[derive(Clone, Copy)]
+pub(crate) struct FromCamera<V> {
+    inner: V,
+    hides_backs: bool,
+}
+
+impl<V: Visibility> FromCamera<V> {
+    fn meets(self, at: &Query<'_>, hit: &Hit) -> bool {
+        !(self.hides_backs && is_passed(at.scene, hit, at.ray, at.time))
+    }
+}
+
+impl<V: Visibility> Visibility for FromCamera<V> {
+    const PLAIN: bool = V::PLAIN;
+    fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit> {
+        let at = Query { scene, ray, time, key };
+        self.inner.closest_where(&at, &|hit: &Hit| self.meets(&at, hit))
+    }
+    fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool {
+        let at = Query { scene, ray, time, key };
+        self.inner.blocked_where(&at, &|hit: &Hit| self.meets(&at, hit))
+    }
+    fn any(self, scene: &Scene, ray: &Ray, time: f32, key: Key, counts: &dyn Fn(&Hit) -> bool) -> bool {
+        let at = Query { scene, ray, time, key };
+        self.inner.any(scene, ray, time, key, &|hit: &Hit| self.meets(&at, hit) && counts(hit))
+    }
+    fn closest_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> Option<Hit> {
+        self.inner.closest_where(at, &|hit: &Hit| self.meets(at, hit) && counts(hit))
+    }
+    fn blocked_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> bool {
+        self.inner.blocked_where(at, &|hit: &Hit| self.meets(at, hit) && counts(hit))
+    }
+}
+
+/// Of all surfaces, taken as solid, those that a camera ray does not pass.
+struct Shown<'a> {
+    scene: &'a Scene,
+    ray: &'a Ray,
+    time: f32,
+    hides_backs: bool,
+}
+
+impl Filter for Shown<'_> {
+    const OPAQUE: bool = false;
+    fn accept(&self, hit: &Hit) -> bool {
+        !(self.hides_backs && is_passed(self.scene, hit, self.ray, self.time))
+    }
+}
+
+/// The first surface that a camera ray sees, holes taken as solid.
+pub(crate) fn solid(job: &Job<'_>, ray: &Ray, time: f32) -> Option<(Hit, Surface)> {
+    let ray = &beyond(ray, job.near(ray, time));
+    let (scene, hides_backs) = (job.scene, job.hides_backs);
+    let hit = scene.world.closest(ray, time, &Shown { scene, ray, time, hides_backs })?;
+    Some((hit, scene.world.surface(ray, time, &hit)))
+}
+
+/// Distance along the view axis to what the middle of the picture shows when the shutter opens, in render units, holes
+/// taken as solid; None where it shows nothing.
+pub fn centre_depth(scene: &Scene, camera: &Camera, backfaces: Backfaces) -> Option<f32> {
+    let (half, hides_backs) = (Vec2::splat(0.5), hides_backs(scene, backfaces));
+    let ray = camera.ray((0, 0), half, (1, 1), half);
+    let ray = &beyond(&ray, camera.near(&ray));
+    let hit = scene.world.closest(ray, 0.0, &Shown { scene, ray, time: 0.0, hides_backs })?;
+    Some((ray.at(hit.t) - camera.origin).dot(-camera.backward))
+}

@@ -1,0 +1,144 @@
+//! One failed output does not lose the others, and says so with a code of its own.
+#![cfg(unix)]
+
+mod dapple;
+
+use dapple::{files, well};
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+fn dapple(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dapple"));
+    command.current_dir(folder).env_remove("RUST_LOG").env("TMPDIR", folder.join("tmp"));
+    fs::create_dir_all(folder.join("tmp")).unwrap();
+    command
+}
+
+const RENDER: [&str; 6] = ["render", "builtin:cornell", "--size", "16x12", "--exposure", "0"];
+
+/// The folder of one output goes while the picture is rendered.
+#[test]
+fn what_cannot_be_written_is_saved_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::create_dir(at.join("sub")).unwrap();
+    let mut child = dapple(at)
+        .args(RENDER)
+        .args(["--time-limit", "2s", "--json", "--log", "log.jsonl"])
+        .args(["-o", "sub/a.exr", "-o", "b.hdr", "-o", "sub/c.hdr"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Rendering begins with the log.
+    while !fs::read(at.join("log.jsonl")).is_ok_and(|log| !log.is_empty()) {
+        assert!(child.try_wait().unwrap().is_none(), "ended before it began");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    fs::remove_dir_all(at.join("sub")).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{said}");
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["not_written"], serde_json::json!(["sub/a.exr", "sub/c.hdr"]));
+    assert_eq!(json["outputs"].as_array().unwrap().len(), 3);
+    for path in json["outputs"].as_array().unwrap().iter().map(|path| path.as_str().unwrap()) {
+        assert!(at.join(path).is_file(), "{path}");
+        assert!(
+            path == "b.hdr" || (path.starts_with(at.join("tmp").to_str().unwrap()) && said.contains(path))
+        );
+    }
+    assert!(said.contains("sub/a.exr") && said.contains("sub/c.hdr"), "{said}");
+}
+
+/// No file may become large: the large picture is lost, and said to be; the small one is there.
+#[test]
+fn what_is_lost_is_told_and_the_rest_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 16; exec '{}' render builtin:cornell --size 64x64 --spp 1 --quiet -o a.exr -o b.png -o c.exr --crop 0,0,64,64",
+        env!("CARGO_BIN_EXE_dapple")
+    );
+    let mut command = Command::new("sh");
+    fs::create_dir(folder.path().join("tmp")).unwrap();
+    command.args(["-c", &script]).current_dir(folder.path()).env("TMPDIR", folder.path().join("tmp"));
+    let output = command.output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), output.stdout), (Some(4), b"b.png\n".to_vec()), "{said}");
+    assert!(said.contains("a.exr") && said.contains("c.exr") && said.contains("lost"), "{said}");
+    assert_eq!(
+        (files(folder.path()), files(&folder.path().join("tmp"))),
+        (vec!["b.png".into(), "tmp".into()], vec![])
+    );
+}
+
+#[test]
+fn a_log_that_takes_nothing_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |log: &str| {
+        let output = dapple(folder.path())
+            .args(RENDER)
+            .args(["--spp", "2", "--log", log, "-o", "a.hdr"])
+            .output()
+            .unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (code, said) = run("missing/log.jsonl");
+    assert!(code == Some(2) && said.contains("missing/log.jsonl") && !folder.path().join("a.hdr").exists());
+    if Path::new("/dev/full").exists() {
+        let (code, said) = run("/dev/full");
+        assert!(code == Some(4) && said.contains("--log /dev/full"), "{code:?}: {said}");
+        assert!(folder.path().join("a.hdr").exists());
+    }
+}
+
+/// Full or closed, standard output is an error of its own; the picture is there all the same.
+#[test]
+fn standard_output_that_takes_nothing_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = [&RENDER[..], &["--spp", "1", "--quiet", "-o", "a.hdr"]].concat();
+    for arguments in
+        [&small[..], &["plan", "builtin:cornell"], &["info", "builtin:cornell", "--json"], &["--help"]]
+    {
+        for full in [true, false] {
+            if full && !Path::new("/dev/full").exists() {
+                continue;
+            }
+            let out = if full {
+                File::options().write(true).open("/dev/full").unwrap().into()
+            } else {
+                Stdio::piped()
+            };
+            let mut child =
+                dapple(folder.path()).args(arguments).stdout(out).stderr(Stdio::piped()).spawn().unwrap();
+            drop(child.stdout.take());
+            let mut said = String::new();
+            child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+            assert_eq!(child.wait().unwrap().code(), Some(4), "{arguments:?}: {said}");
+            assert_eq!(said.matches("standard output").count(), 1, "{arguments:?}: {said}");
+        }
+    }
+    assert!(folder.path().join("a.hdr").is_file());
+}
+
+/// Killed while it writes, a render leaves a part of a file; the next one removes it.
+#[test]
+fn the_next_run_tidies_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let host = File::open("/proc/sys/kernel/hostname").map(|mut file| {
+        let mut name = String::new();
+        file.read_to_string(&mut name).map(|_| name.trim().to_string())
+    });
+    let Ok(Ok(host)) = host else { return };
+    let host: String =
+        host.chars().take(64).map(|c| if c.is_ascii_alphanumeric() || c == '.' { c } else { '_' }).collect();
+    let [part, other] =
+        [format!(".dapple-{host}-AbCd12.part"), ".dapple-elsewhere.example-AbCd12.part".into()];
+    [&part, &other].iter().for_each(|name| fs::write(at.join(name), "half").unwrap());
+    well(at, &[&RENDER[..], &["--spp", "1", "-o", "a.hdr"]].concat());
+    assert_eq!(files(at), [other.as_str(), "a.hdr"]);
+}
