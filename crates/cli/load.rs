@@ -10,6 +10,7 @@ use crate::suggest;
 use crate::values::Size;
 use crate::verbose;
 use crate::view;
+use dapple_integrator::Aov;
 use dapple_integrator::camera::PixelRect;
 use dapple_integrator::imaging::read;
 use dapple_integrator::lights::Environment;
@@ -242,7 +243,9 @@ pub fn rect(options: &RenderOptions, size: Size) -> Result<Option<PixelRect>, Fa
 
 /// Memory that a pixel takes at the peak, in bytes.
 pub fn pixel_bytes(options: &RenderOptions) -> u64 {
-    PIXEL_BYTES + LAYER_BYTES * options.aov.as_ref().map_or(0, Vec::len) as u64
+    // Cryptomatte is six layers of four channels, and what lies behind each pixel meanwhile.
+    let layers = |aov: &Aov| if *aov == Aov::Cryptomatte { 6 } else { 1 };
+    PIXEL_BYTES + LAYER_BYTES * options.aov.iter().flatten().map(layers).sum::<u64>()
 }
 
 #[cfg(test)]

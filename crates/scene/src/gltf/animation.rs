@@ -101,12 +101,6 @@ fn span(
     Ok(if all.0 <= all.1 { all } else { (0.0, 0.0) })
 }
 
-/// Least and greatest of the times that are finite.
-fn extent(times: &[[f32; 1]]) -> Option<(f64, f64)> {
-    let times = times.iter().map(|[t]| f64::from(*t)).filter(|t| t.is_finite());
-    times.map(|t| (t, t)).reduce(|(a, b), (t, _)| (a.min(t), b.max(t)))
-}
-
 fn vector(v: [f32; 3]) -> DVec3 {
     DVec3::from_array(v.map(f64::from))
 }
