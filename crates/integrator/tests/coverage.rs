@@ -208,7 +208,7 @@ fn strips() -> Scene {
     for i in 0..60 {
         let name = if i % 9 == 7 { "strip 3".into() } else { format!("strip {}", i % 9) };
         let mesh = quad(Vec3::new(-1.2 + 0.04 * i as f32, -0.5, 0.0), Vec3::X * 0.037, Vec3::Y);
-        builder.mesh(&name, mesh, DAffine3::IDENTITY, materials[i % 2]);
+        builder.mesh(name.as_str(), mesh, DAffine3::IDENTITY, materials[i % 2]);
     }
     builder.build().unwrap()
 }
