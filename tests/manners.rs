@@ -147,7 +147,7 @@ fn options_that_do_nothing_are_refused() {
         (sheet, &["--log", "a.jsonl"]),
         (sheet, &["--error-limit", "0.1"]),
         (&["converge", cornell, "-o", "out"], &["--spp", "4"]),
-        (&["converge", cornell, "-o", "out"], &["--exposure", "1"]),
+        (&["converge", cornell, "-o", "out"], &["--half"]),
         (&["converge", cornell, "-o", "out"], &["--time-limit", "3s"]),
         (&["converge", cornell, "-o", "out"], &["--crop", "0,0,1,1"]),
     ] {

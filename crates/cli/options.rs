@@ -191,7 +191,7 @@ pub struct RenderOptions {
     pub env_smooth: Option<bool>,
 
     /// What candela and lux of the file's point, spot and directional lights are taken as: radiometric (1 cd is 1 W/sr, 1 lx is 1 W/m²), photometric (divided by 683 lm/W), or auto: photometric if the file's generator is known to write that, such as Blender's exporter since 3.4.39 [default: auto]
-    #[arg(long, value_name = "NAME", help_heading = "Environment")]
+    #[arg(long, value_parser = aliases::named::<LightUnit>(aliases::NONE), value_name = "NAME", help_heading = "Environment")]
     pub light_unit: Option<LightUnit>,
 
     /// smallest: leave out what the scene does not need; general: nothing, for comparison [default: smallest]

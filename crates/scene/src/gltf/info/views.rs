@@ -66,6 +66,7 @@ pub(super) fn cameras(
     (placements, moving): (&[Placement], &[bool]),
 ) -> Result<Vec<CameraInfo>, SceneError> {
     let mut cameras = Vec::new();
+    let open = doc.options.at + doc.options.shutter.open;
     for &i in &hierarchy.order {
         let node = &doc.root.nodes[i];
         let Some(index) = node.camera else { continue };
@@ -75,7 +76,8 @@ pub(super) fn cameras(
             // Many nodes may show one camera.
             name = quoted(&name);
         }
-        cameras.push(CameraInfo { name, moves: moving[i], ..posed(camera, &placements[i]) });
+        let placement = hierarchy.camera(i, placements, open);
+        cameras.push(CameraInfo { name, moves: moving[i], ..posed(camera, &placement) });
     }
     Ok(cameras)
 }
