@@ -172,8 +172,8 @@ mod tests {
             ("sphere", 2.790_186e15),
             ("plane", 3.665_576_2e-11),
         ] {
-            let id = f32::from_bits(id(name));
-            assert!((id / float - 1.0).abs() < 1e-6, "{name}: {id}");
+            let id = f64::from(f32::from_bits(id(name)));
+            assert!((id / float - 1.0_f64).abs() < 1e-6, "{name}: {id}");
         }
     }
 
