@@ -26,6 +26,9 @@ const NEWCOMERS: [&str; 18] = [
     "quiet",
 ];
 
+/// Other names of options that were there first, and stay accepted.
+const OLDER: [&str; 2] = ["cull-backfaces", "env-smooth"];
+
 /// What is said below the full help of a command that renders.
 const MORE: &str = "\
 A flag is taken back by =false, as in --half=false. Every option is also a key of settings files: SCENE.toml beside the scene \
@@ -54,7 +57,8 @@ fn subcommand(sub: Command, name: &str) -> Command {
             return arg;
         };
         let is_seldom = !NEWCOMERS.contains(&option.as_str()) && !arg.is_required_set();
-        let is_hidden = arg.is_hide_set() || !uses::serves(name, option);
+        let is_older = OLDER.contains(&option.as_str());
+        let is_hidden = arg.is_hide_set() || is_older || !uses::serves(name, option);
         arg.hide(is_hidden).hide_short_help(is_seldom)
     })
     .after_help(format!("All options: dapple {name} --help"))
