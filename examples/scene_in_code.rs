@@ -40,7 +40,7 @@ fn scene() -> Result<Scene, SceneError> {
         .enumerate()
     {
         let ball = b.material(ball(i));
-        b.sphere(&format!("ball {i}"), DVec3::new(x, 0.5 + y, z), 0.5, ball);
+        b.sphere(format!("ball {i}"), DVec3::new(x, 0.5 + y, z), 0.5, ball);
     }
     b.environment(Environment::constant(Vec3::new(0.35, 0.45, 0.6)));
     b.distant_light(DVec3::new(0.6, 1.0, 0.5).normalize(), Vec3::new(2.0, 1.9, 1.6));

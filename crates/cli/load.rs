@@ -3,13 +3,14 @@
 use crate::default_light;
 use crate::effects;
 use crate::error::{self, Failure};
-use crate::machine;
+use crate::memory;
 use crate::options::RenderOptions;
 use crate::report;
 use crate::suggest;
 use crate::values::Size;
 use crate::verbose;
 use crate::view;
+use dapple_integrator::Aov;
 use dapple_integrator::camera::PixelRect;
 use dapple_integrator::imaging::read;
 use dapple_integrator::lights::Environment;
@@ -25,11 +26,6 @@ const DEFAULT_HEIGHT: u32 = 512;
 const PIXEL_BYTES: u64 = 180;
 /// More per extra layer.
 const LAYER_BYTES: u64 = 60;
-
-/// What a render may take: what the machine has, else as much as a large machine would have.
-fn memory_limit() -> u64 {
-    machine::available_memory_bytes().unwrap_or(64 << 30)
-}
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -98,14 +94,24 @@ pub fn reader_options(options: &RenderOptions) -> dapple_integrator::scene::gltf
     let (allow_path, strict) = (RenderOptions::is(options.allow_path), RenderOptions::is(options.strict));
     let (reads, choice) = (options.reads(), options.choice.of_file());
     let light_unit = options.light_unit.unwrap_or_default();
-    dapple_integrator::scene::gltf::Options { at, shutter, allow_path, strict, reads, choice, light_unit }
+    let memory = memory::limit(options.memory_limit);
+    dapple_integrator::scene::gltf::Options {
+        at,
+        shutter,
+        allow_path,
+        strict,
+        reads,
+        choice,
+        light_unit,
+        memory,
+    }
 }
 
 #[cfg(feature = "gltf")]
 fn files_of(path: &Path, options: &RenderOptions) -> Result<Vec<PathBuf>, Failure> {
     use dapple_integrator::scene::gltf;
-    let allow_path = RenderOptions::is(options.allow_path);
-    Ok(gltf::files(path, &gltf::Options { allow_path, ..gltf::Options::default() })?)
+    let (allow_path, memory) = (RenderOptions::is(options.allow_path), memory::limit(options.memory_limit));
+    Ok(gltf::files(path, &gltf::Options { allow_path, memory, ..gltf::Options::default() })?)
 }
 
 #[cfg(not(feature = "gltf"))]
@@ -188,7 +194,7 @@ fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> 
         return Ok(Some(Environment::constant(color.0 * intensity)));
     }
     let Some(path) = options.env.as_ref().filter(|_| !has_no_environment(options)) else { return Ok(None) };
-    let picture = read::picture(path)?;
+    let picture = read::picture_within(path, memory::left(options.memory_limit))?;
     let rotation = options.env_rotation.unwrap_or(0.0).to_radians();
     let smooth = options.is_env_smooth();
     let environment = Environment::picture(picture, rotation, intensity, smooth).map_err(|bad| {
@@ -226,20 +232,20 @@ pub fn rect(options: &RenderOptions, size: Size) -> Result<Option<PixelRect>, Fa
         return Err(Failure::Arguments(format!("--crop: it reaches outside the picture, which is {w}x{h}")));
     }
     let pixels = u64::from(rect.x1 - rect.x0) * u64::from(rect.y1 - rect.y0);
-    let (needed, limit) = (pixels * pixel_bytes(options), memory_limit());
-    if needed > limit {
-        let (needed, limit) = (needed as f64 / 1e9, limit as f64 / 1e9);
-        return Err(Failure::Arguments(format!(
-            "--size: {pixels} pixels take about {needed:.1} GB of memory, and there is {limit:.1} GB; render it in \
-             parts with --crop"
-        )));
-    }
+    let needed = pixels.saturating_mul(pixel_bytes(options));
+    memory::left(options.memory_limit).admit(needed, None).map_err(|overrun| {
+        Failure::Arguments(format!(
+            "--size: a picture of {pixels} pixels {overrun}, or render it in parts with --crop"
+        ))
+    })?;
     Ok(options.crop.map(|c| c.0))
 }
 
 /// Memory that a pixel takes at the peak, in bytes.
 pub fn pixel_bytes(options: &RenderOptions) -> u64 {
-    PIXEL_BYTES + LAYER_BYTES * options.aov.as_ref().map_or(0, Vec::len) as u64
+    // Cryptomatte is six layers of four channels, and what lies behind each pixel meanwhile.
+    let layers = |aov: &Aov| if *aov == Aov::Cryptomatte { 6 } else { 1 };
+    PIXEL_BYTES + LAYER_BYTES * options.aov.iter().flatten().map(layers).sum::<u64>()
 }
 
 #[cfg(test)]

@@ -1,5 +1,9 @@
 //! What the machine grants and what it gave.
 
+mod control_groups;
+
+use std::path::Path;
+
 /// Worker threads to use: what was asked for, else what the batch scheduler allotted, else what the system grants.
 pub fn threads(asked: Option<u32>) -> usize {
     let allotted = || std::env::var("SLURM_CPUS_PER_TASK").ok()?.trim().parse::<usize>().ok();
@@ -10,9 +14,28 @@ pub fn threads(asked: Option<u32>) -> usize {
         .unwrap_or_else(granted)
 }
 
-/// Memory that can still be had, in bytes; `None` where the system does not say (it is read from Linux).
-pub fn available_memory_bytes() -> Option<u64> {
-    kilobytes("/proc/meminfo", "MemAvailable:")
+/// Memory that this process can still get, in bytes: the least of what the machine, its control groups (containers, batch
+/// jobs) and the process's own limits leave. `None` where the system does not say (it is read from Linux).
+pub fn free_memory_bytes() -> Option<u64> {
+    let machine = kilobytes("/proc/meminfo", "MemAvailable:");
+    let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    machine
+        .into_iter()
+        .chain(control_groups::free(&groups, Path::new("/sys/fs/cgroup")))
+        .chain(unlimited())
+        .min()
+}
+
+/// What the limits of address space and of data (`ulimit -v`, `ulimit -d`) leave to this process.
+fn unlimited() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
+    let left = |name: &str, held: &str| {
+        let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+        let limit: u64 = line.split_whitespace().next()?.parse().ok()?;
+        Some(limit.saturating_sub(kilobytes("/proc/self/status", held)?))
+    };
+    let all = [left("Max address space", "VmSize:"), left("Max data size", "VmData:")];
+    all.into_iter().flatten().min()
 }
 
 /// The most memory this process ever held, in bytes; 0 where the system does not say (it is read from Linux).

@@ -31,6 +31,7 @@ mod ledger;
 mod load;
 mod machine;
 mod measure;
+mod memory;
 mod metadata;
 mod metering;
 mod options;

@@ -55,7 +55,7 @@ fn settings_text(
     lines.extend(options.choice.given().map(|(key, value)| format!("{key} = {}", quoted(value))));
     if !options.view.places_camera() {
         // As it was asked for: several may have one name.
-        lines.push(format!("camera = {}", quoted(options.camera.as_ref().unwrap_or(&view.name))));
+        lines.push(format!("camera = {}", quoted(options.camera.as_deref().unwrap_or(&view.name))));
     }
     lines.extend(options.view.lines());
     match settings.method {

@@ -17,15 +17,17 @@ use std::ops::ControlFlow;
 const SIDE: f64 = 32.0;
 const SAMPLES: u32 = 16;
 
-/// Exposure in stops for pictures of `camera` in `scene` with `settings`; 0 where all surfaces are unlit, whose colours are
-/// meant to be shown as they are.
+/// Exposure in stops for pictures of `camera` in `scene` with `settings`. The colours of unlit surfaces are meant to be shown
+/// as they are: 0 where there are no others, and not above 0 where there are some.
 pub fn exposure(scene: &Scene, camera: &Camera, settings: &Settings) -> f32 {
-    if scene.objects.iter().all(|o| scene.materials[o.material as usize].unlit) {
+    let mut unlit = scene.objects.iter().map(|o| scene.materials[o.material as usize].unlit);
+    if unlit.clone().all(|unlit| unlit) {
         return 0.0;
     }
+    let most = if unlit.any(|unlit| unlit) { 0.0 } else { f32::INFINITY };
     let progress = |_| if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let outcome = render(scene, camera, &small(settings), &progress);
-    metering::exposure(&outcome.film.mean())
+    metering::exposure(&outcome.film.mean()).min(most)
 }
 
 /// The exposure that was asked for, else the metered one of all pictures of `camera`, which is said once: `what` is exposed.
@@ -78,6 +80,19 @@ fn small(settings: &Settings) -> Settings {
 mod tests {
     use super::*;
     use dapple_integrator::scene::builtin;
+
+    /// A dim room with an unlit sign in it: the sign keeps its colour, the room stays dim.
+    #[test]
+    fn unlit_colours_are_not_raised() {
+        let mut scene = builtin::builtin("cornell").unwrap().build().unwrap();
+        let camera = scene.cameras[0].camera.clone();
+        assert!(exposure(&scene, &camera, &Settings::default()) > 0.0);
+        let box_of = scene.objects.last().unwrap().material as usize;
+        scene.materials[box_of].unlit = true;
+        assert!(exposure(&scene, &camera, &Settings::default()) <= 0.0);
+        scene.materials.iter_mut().for_each(|m| m.unlit = true);
+        assert_eq!(exposure(&scene, &camera, &Settings::default()), 0.0);
+    }
 
     #[test]
     fn only_light_and_shape_change_the_exposure() {

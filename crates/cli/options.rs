@@ -201,6 +201,9 @@ pub struct RenderOptions {
     /// smallest: leave out what the scene does not need; general: nothing, for comparison [default: smallest]
     #[arg(long, value_name = "NAME", value_parser = values::plan_kind, help_heading = "General")]
     pub plan: Option<PlanKind>,
+    /// How much memory the command may take, such as 800M or 12G; more than that is refused before it is taken [default: what the machine or its container has free, and no more for a file than suits its size]
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes, help_heading = "General")]
+    pub memory_limit: Option<u64>,
     /// Settings from a TOML file whose keys are these options
     #[arg(long, value_name = "FILE.toml", help_heading = "General")]
     pub settings: Option<PathBuf>,

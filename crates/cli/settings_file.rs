@@ -84,7 +84,7 @@ const SIDECAR_KEYS: [&str; 53] = [
 
 /// Options that only the user can set: what is written, what is said, what the machine is used for, and consent.
 #[cfg(test)]
-const USER_KEYS: [&str; 13] = [
+const USER_KEYS: [&str; 14] = [
     "output",
     "half",
     "transparent",
@@ -97,6 +97,7 @@ const USER_KEYS: [&str; 13] = [
     "settings",
     "allow-path",
     "strict",
+    "memory-limit",
     "yes",
 ];
 

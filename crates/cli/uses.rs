@@ -51,6 +51,7 @@ const OF_ALL: &[&str] = &[
     "max-bounces",
     "settings",
     "allow-path",
+    "memory-limit",
     "strict",
     "json",
     "verbose",

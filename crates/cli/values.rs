@@ -113,6 +113,26 @@ pub fn positive(s: &str) -> Result<f32, String> {
     finite(s).ok().filter(|x| *x > 0.0).ok_or_else(|| "expected a finite number above zero".into())
 }
 
+/// A number of bytes: 4000000, 800k, 1.5G, 2GiB (powers of 1024), 2GB (powers of 1000).
+pub fn bytes(s: &str) -> Result<u64, String> {
+    let expected = || "expected a size such as 800M or 12G".to_string();
+    let s = s.trim();
+    let (number, unit) = s.split_at(s.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(s.len()));
+    let number: f64 = number.trim().parse().map_err(|_| expected())?;
+    let unit = unit.to_ascii_lowercase();
+    let (letter, base) = match unit.as_str() {
+        "" | "b" => ("", 1.0),
+        unit => match (unit.strip_suffix("ib"), unit.strip_suffix('b')) {
+            (Some(letter), _) => (letter, 1024.0_f64),
+            (None, Some(letter)) => (letter, 1000.0),
+            (None, None) => (unit, 1024.0),
+        },
+    };
+    let power = ["", "k", "m", "g", "t"].iter().position(|known| *known == letter).ok_or_else(expected)?;
+    let bytes = number * base.powi(power as i32);
+    if bytes >= 1.0 && bytes.is_finite() { Ok(bytes as u64) } else { Err(expected()) }
+}
+
 /// How much of a scene a render keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlanKind {
@@ -252,6 +272,25 @@ pub fn tone(s: &str) -> Result<Tone, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sizes_in_bytes() {
+        let some = [
+            ("4096", 4096),
+            ("1k", 1024),
+            ("1.5 M", 3 << 19),
+            ("2GiB", 2 << 30),
+            ("2GB", 2_000_000_000),
+            ("1t", 1 << 40),
+            ("7b", 7),
+        ];
+        for (text, size) in some {
+            assert_eq!(bytes(text), Ok(size), "{text}");
+        }
+        for text in ["", "G", "-1G", "0", "nan", "1e400", "3 apples", "4GX"] {
+            assert!(bytes(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn sizes_are_positive_and_bounded() {

@@ -13,6 +13,9 @@ use dapple_integrator::scene::{CameraPose, NamedCamera, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 use std::str::FromStr;
 
+/// Most cameras that a complaint names.
+const NAMED: usize = 20;
+
 /// Options that place a camera, or turn one. Lengths in scene units, angles in degrees.
 #[derive(Args, Clone, Debug, Default)]
 pub struct ViewOptions {
@@ -198,11 +201,14 @@ fn named<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a NamedCamera, 
     let Some(wanted) = wanted else {
         return scene.cameras.first().ok_or_else(|| Failure::Arguments("the scene has no camera".into()));
     };
-    let by_name = scene.cameras.iter().find(|c| c.name == wanted);
+    let by_name = scene.cameras.iter().find(|c| *c.name == *wanted);
     let by_index = || wanted.parse::<usize>().ok().and_then(|i| scene.cameras.get(i));
     by_name.or_else(by_index).ok_or_else(|| {
         let names = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} '{}'", c.name));
-        let names = names.collect::<Vec<_>>().join(", ");
+        let mut names = names.take(NAMED).collect::<Vec<_>>().join(", ");
+        if let more @ 1.. = scene.cameras.len().saturating_sub(NAMED) {
+            names += &format!(" and {more} more");
+        }
         Failure::Arguments(format!("--camera {wanted}: there is no such camera; the scene has {names}"))
     })
 }

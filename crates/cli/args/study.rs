@@ -102,6 +102,9 @@ pub struct DiffArgs {
     /// Signal peak of psnr
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = values::positive64)]
     pub peak: f64,
+    /// How much memory it may take, such as 800M or 12G [default: what the machine or its container has free, and no more for a file than suits its size]
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    pub memory_limit: Option<u64>,
     /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,

@@ -1,5 +1,6 @@
 //! What can go wrong with a picture file? Each error names the file and what to do about it.
 
+use crate::memory::Overrun;
 use crate::window::Partial;
 use std::path::PathBuf;
 
@@ -74,6 +75,32 @@ pub enum ImageError {
         height: u64,
         /// Channels that would have to be held in memory.
         channels: u64,
+    },
+    /// More memory than there is, or than suits the size of the file.
+    #[error("{name}: reading its {width}×{height} pixels {overrun}")]
+    Memory {
+        /// The file.
+        name: String,
+        /// Pixels per row.
+        width: u64,
+        /// Rows.
+        height: u64,
+        /// What is needed and what there is.
+        overrun: Overrun,
+    },
+    /// A picture that is nearly nothing but frame: the data window covers a tiny part of a large display window.
+    #[error(
+        "{name}: holds {held} pixels in a frame of {width}×{height}; save it with a display window that fits what is in it"
+    )]
+    Sparse {
+        /// The file.
+        name: String,
+        /// Pixels of the data window.
+        held: u64,
+        /// Pixels per row of the display window.
+        width: u64,
+        /// Its rows.
+        height: u64,
     },
     /// A crop where more of the picture is needed.
     #[error("{0}")]

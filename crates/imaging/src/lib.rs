@@ -7,6 +7,7 @@
 
 pub mod color;
 pub mod error;
+pub mod memory;
 pub mod metering;
 pub mod picture;
 pub mod read;
@@ -18,6 +19,7 @@ pub mod window;
 pub mod write;
 
 pub use error::ImageError;
+pub use memory::MemoryLimit;
 pub use picture::{Layer, Layers, MetaValue, Picture};
 pub use read::{Rgba8, Rgba16, Texels};
 pub use texture::{Channels, Encoding, Interpolation, Sampler, Texture, Wrap};

@@ -8,14 +8,15 @@
 //! *Approximation*: JPEG and EXR's DWAA and DWAB are decoded by kernels that may differ in the last bit between
 //! machines; all other formats and compressions give every machine the same numbers.
 //!
-//! No content makes these functions panic, or allocate more than [`MAX_PIXELS`] and [`MAX_SAMPLES`] allow.
+//! No content makes these functions panic, or allocate more than [`MAX_PIXELS`] and [`MAX_SAMPLES`] allow. Those that
+//! take a [`MemoryLimit`] work out what decoding will take before it begins, and refuse what is over the limit.
 
 #[cfg(feature = "exr")]
 mod exr;
 #[cfg(feature = "png")]
 mod raster;
 
-use crate::{ImageError, Layers, Picture, Windowed};
+use crate::{ImageError, Layers, MemoryLimit, Picture, Windowed};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, ErrorKind, Read, Seek};
 use std::path::Path;
@@ -95,28 +96,51 @@ impl From<Rgba16> for Texels {
 /// .exr (the display window of the first RGB layer, or else of the first luminance channel Y; black where the file
 /// holds no data), .hdr, .png/.jpg/.webp (sRGB decoded to linear).
 pub fn picture(path: &Path) -> Result<Picture, ImageError> {
+    picture_within(path, MemoryLimit::NONE)
+}
+
+/// As [`picture`], in as much memory as `limit` grants. An EXR whose data cover less than 1/64 of a frame of more than
+/// 2²² pixels is refused: it would be empty space.
+pub fn picture_within(path: &Path, limit: MemoryLimit) -> Result<Picture, ImageError> {
     let name = path.display().to_string();
-    let (kind, file) = open(path, &name)?;
+    let (kind, file, bytes) = open(path, &name)?;
+    let room = Room { limit, file: bytes };
     match kind {
-        Kind::Exr => exr_picture(file, &name),
-        kind => raster_picture(file, kind, &name),
+        Kind::Exr => exr_picture(file, &name, room),
+        kind => raster_picture(file, kind, &name, room),
     }
 }
 
 /// As [`picture`], but of an EXR only what is there: its data window, cut to the display window. All of any other file.
 pub fn windowed(path: &Path) -> Result<Windowed, ImageError> {
+    windowed_within(path, MemoryLimit::NONE)
+}
+
+/// As [`windowed`], in as much memory as `limit` grants.
+pub fn windowed_within(path: &Path, limit: MemoryLimit) -> Result<Windowed, ImageError> {
     let name = path.display().to_string();
-    let (kind, file) = open(path, &name)?;
+    let (kind, file, bytes) = open(path, &name)?;
+    let room = Room { limit, file: bytes };
     match kind {
-        Kind::Exr => exr_windowed(file, &name),
-        kind => Ok(raster_picture(file, kind, &name)?.into()),
+        Kind::Exr => exr_windowed(file, &name, room),
+        kind => Ok(raster_picture(file, kind, &name, room)?.into()),
+    }
+}
+
+/// How many pixels [`windowed`] would give, from the header alone.
+pub fn pixel_count(path: &Path) -> Result<u64, ImageError> {
+    let name = path.display().to_string();
+    let (kind, file, _) = open(path, &name)?;
+    match kind {
+        Kind::Exr => exr_pixel_count(file, &name),
+        kind => raster_size(file, kind, &name).map(|[width, height]| width * height),
     }
 }
 
 /// The channels that [`picture`] takes from the file: "RGB", or "Y" where it has only luminance or grey.
 pub fn channels(path: &Path) -> Result<&'static str, ImageError> {
     let name = path.display().to_string();
-    let (kind, file) = open(path, &name)?;
+    let (kind, file, _) = open(path, &name)?;
     let grey = match kind {
         Kind::Exr => exr_is_grey(file, &name)?,
         kind => raster_is_grey(file, kind, &name)?,
@@ -130,7 +154,7 @@ pub fn channels(path: &Path) -> Result<&'static str, ImageError> {
 pub fn layers(path: &Path) -> Result<Layers, ImageError> {
     let name = path.display().to_string();
     match open(path, &name)? {
-        (Kind::Exr, file) => exr_layers(file, &name),
+        (Kind::Exr, file, bytes) => exr_layers(file, &name, Room { limit: MemoryLimit::NONE, file: bytes }),
         _ => Err(ImageError::Unsupported { name, what: "reading layers from anything but an EXR".into() }),
     }
 }
@@ -138,12 +162,29 @@ pub fn layers(path: &Path) -> Result<Layers, ImageError> {
 /// Encoded bytes (png, jpeg, webp by content) to RGBA8; `name` is for the error message. Grey becomes equal
 /// R, G, B; missing alpha is opaque; 16 bits are rounded to 8. Values stay encoded as they are in the file.
 pub fn rgba8(bytes: &[u8], name: &str) -> Result<Rgba8, ImageError> {
-    raster_rgba8(Cursor::new(bytes), texture_kind(bytes, name)?, name)
+    rgba8_within(bytes, name, MemoryLimit::NONE)
+}
+
+/// As [`rgba8`], in as much memory as `limit` grants.
+pub fn rgba8_within(bytes: &[u8], name: &str, limit: MemoryLimit) -> Result<Rgba8, ImageError> {
+    let room = Room { limit, file: bytes.len() as u64 };
+    raster_rgba8(Cursor::new(bytes), texture_kind(bytes, name)?, name, room)
+}
+
+/// Width and height that [`rgba8`] would give, from the header alone.
+pub fn size(bytes: &[u8], name: &str) -> Result<[u64; 2], ImageError> {
+    raster_size(Cursor::new(bytes), texture_kind(bytes, name)?, name)
 }
 
 /// As [`rgba8`], but a PNG of 16 bits keeps them, unless its values have no more than 8.
 pub fn texels(bytes: &[u8], name: &str) -> Result<Texels, ImageError> {
-    raster_texels(Cursor::new(bytes), texture_kind(bytes, name)?, name)
+    texels_within(bytes, name, MemoryLimit::NONE)
+}
+
+/// As [`texels`], in as much memory as `limit` grants.
+pub fn texels_within(bytes: &[u8], name: &str, limit: MemoryLimit) -> Result<Texels, ImageError> {
+    let room = Room { limit, file: bytes.len() as u64 };
+    raster_texels(Cursor::new(bytes), texture_kind(bytes, name)?, name, room)
 }
 
 /// The format of a texture.
@@ -202,13 +243,33 @@ impl Kind {
     }
 }
 
-/// Opens a plain file and finds out its kind.
-fn open(path: &Path, name: &str) -> Result<(Kind, BufReader<File>), ImageError> {
+/// What one file may take.
+#[derive(Clone, Copy, Debug)]
+#[allow(dead_code, reason = "unused without any decoder")]
+struct Room {
+    limit: MemoryLimit,
+    /// Bytes of the file.
+    file: u64,
+}
+
+#[allow(dead_code, reason = "unused without any decoder")]
+impl Room {
+    /// Whether so many pixels of so many bytes each, and `more` bytes, may be held.
+    fn admit(&self, name: &str, [width, height]: [u64; 2], each: u64, more: u64) -> Result<(), ImageError> {
+        let needed = width.saturating_mul(height).saturating_mul(each).saturating_add(more);
+        let refuse = |overrun| ImageError::Memory { name: name.to_string(), width, height, overrun };
+        self.limit.admit(needed, Some(self.file)).map_err(refuse)
+    }
+}
+
+/// Opens a plain file and finds out its kind and its length.
+fn open(path: &Path, name: &str) -> Result<(Kind, BufReader<File>, u64), ImageError> {
     let failed = |source: std::io::Error| match source.kind() {
         ErrorKind::NotFound => ImageError::Missing { name: name.to_string() },
         _ => ImageError::Read { name: name.to_string(), source },
     };
-    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+    let found = std::fs::metadata(path).map_err(failed)?;
+    if !found.is_file() {
         return Err(ImageError::NotAFile { name: name.to_string() });
     }
     let mut file = BufReader::new(File::open(path).map_err(failed)?);
@@ -216,7 +277,8 @@ fn open(path: &Path, name: &str) -> Result<(Kind, BufReader<File>), ImageError> 
     file.by_ref().take(16).read_to_end(&mut start).map_err(failed)?;
     file.rewind().map_err(failed)?;
     let kind = Kind::by_content(&start).or_else(|| Kind::by_extension(path));
-    kind.map(|kind| (kind, file)).ok_or_else(|| ImageError::NotAPicture { name: name.to_string() })
+    kind.map(|kind| (kind, file, found.len()))
+        .ok_or_else(|| ImageError::NotAPicture { name: name.to_string() })
 }
 
 /// Decoders are other people's code: should one panic on malformed content, that is a damaged file too.
@@ -246,18 +308,38 @@ fn exr_is_grey(file: impl BufRead + Seek, name: &str) -> Result<bool, ImageError
 }
 
 #[cfg(feature = "exr")]
-fn exr_picture(file: impl BufRead + Seek, name: &str) -> Result<Picture, ImageError> {
-    guarded(name, || exr::picture(file, name))
+fn exr_picture(file: impl BufRead + Seek, name: &str, room: Room) -> Result<Picture, ImageError> {
+    guarded(name, || exr::picture(file, name, room))
 }
 
 #[cfg(feature = "exr")]
-fn exr_windowed(file: impl BufRead + Seek, name: &str) -> Result<Windowed, ImageError> {
-    guarded(name, || exr::windowed(file, name))
+fn exr_windowed(file: impl BufRead + Seek, name: &str, room: Room) -> Result<Windowed, ImageError> {
+    guarded(name, || exr::windowed(file, name, room))
 }
 
 #[cfg(feature = "exr")]
-fn exr_layers(file: impl BufRead + Seek, name: &str) -> Result<Layers, ImageError> {
-    guarded(name, || exr::layers(file, name))
+fn exr_layers(file: impl BufRead + Seek, name: &str, room: Room) -> Result<Layers, ImageError> {
+    guarded(name, || exr::layers(file, name, room))
+}
+
+#[cfg(feature = "exr")]
+fn exr_pixel_count(file: impl BufRead + Seek, name: &str) -> Result<u64, ImageError> {
+    guarded(name, || exr::pixel_count(file, name))
+}
+
+#[cfg(not(feature = "exr"))]
+fn exr_pixel_count(_: impl BufRead + Seek, name: &str) -> Result<u64, ImageError> {
+    Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
+}
+
+#[cfg(feature = "png")]
+fn raster_size(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<[u64; 2], ImageError> {
+    guarded(name, || raster::size(file, kind, name))
+}
+
+#[cfg(not(feature = "png"))]
+fn raster_size(_: impl BufRead + Seek, kind: Kind, name: &str) -> Result<[u64; 2], ImageError> {
+    Err(ImageError::NotBuiltIn { name: name.to_string(), format: kind.name(), feature: "png" })
 }
 
 #[cfg(feature = "png")]
@@ -266,18 +348,28 @@ fn raster_is_grey(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<b
 }
 
 #[cfg(feature = "png")]
-fn raster_picture(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Picture, ImageError> {
-    guarded(name, || raster::picture(file, kind, name))
+fn raster_picture(
+    file: impl BufRead + Seek,
+    kind: Kind,
+    name: &str,
+    room: Room,
+) -> Result<Picture, ImageError> {
+    guarded(name, || raster::picture(file, kind, name, room))
 }
 
 #[cfg(feature = "png")]
-fn raster_rgba8(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Rgba8, ImageError> {
-    guarded(name, || raster::rgba8(file, kind, name))
+fn raster_rgba8(file: impl BufRead + Seek, kind: Kind, name: &str, room: Room) -> Result<Rgba8, ImageError> {
+    guarded(name, || raster::rgba8(file, kind, name, room))
 }
 
 #[cfg(feature = "png")]
-fn raster_texels(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Texels, ImageError> {
-    guarded(name, || raster::texels(file, kind, name))
+fn raster_texels(
+    file: impl BufRead + Seek,
+    kind: Kind,
+    name: &str,
+    room: Room,
+) -> Result<Texels, ImageError> {
+    guarded(name, || raster::texels(file, kind, name, room))
 }
 
 #[cfg(not(feature = "exr"))]
@@ -286,17 +378,17 @@ fn exr_is_grey(_: impl BufRead + Seek, name: &str) -> Result<bool, ImageError> {
 }
 
 #[cfg(not(feature = "exr"))]
-fn exr_picture(_: impl BufRead + Seek, name: &str) -> Result<Picture, ImageError> {
+fn exr_picture(_: impl BufRead + Seek, name: &str, _: Room) -> Result<Picture, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
 }
 
 #[cfg(not(feature = "exr"))]
-fn exr_windowed(_: impl BufRead + Seek, name: &str) -> Result<Windowed, ImageError> {
+fn exr_windowed(_: impl BufRead + Seek, name: &str, _: Room) -> Result<Windowed, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
 }
 
 #[cfg(not(feature = "exr"))]
-fn exr_layers(_: impl BufRead + Seek, name: &str) -> Result<Layers, ImageError> {
+fn exr_layers(_: impl BufRead + Seek, name: &str, _: Room) -> Result<Layers, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
 }
 
@@ -306,16 +398,16 @@ fn raster_is_grey(_: impl BufRead + Seek, kind: Kind, name: &str) -> Result<bool
 }
 
 #[cfg(not(feature = "png"))]
-fn raster_picture(_: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Picture, ImageError> {
+fn raster_picture(_: impl BufRead + Seek, kind: Kind, name: &str, _: Room) -> Result<Picture, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: kind.name(), feature: "png" })
 }
 
 #[cfg(not(feature = "png"))]
-fn raster_rgba8(_: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Rgba8, ImageError> {
+fn raster_rgba8(_: impl BufRead + Seek, kind: Kind, name: &str, _: Room) -> Result<Rgba8, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: kind.name(), feature: "png" })
 }
 
 #[cfg(not(feature = "png"))]
-fn raster_texels(_: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Texels, ImageError> {
+fn raster_texels(_: impl BufRead + Seek, kind: Kind, name: &str, _: Room) -> Result<Texels, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: kind.name(), feature: "png" })
 }

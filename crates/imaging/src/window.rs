@@ -76,6 +76,11 @@ impl Windowed {
         Some(Picture { width: wanted.width, height: wanted.height, pixels })
     }
 
+    /// As [`covering`](Self::covering); nothing is copied where all is wanted.
+    pub fn into_covering(self, wanted: Window, name: &str) -> Result<Picture, ImageError> {
+        if wanted == self.window { Ok(self.picture) } else { self.covering(wanted, name) }
+    }
+
     /// The pixels of `wanted`; an error that calls the picture `name` if some are missing.
     pub fn covering(&self, wanted: Window, name: &str) -> Result<Picture, ImageError> {
         let (has, full_size) = (self.window, self.full_size);

@@ -88,15 +88,10 @@ fn coverage_is_unassociated_and_sixteen_bits_are_finer() {
                     [code(shown.x), code(shown.y), code(shown.z), code(a)]
                 }
             };
-            for c in 0..4 {
+            for (c, (found, expected)) in pixel.0.into_iter().zip(expected).enumerate() {
                 // Dividing by the coverage again rounds in the last bit.
-                let off = (i32::from(pixel.0[c]) - expected[c]).abs();
-                assert!(
-                    off <= if c == 3 { 0 } else { step },
-                    "{depth:?} {i} {c}: {} {}",
-                    pixel.0[c],
-                    expected[c]
-                );
+                let off = (i32::from(found) - expected).abs();
+                assert!(off <= if c == 3 { 0 } else { step }, "{depth:?} {i} {c}: {found} {expected}");
             }
         }
     }

@@ -21,8 +21,8 @@ pub(crate) struct Matte<'a> {
     ids: Vec<u32>,
     /// Values of the layers R, G, B, A, one after another, pixel by pixel.
     channels: Vec<Vec<f32>>,
-    /// Those that occur.
-    manifest: BTreeMap<&'a str, u32>,
+    /// Which objects occur.
+    seen: Vec<bool>,
 }
 
 impl<'a> Matte<'a> {
@@ -38,8 +38,14 @@ impl<'a> Matte<'a> {
     }
 
     fn new(name: &'static str, names: Vec<&'a str>, pixels: usize) -> Self {
-        let ids = names.iter().map(|name| id(name)).collect();
-        Self { name, names, ids, channels: vec![vec![0.0; pixels]; 2 * RANKS], manifest: BTreeMap::new() }
+        let mut ids: Vec<u32> = Vec::with_capacity(names.len());
+        for (i, name) in names.iter().enumerate() {
+            // Neighbours often share one name, which may be long.
+            let known = i.checked_sub(1).filter(|before| std::ptr::eq(names[*before], *name));
+            ids.push(known.map_or_else(|| id(name), |before| ids[before]));
+        }
+        let seen = vec![false; names.len()];
+        Self { name, names, ids, channels: vec![vec![0.0; pixels]; 2 * RANKS], seen }
     }
 
     /// Puts the ranks of pixel `from` of a tile at pixel `to` of the picture.
@@ -48,7 +54,7 @@ impl<'a> Matte<'a> {
         for (object, share) in coverage.objects(from).filter(|(_, share)| *share > 0.0) {
             let object = object as usize - 1;
             let id = self.ids[object];
-            self.manifest.entry(self.names[object]).or_insert(id);
+            self.seen[object] = true;
             match shares.iter_mut().find(|(known, _)| *known == id) {
                 Some((_, sum)) => *sum += share,
                 None => shares.push((id, share)),
@@ -61,12 +67,26 @@ impl<'a> Matte<'a> {
         }
     }
 
+    /// The ids of the names that occur.
+    fn manifest(&self) -> BTreeMap<&'a str, u32> {
+        let mut manifest = BTreeMap::new();
+        let mut last: Option<&str> = None;
+        for ((name, id), _) in self.names.iter().zip(&self.ids).zip(&self.seen).filter(|(_, seen)| **seen) {
+            if !last.is_some_and(|last| std::ptr::eq(last, *name)) {
+                manifest.entry(*name).or_insert(*id);
+                last = Some(name);
+            }
+        }
+        manifest
+    }
+
     /// The layers, and the attributes that say what they are.
     pub fn finish(self) -> (Vec<Layer>, Vec<(String, MetaValue)>) {
         let key = &format!("{:08x}", murmur3(self.name.as_bytes()))[..7];
         let attribute =
             |what: &str, value: String| (format!("cryptomatte/{key}/{what}"), MetaValue::Text(value));
-        let entries = self.manifest.iter().map(|(name, id)| format!("{}:\"{id:08x}\"", json(name)));
+        let entries = self.manifest();
+        let entries = entries.iter().map(|(name, id)| format!("{}:\"{id:08x}\"", json(name)));
         let manifest = format!("{{{}}}", entries.collect::<Vec<_>>().join(","));
         let about = vec![
             attribute("name", self.name.into()),

@@ -80,18 +80,22 @@ pub(crate) fn pixel_point<V: Visibility, F: Follow>(
             let u = on_lens.point_1d(plans.time, Dimension::Time, t);
             let time = job.time(u);
             let mut ray = job.camera_ray((x, y), offset, lens, time);
-            let mut near = job.near(&ray, time);
+            let mut near = job.near_most;
             let place = on_lens.within(TIME, t).again(Effect::Time, again);
             let mut stack = MediumStack::EMPTY;
             if !V::PLAIN && !job.media.is_empty() {
                 stack = job.media.at(job.scene, &ray, time);
                 if near > 0.0 && !stack.is_empty() {
-                    (ray, stack) = start(job, &ray, near, time);
+                    (ray, stack, _) = start(job, &ray, time);
                     near = 0.0;
                 }
             }
             let mut tree = Tree { job, visibility, time, follow, rays, held: None, nested: 0, near };
-            sum += tree.li(&ray, &Arrival::of_camera(&ray), place, &stack, Vec3::ONE);
+            let mut arrival = Arrival::CAMERA;
+            if !V::PLAIN && ray.t_max < f32::INFINITY {
+                arrival.view = ray.t_max * ray.d.length();
+            }
+            sum += tree.li(&ray, &arrival, place, &stack, Vec3::ONE);
         }
     }
     (sum / (lenses * times) as f32, weight)
@@ -109,7 +113,7 @@ struct Tree<'a, V, F> {
     held: Option<Branch>,
     /// Branches of deep vertices that are being traced, each within the one before.
     nested: u32,
-    /// How far along the ray from the lens the near plane is, in lengths of its direction.
+    /// How far along the ray from the lens the near plane is at most, in lengths of its direction.
     near: f32,
 }
 
@@ -127,7 +131,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
         let clip = if place.depth == 0 { self.near } else { 0.0 };
         let (mut near, mut absorbed, mut boundary) = (stack, Vec3::ONE, None);
         let (mut hit, mut surface);
-        let distance;
+        let mut distance;
         if V::PLAIN || self.job.media.is_empty() {
             let Some(nearest) = self.visibility.closest(scene, ray, self.time, key) else {
                 return self.escaped(ray, arrival, place, beta);
@@ -137,19 +141,21 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
                 shared_place::settle(places, ray, (&mut hit, &mut surface), &self.around(key));
             }
-            if arrival.is_camera() && self.job.passes(ray, (&hit, &surface), clip, self.time) {
+            distance = hit.t * length;
+            let is_camera = if V::PLAIN { place.depth == 0 } else { arrival.is_camera() };
+            if is_camera && self.job.passes(ray, (&hit, &surface), clip, self.time) {
                 let Some(shown) = seen(&self.around(key), ray, (clip, hit.t)) else {
                     return self.escaped(ray, arrival, place, beta);
                 };
-                (hit, surface, _) = shown;
+                (hit, surface, distance) = shown;
             }
-            distance = hit.t * length;
         } else {
             met = meet(&self.around(key), ray, stack);
-            if arrival.is_camera() && (met.first < clip || met.is_passed(self.job, ray, self.time)) {
-                let again =
-                    if met.first < clip { start(self.job, ray, clip, self.time) } else { (*ray, *stack) };
+            let is_clipped = self.job.clips(met.first, clip, ray, self.time);
+            if arrival.is_camera() && (is_clipped || met.is_passed(self.job, ray, self.time)) {
+                let again = if is_clipped { start(self.job, ray, self.time) } else { (*ray, *stack, 0.0) };
                 met = meet(&self.around(key).from_camera(), &again.0, &again.1);
+                met.distance += again.2;
             }
             (near, absorbed) = (&met.stack, met.transmittance);
             if met.overflows {

@@ -62,11 +62,6 @@ impl Arrival {
         Self { gone: self.gone + distance, bent: self.bent || bent, view, ..self }
     }
 
-    /// Of a camera ray, which may end at the far plane.
-    pub fn of_camera(ray: &Ray) -> Self {
-        Self { view: ray.t_max * ray.d.length(), ..Self::CAMERA }
-    }
-
     /// Whether the ray is a camera ray.
     #[inline(always)]
     pub fn is_camera(&self) -> bool {

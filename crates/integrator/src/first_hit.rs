@@ -14,7 +14,7 @@ use crate::medium::MediumStack;
 use crate::shared_place;
 use crate::vertex::Around;
 use crate::visibility::{Query, Visibility};
-use dapple_camera::{Camera, Clip};
+use dapple_camera::{Camera, Clip, Projection};
 use dapple_geometry::{Filter, Hit, Ray, Surface};
 use dapple_sampling::Key;
 use dapple_scene::{Scene, TexturedMaterial};
@@ -99,32 +99,52 @@ pub(crate) fn beyond(ray: &Ray, near: f32) -> Ray {
     Ray { o: o.as_vec3(), d: ray.d, t_max: ray.t_max - near }
 }
 
-/// The ray from its near plane on, and the bodies around its start there.
+/// How far along a camera ray its near plane can be at most, in lengths of its direction; 0 where nothing is clipped. The
+/// directions of camera rays are not shorter than 1, and tilted by no more than the corners of the picture, the widest pixel
+/// filter and the rim of the lens are.
+pub(crate) fn farthest_near(camera: &Camera, size: (u32, u32)) -> f32 {
+    let Some(Clip { near, .. }) = camera.clip else { return 0.0 };
+    let (width, height) = (size.0 as f32, size.1.max(1) as f32);
+    let tilt = match camera.projection {
+        Projection::Perspective { tan_half } => tan_half * (width + height + 4.0 * WIDEST) / height,
+        Projection::Orthographic { .. } => 0.0,
+    };
+    let by_lens = camera.lens.map_or(0.0, |lens| 2.0 * lens.radius / lens.focus_distance);
+    near * 1.01 * (1.0 + tilt + by_lens)
+}
+
+/// Radius of the widest pixel filter.
+const WIDEST: f32 = 64.0;
+
+/// The ray from its near plane on, the bodies around its start there, and how long the way before it is.
 #[cold]
 #[inline(never)]
-pub(crate) fn start(job: &Job<'_>, ray: &Ray, near: f32, time: f32) -> (Ray, MediumStack) {
+pub(crate) fn start(job: &Job<'_>, ray: &Ray, time: f32) -> (Ray, MediumStack, f32) {
+    let near = job.near(ray, time);
     let ray = beyond(ray, near);
-    (ray, job.media.around(job.scene, ray.o, time))
+    (ray, job.media.around(job.scene, ray.o, time), near * ray.d.length())
 }
 
 impl Job<'_> {
     /// How far along a camera ray its near plane lies, in lengths of its direction; 0 where nothing is clipped.
-    #[inline(always)]
+    #[cold]
+    #[inline(never)]
     pub fn near(&self, ray: &Ray, time: f32) -> f32 {
-        if cfg!(without = "view") || self.camera.clip.is_none() { 0.0 } else { self.near_at(ray, time) }
+        if self.camera.motion.is_some() { self.camera.at(time).near(ray) } else { self.camera.near(ray) }
     }
 
-    #[inline(never)]
-    fn near_at(&self, ray: &Ray, time: f32) -> f32 {
-        if self.camera.motion.is_some() { self.camera.at(time).near(ray) } else { self.camera.near(ray) }
+    /// Whether a place at `t` along a camera ray lies before its near plane, which is not farther than `near`.
+    #[inline(always)]
+    pub fn clips(&self, t: f32, near: f32, ray: &Ray, time: f32) -> bool {
+        cfg!(not(without = "view")) && t < near && t < self.near(ray, time)
     }
 
     /// Whether a camera ray goes on behind what it met first.
     #[inline(always)]
     pub fn passes(&self, ray: &Ray, (hit, surface): (&Hit, &Surface), near: f32, time: f32) -> bool {
-        cfg!(not(without = "view"))
-            && (hit.t < near
-                || self.hides_backs && surface.ng.dot(ray.d) > 0.0 && self.is_passed(hit, ray, time))
+        let from_behind =
+            || self.hides_backs && surface.ng.dot(ray.d) > 0.0 && self.is_passed(hit, ray, time);
+        cfg!(not(without = "view")) && (self.clips(hit.t, near, ray, time) || from_behind())
     }
 
     #[inline(never)]
@@ -133,16 +153,18 @@ impl Job<'_> {
     }
 }
 
-/// What a camera ray sees, past all that it passes, in a scene without media: the hit, its surface, and the ray from where
-/// the distance of the hit counts. `first`: the distance of what it met first.
+/// What a camera ray sees, past all that it passes, in a scene without media: the hit, its surface, and its distance from
+/// the lens. `first`: the distance of what it met first; `near`: that of the near plane at most.
 #[cold]
 #[inline(never)]
 pub(crate) fn seen<V: Visibility>(
     around: &Around<'_, V>,
     ray: &Ray,
     (near, first): (f32, f32),
-) -> Option<(Hit, Surface, Ray)> {
-    let ray = beyond(ray, if first < near { near } else { 0.0 });
+) -> Option<(Hit, Surface, f32)> {
+    let moves = around.job.clips(first, near, ray, around.time);
+    let near = if moves { around.job.near(ray, around.time) } else { 0.0 };
+    let ray = beyond(ray, near);
     let around = &around.from_camera();
     let scene = around.scene;
     let mut hit = around.visibility.closest(scene, &ray, around.time, around.key)?;
@@ -150,7 +172,7 @@ pub(crate) fn seen<V: Visibility>(
     if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
         shared_place::settle(places, &ray, (&mut hit, &mut surface), around);
     }
-    Some((hit, surface, ray))
+    Some((hit, surface, (near + hit.t) * ray.d.length()))
 }
 
 impl<'a, V: Visibility> Around<'a, V> {

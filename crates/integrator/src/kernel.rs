@@ -42,6 +42,8 @@ pub(crate) struct Job<'a> {
     pub bounces: u32,
     /// Once set, samples under way end as soon as they can, and what they are is not to be kept.
     pub stop: &'a AtomicBool,
+    /// How far along a camera ray the near plane can be at most, in lengths of its direction; 0 where nothing is clipped.
+    pub near_most: f32,
     /// Camera rays pass some back faces.
     pub hides_backs: bool,
     /// What fills the scene's bodies.
@@ -88,6 +90,7 @@ impl<'a> Job<'a> {
             followed: Lobes::ALL.without(unfollowed),
             aiming: if off(Effect::Light) { Aiming::Centroid } else { Aiming::SolidAngle },
             again: None,
+            near_most: first_hit::farthest_near(&camera, settings.size),
             hides_backs: first_hit::hides_backs(scene, settings.backfaces),
             plain_shadows: media.is_empty() && !clear_ways,
             media,

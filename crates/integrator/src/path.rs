@@ -62,14 +62,18 @@ pub(crate) fn li<V: Visibility, F: Follow>(
 ) -> Vec3 {
     let (scene, settings) = (job.scene, job.settings);
     let mut ray = ray;
-    let mut near = job.near(&ray, sample.time);
-    let mut state = PathState { arrival: Arrival::of_camera(&ray), ..PathState::default() };
+    // Of the camera ray alone.
+    let mut near = job.near_most;
+    let mut state = PathState::default();
     if !V::PLAIN && !job.media.is_empty() {
         state.stack = job.media.at(scene, &ray, sample.time);
         if near > 0.0 && !state.stack.is_empty() {
-            (ray, state.stack) = start(job, &ray, near, sample.time);
+            (ray, state.stack, _) = start(job, &ray, sample.time);
             near = 0.0;
         }
+    }
+    if !V::PLAIN && ray.t_max < f32::INFINITY {
+        state.arrival.view = ray.t_max * ray.d.length();
     }
     let mut radiance = Vec3::ZERO;
     for depth in 0.. {
@@ -82,15 +86,18 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         let around = Around { job, scene, visibility, time: sample.time, key: key.branch(sample.s) };
         let length = ray.d.length();
         let (mut hit, mut surface);
-        let (distance, boundary);
+        let (mut distance, boundary);
         let has_media = !V::PLAIN && !job.media.is_empty();
         if has_media {
             let mut met = meet(&around, &ray, &state.stack);
-            if state.arrival.is_camera() && (met.first < near || met.is_passed(job, &ray, sample.time)) {
-                if met.first < near {
-                    (ray, state.stack) = start(job, &ray, near, sample.time);
+            let is_clipped = job.clips(met.first, near, &ray, sample.time);
+            if state.arrival.is_camera() && (is_clipped || met.is_passed(job, &ray, sample.time)) {
+                let mut before = 0.0;
+                if is_clipped {
+                    (ray, state.stack, before) = start(job, &ray, sample.time);
                 }
                 met = meet(&around.from_camera(), &ray, &state.stack);
+                met.distance += before;
             }
             state.beta *= met.transmittance;
             state.stack = met.stack;
@@ -109,13 +116,14 @@ pub(crate) fn li<V: Visibility, F: Follow>(
             if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
                 shared_place::settle(places, &ray, (&mut hit, &mut surface), &around);
             }
-            if state.arrival.is_camera() && job.passes(&ray, (&hit, &surface), near, sample.time) {
+            distance = hit.t * length;
+            let is_camera = if V::PLAIN { depth == 0 } else { state.arrival.is_camera() };
+            if is_camera && job.passes(&ray, (&hit, &surface), near, sample.time) {
                 let Some(shown) = seen(&around, &ray, (near, hit.t)) else {
                     return radiance + state.escaped(job, depth, ray.d, follow);
                 };
-                (hit, surface, ray) = shown;
+                (hit, surface, distance) = shown;
             }
-            distance = hit.t * length;
         }
         near = 0.0;
         let wo = -ray.d / length;
@@ -144,7 +152,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
             follow.cut(Cut::Faint, state.beta);
             return radiance;
         }
-        ray = state.arrival.ending(next.ray);
+        ray = if V::PLAIN { next.ray } else { state.arrival.ending(next.ray) };
         if settings.roulette
             && depth >= ROULETTE_FROM
             && !state.survives(sample.point_1d(depth, Dimension::Roulette))

@@ -63,7 +63,7 @@ impl Follow for Recorder<'_> {
         self.vertices.push(PathVertex {
             depth,
             kind: "surface".into(),
-            object: object.name.clone(),
+            object: object.name.to_string(),
             material: self.scene.materials[object.material as usize].name.clone(),
             p: self.scene.space.to_world(vertex.surface.p),
             n: vertex.frame.z,

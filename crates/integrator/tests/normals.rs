@@ -298,6 +298,8 @@ fn a_body_with_smooth_normals_keeps_its_light() {
                 max_bounces: 300,
                 roulette: false,
                 soft_terminator,
+                // What is turned inside out is seen from behind.
+                backfaces: dapple_integrator::Backfaces::Shown,
                 ..Settings::default()
             };
             let pixels = run(&builder.build().unwrap(), &settings).film.mean().pixels;

@@ -268,7 +268,8 @@ fn a_lamp_in_the_plane_of_a_ceiling_has_no_speckle() {
     }
 }
 
-/// From above: the dark side of the lamp and the ceiling; the one that was added first is seen.
+/// From above: the dark side of the lamp and the ceiling; the one that was added first is seen by rays that meet back faces,
+/// as those of light do.
 #[test]
 fn the_dark_side_is_decided_by_order() {
     for turn in turns() {
@@ -277,6 +278,7 @@ fn the_dark_side_is_decided_by_order() {
             let scene = room.scene(DVec3::new(0.15, 2.5, 0.0), DVec3::new(0.1, 2.0, -0.05), 0.1);
             let settings = Settings {
                 max_bounces: 0,
+                backfaces: dapple_integrator::Backfaces::Shown,
                 aovs: vec![dapple_integrator::Aov::ObjectId],
                 ..settings(Method::Path, 1)
             };

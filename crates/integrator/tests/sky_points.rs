@@ -18,7 +18,7 @@ const OPEN: f64 = 0.5;
 /// Under an even sky of radiance 1, a white floor under a black ball; `mirrored`, seen by way of a mirror.
 fn shaded(mirrored: bool, sky: Environment) -> Scene {
     let from = DVec3::new(0.9, 0.4, 0.2);
-    // The mirror stands at x = 2 and looks towards −x.
+    // The mirror stands at x = 2 and looks both ways.
     let at = if mirrored { DVec3::new(4.0, 0.0, 0.0) } else { DVec3::ZERO };
     let mut builder = seen(from, at, 1e-4);
     let white = builder.material(matte(1.0, 0.0));
@@ -28,7 +28,8 @@ fn shaded(mirrored: bool, sky: Environment) -> Scene {
     builder.sphere("ball", DVec3::Y * 2.0, (4.0 * (1.0 - OPEN)).sqrt(), black);
     if mirrored {
         let base = Material { mirror: Some(Mirror { kr: Vec3::ONE, blur: 0.0 }), ..Material::default() };
-        let mirror = builder.material(TexturedMaterial { base, ..TexturedMaterial::default() });
+        let mirror =
+            builder.material(TexturedMaterial { base, double_sided: true, ..TexturedMaterial::default() });
         // So small that the floor sees next to nothing of it.
         let upright = quad(Vec3::new(2.0, 0.20, 0.12), Vec3::Z * -0.01 + Vec3::Y * 0.0, Vec3::Y * 0.01);
         let centred = DAffine3::from_translation(DVec3::new(0.0, 0.053, 0.017));

@@ -201,7 +201,7 @@ fn bodies_that_touch_keep_their_media() {
         for (i, (z, radius)) in balls.into_iter().enumerate() {
             let sigma_a = Vec3::splat((sigma / scale) as f32);
             let material = builder.material(TexturedMaterial { sigma_a, ..clear(1.3, false, 1.0) });
-            builder.sphere(&format!("ball {i}"), at(z), scale * radius, material);
+            builder.sphere(format!("ball {i}"), at(z), scale * radius, material);
         }
         builder.environment(Environment::constant(Vec3::ONE));
         let scene = builder.build().unwrap();

@@ -301,34 +301,36 @@ fn of_two_backs_in_one_place_the_front_is_seen() {
     }
 }
 
-/// From outside, a room is seen through the back of its single-sided wall, which keeps the sun out all the same.
+/// From outside, a room is seen through the back of its single-sided ceiling. What shows its back to the floor keeps the sun
+/// out, unless it is there for no ray at all.
 #[test]
 fn light_meets_both_sides() {
-    let room = |backfaces| {
+    let room = |backfaces, sun: bool| {
         let mut builder = irradiance_meter();
         builder.environment(Environment::constant(Vec3::ZERO));
-        let grey = builder.material(matte(0.0, 0.0));
-        // Faces the floor; the camera and the sun stand above it.
-        builder.mesh(
-            "ceiling",
-            quad(Vec3::new(-9.0, 0.4, -9.0), Vec3::X * 18.0, Vec3::Z * 18.0),
-            DAffine3::IDENTITY,
-            grey,
-        );
-        builder.distant_light(DVec3::Y, Vec3::ONE);
-        builder.point_light(DVec3::Y * 0.2, Vec3::splat(0.08), f64::INFINITY);
+        let black = builder.material(matte(0.0, 0.0));
+        // Between the camera and the floor, facing the floor; or above the camera, facing up.
+        let (y, side) = if sun { (2.0, -1.0) } else { (0.4, 1.0) };
+        let ceiling = quad(Vec3::new(-9.0, y, -9.0 * side), Vec3::X * 18.0, Vec3::Z * 18.0 * side);
+        builder.mesh("ceiling", ceiling, DAffine3::IDENTITY, black);
+        match sun {
+            true => builder.distant_light(DVec3::Y, Vec3::ONE),
+            false => builder.point_light(DVec3::Y * 0.2, Vec3::splat(0.08), f64::INFINITY),
+        }
         let scene = builder.build().unwrap();
         [Tracer::Path, Tracer::Nested].map(|tracer| {
             let settings = Settings { backfaces, ..one_pixel(tracer, Pattern::Random, &[], 4) };
             f64::from(picture(&scene, &scene.cameras[0].camera, &settings).film.mean().pixels[0].x)
         })
     };
-    let lamp = 0.08 / 0.04 / PI;
-    for (backfaces, exact) in
-        [(Backfaces::Camera, lamp), (Backfaces::Shown, 0.0), (Backfaces::Culled, lamp + 1.0 / PI)]
+    let (lamp, sun) = (0.08 / 0.04 / PI, 1.0 / PI);
+    for (backfaces, by_lamp, by_sun) in
+        [(Backfaces::Camera, lamp, 0.0), (Backfaces::Shown, 0.0, 0.0), (Backfaces::Culled, lamp, sun)]
     {
-        for got in room(backfaces) {
-            assert!((got - exact).abs() < 1e-5, "{backfaces}: {got}, not {exact}");
+        for (got, exact) in [(room(backfaces, false), by_lamp), (room(backfaces, true), by_sun)] {
+            for got in got {
+                assert!((got - exact).abs() < 1e-5, "{backfaces}: {got}, not {exact}");
+            }
         }
     }
 }

@@ -4,6 +4,7 @@
 //! of the picture is −Z and u grows towards +X. A texel is a constant patch unless filtering is asked for. `rotation`
 //! turns the surroundings about +Y by the right-hand rule: what was at −Z moves towards −X.
 use crate::LightSample;
+use crate::patch::Patch;
 use dapple_imaging::Picture;
 use dapple_sampling::Grid2d;
 use glam::{DVec3, Vec2, Vec3};
@@ -139,8 +140,8 @@ impl Environment {
     pub fn pdf(&self, wi: Vec3) -> f32 {
         let Kind::LatLong(map) = &self.0 else { return 0.0 };
         let Some(table) = &map.table else { return 0.0 };
-        let (column, row, _) = map.locate(wi);
-        map.density(table, column, row)
+        let (column, row, within) = map.locate(wi);
+        map.density(table, column, row) * map.share(column, row, within.x.into(), wi.y.into())
     }
 
     /// Bytes held for pixels and tables.
@@ -260,18 +261,46 @@ impl LatLong {
         (probability_times_cells / (self.height as f64 * self.rows.solid_angle[row])) as f32
     }
 
-    /// Within the cell even in azimuth and cosθ, that is, in solid angle. The radiance is that of the chosen cell, also
-    /// where the direction rounds into its neighbour.
+    /// Luminance of the texels around a cell.
+    fn patch(&self, column: usize, row: usize) -> Patch {
+        let columns = [(column + self.width - 1) % self.width, column, (column + 1) % self.width];
+        let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
+        Patch(rows.map(|r| columns.map(|c| luminance(self.texel(c, r).as_dvec3()))))
+    }
+
+    /// Density within a cell, in parts of an even one, at a place in texels from its left border and a height cosθ.
+    fn share(&self, column: usize, row: usize, x: f64, y: f64) -> f32 {
+        if !self.filtered {
+            return 1.0;
+        }
+        let (top, bottom) = (self.rows.cos[row], self.rows.cos[row + 1]);
+        let down = ((top - y) / (top - bottom)).clamp(0.0, 1.0);
+        self.patch(column, row).density((x, down)) as f32
+    }
+
+    /// Within the cell even in azimuth and cosθ, that is, in solid angle; with filtering, by the luminance between the
+    /// texels (in cosθ as if it were θ). The radiance is that of the chosen cell, also where the direction rounds into its
+    /// neighbour.
     fn sample(&self, table: &Grid2d, u: Vec2) -> Option<LightSample> {
         let chosen = table.sample(u);
         let (column, row) = (chosen.cell.0 as usize, chosen.cell.1 as usize);
-        let (h, v) = (chosen.within.x as f64, chosen.within.y as f64);
+        let mut at = (chosen.within.x as f64, chosen.within.y as f64);
+        if self.filtered {
+            at = self.patch(column, row).sample(at);
+        }
+        let (h, v) = at;
         let y = self.rows.cos[row] * (1.0 - v) + self.rows.cos[row + 1] * v;
         let sin = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
         let phi = TAU * ((column as f64 + h) / self.width as f64 - 0.5 - self.shift);
         let wi = DVec3::new(sin * libm::sin(phi), y, -sin * libm::cos(phi)).as_vec3();
         let radiance = if self.filtered { self.radiance(wi) } else { self.texel(column, row) };
-        let pdf = self.density(table, column, row);
+        let mut pdf = self.density(table, column, row);
+        if self.filtered {
+            // Where the direction really is, unless it rounds into a neighbour.
+            let (c, r, within) = self.locate(wi);
+            let (x, y) = if (c, r) == (column, row) { (within.x.into(), wi.y.into()) } else { (h, y) };
+            pdf *= self.share(column, row, x, y);
+        }
         let usable = pdf > 0.0 && pdf.is_finite();
         usable.then_some(LightSample {
             wi,

@@ -15,6 +15,7 @@ mod lanes;
 pub mod light;
 pub mod moving;
 mod oval;
+mod patch;
 pub mod pattern;
 pub mod point;
 mod polygon;

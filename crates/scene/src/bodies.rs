@@ -5,8 +5,11 @@
 //! the smaller bounding volume, then the one with the lower node index. Bodies are kept in that order, strongest first,
 //! so that the medium at a point is the one of the lowest index among the bodies that contain the point, whichever way it
 //! was reached.
-use crate::{Object, Space, TexturedMaterial, Warning, builder::Placed, moving::Exposure};
+use crate::{Object, Space, TexturedMaterial, Warning, builder::Placed, error::quoted, moving::Exposure};
 use glam::{DVec3, Vec3};
+
+/// Most bodies that are named one by one.
+const MAX_WARNINGS: usize = 40;
 
 /// What fills a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,8 +116,8 @@ impl Finder {
             objects[i].body = rank[volume];
             let (mine, first) = (material(&objects[i]), material(&objects[self.volumes[volume].first]));
             let same = |m: &TexturedMaterial| (m.base.ior, m.sigma_a, m.priority);
-            if same(mine) != same(first) {
-                let name = &objects[i].name;
+            if same(mine) != same(first) && warnings.len() < MAX_WARNINGS {
+                let name = quoted(&objects[i].name);
                 warnings.push(Warning(format!(
                     "the volumes of '{name}' differ between its primitives, which bound one body: the first one's is taken; use a mesh node for each"
                 )));

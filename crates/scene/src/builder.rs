@@ -14,7 +14,7 @@ use crate::{
     moving::{Body, Exposure},
     punctual::Punctual,
 };
-use dapple_geometry::{Mesh, motion::Node};
+use dapple_geometry::{Mesh, motion::Chain};
 use dapple_imaging::Texture;
 use dapple_lights::Environment;
 use glam::{DVec3, Vec3};
@@ -31,14 +31,14 @@ pub struct SceneBuilder {
     materials: Vec<TexturedMaterial>,
     placed: Vec<Placed>,
     /// With the chain of nodes that moves it, if one does.
-    pub(crate) punctual: Vec<(Punctual, Option<Vec<Node>>)>,
+    pub(crate) punctual: Vec<(Punctual, Option<Chain>)>,
     /// Of the punctual lights of a file.
     pub(crate) light_unit: Option<TakenUnit>,
     environment: Option<Environment>,
     /// The scene stays dark where nothing gives light.
     no_default_light: bool,
     /// Likewise.
-    pub(crate) cameras: Vec<(String, CameraPose, Option<Vec<Node>>)>,
+    pub(crate) cameras: Vec<(Arc<str>, CameraPose, Option<Chain>)>,
     pub(crate) exposure: Exposure,
     warnings: Vec<Warning>,
     /// What else the file could show.
@@ -95,10 +95,11 @@ impl SceneBuilder {
         &self.materials
     }
 
-    /// Adds a mesh placed by `transform`; returns the object's index. A shared mesh (`Arc`) may be added many times.
+    /// Adds a mesh placed by `transform`; returns the object's index. A shared mesh (`Arc`) may be added many times, as may
+    /// a shared name.
     pub fn mesh(
         &mut self,
-        name: &str,
+        name: impl Into<Arc<str>>,
         mesh: impl Into<Arc<Mesh>>,
         transform: impl Into<Placement>,
         material: u32,
@@ -107,22 +108,35 @@ impl SceneBuilder {
     }
 
     /// Adds an exact sphere, front side outwards; returns the object's index.
-    pub fn sphere(&mut self, name: &str, centre: DVec3, radius: f64, material: u32) -> u32 {
+    pub fn sphere(&mut self, name: impl Into<Arc<str>>, centre: DVec3, radius: f64, material: u32) -> u32 {
         self.place(name, material, Geometry::Sphere { centre, radius })
     }
 
     /// Adds an exact disk whose front side faces `normal`; returns the object's index.
-    pub fn disk(&mut self, name: &str, centre: DVec3, normal: DVec3, radius: f64, material: u32) -> u32 {
+    pub fn disk(
+        &mut self,
+        name: impl Into<Arc<str>>,
+        centre: DVec3,
+        normal: DVec3,
+        radius: f64,
+        material: u32,
+    ) -> u32 {
         self.place(name, material, Geometry::Disk { centre, normal, radius })
     }
 
-    pub(crate) fn place_moving(&mut self, name: &str, material: u32, body: Body, chain: Vec<Node>) -> u32 {
+    pub(crate) fn place_moving(
+        &mut self,
+        name: impl Into<Arc<str>>,
+        material: u32,
+        body: Body,
+        chain: Chain,
+    ) -> u32 {
         self.place(name, material, Geometry::Moving { body, chain })
     }
 
-    fn place(&mut self, name: &str, material: u32, geometry: Geometry) -> u32 {
+    fn place(&mut self, name: impl Into<Arc<str>>, material: u32, geometry: Geometry) -> u32 {
         let index = self.placed.len() as u32;
-        self.placed.push(Placed { name: name.to_owned(), material, geometry, group: index, node: index });
+        self.placed.push(Placed { name: name.into(), material, geometry, group: index, node: index });
         index
     }
 
@@ -178,8 +192,8 @@ impl SceneBuilder {
     }
 
     /// Adds a camera; the first one is the default.
-    pub fn camera(&mut self, name: &str, pose: CameraPose) {
-        self.cameras.push((name.to_owned(), pose, None));
+    pub fn camera(&mut self, name: impl Into<Arc<str>>, pose: CameraPose) {
+        self.cameras.push((name.into(), pose, None));
     }
 
     /// Adds something to tell the user.

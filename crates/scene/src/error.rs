@@ -74,6 +74,16 @@ pub enum SceneError {
         /// Why not.
         what: String,
     },
+    /// More memory than there is, or than suits the size of the file.
+    #[error("{}: {place} {overrun}", file.display())]
+    Memory {
+        /// The scene's file.
+        file: PathBuf,
+        /// What takes it.
+        place: String,
+        /// What is needed and what there is.
+        overrun: dapple_imaging::memory::Overrun,
+    },
     /// A texture that cannot be decoded.
     #[error("{}: {source}", file.display())]
     Image {
@@ -93,7 +103,8 @@ impl SceneError {
 /// A value of the file as messages quote it: its first 80 characters, without control characters.
 pub(crate) fn quoted(value: &str) -> String {
     const MOST: usize = 80;
-    let mut shown: String = value.chars().filter(|c| !c.is_control()).take(MOST + 1).collect();
+    let mut shown: String =
+        value.chars().take(16 * MOST).filter(|c| !c.is_control()).take(MOST + 1).collect();
     if let Some((end, _)) = shown.char_indices().nth(MOST) {
         shown.truncate(end);
         shown.push('…');

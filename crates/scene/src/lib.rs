@@ -19,6 +19,7 @@ mod framing;
 pub mod gltf;
 pub mod light_unit;
 pub mod material;
+pub mod memory;
 mod moving;
 mod patterns;
 mod pieces;

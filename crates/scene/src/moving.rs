@@ -6,14 +6,11 @@ use crate::builder::{Geometry, for_material};
 use crate::emission::{Form, Movement};
 use crate::{Placement, SceneBuilder, Space, TexturedMaterial, bake};
 use dapple_camera::{Camera, Shutter};
-use dapple_geometry::motion::{Channel, Node, Trs};
+use dapple_geometry::motion::{Chain, Node};
 use dapple_geometry::shapes::{Disk, Shape, Sphere};
 use dapple_geometry::{Mesh, Motion, WorldBuilder};
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use std::{collections::HashMap, sync::Arc};
-
-/// How unequal the scales of a round shape may be, in parts of their size.
-const EVEN: f64 = 1e-6;
 
 /// When the picture is taken.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,12 +23,12 @@ pub(crate) struct Exposure {
 
 impl Exposure {
     /// Motion along a chain, in seconds from the opening.
-    pub fn motion(&self, chain: &[Node], space: &Space) -> Motion {
-        Motion::new(chain.to_vec(), space.to_render_affine(), self.at + self.shutter.open)
+    pub fn motion(&self, chain: &Chain, space: &Space) -> Arc<Motion> {
+        chain.motion(space.to_render_affine(), self.at + self.shutter.open)
     }
 
     /// Where the end of a chain stands in the world when the shutter opens.
-    pub fn placement(&self, chain: &[Node]) -> Placement {
+    pub fn placement(&self, chain: &Chain) -> Placement {
         self.motion(chain, &Space::IDENTITY).at(0.0).into()
     }
 
@@ -44,17 +41,15 @@ impl Exposure {
         &self,
         world: &mut WorldBuilder,
         body: &Body,
-        mut chain: Vec<Node>,
+        chain: &Chain,
         own: Option<Own>,
         space: &Space,
     ) -> Result<(Form, Movement), &'static str> {
-        let round = stays_round(&chain);
         let to_node = match (&own, body.radius()) {
             (Some(own), _) => own.to_node,
             (None, radius) => DAffine3::from_scale(DVec3::splat(radius.unwrap_or(1.0))),
         };
-        chain.push(Node::Fixed(to_node));
-        let motion = self.motion(&chain, space);
+        let motion = self.motion(&chain.then(Node::Fixed(to_node)), space);
         let (lo, hi) = own.as_ref().map_or((-DVec3::ONE, DVec3::ONE), |own| own.bounds);
         let seconds = self.shutter.seconds();
         let whole = motion.bounds(lo, hi, 0.0, seconds.into());
@@ -63,24 +58,23 @@ impl Exposure {
         }
         let form = match (body.unit_shape(), own) {
             (Some(shape), _) => {
-                world.add_moving_shape(shape, motion.clone());
+                world.add_moving_shape(shape, (*motion).clone());
                 body.form()
             }
             (None, own) => {
                 let mesh = own.map(|own| own.mesh).unwrap_or_default();
                 let form = Form::Triangles(mesh.triangles.len());
-                world.add_moving(mesh, motion.clone());
+                world.add_moving(mesh, (*motion).clone());
                 form
             }
         };
-        let stays_round = round || form.triangles().is_some();
-        Ok((form, Movement { motion: Arc::new(motion), seconds, whole, stays_round }))
+        let stays_round = chain.stays_round() || form.triangles().is_some();
+        Ok((form, Movement { motion, seconds, whole, stays_round }))
     }
 
     /// The camera in motion; none when it stands still.
-    pub fn camera(&self, chain: &[Node], own: &DAffine3, space: &Space) -> Option<Arc<Motion>> {
-        let chain: Vec<_> = chain.iter().cloned().chain([Node::Fixed(*own)]).collect();
-        Some(self.motion(&chain, space)).filter(|motion| self.is_moving(motion)).map(Arc::new)
+    pub fn camera(&self, chain: &Chain, own: &DAffine3, space: &Space) -> Option<Arc<Motion>> {
+        Some(self.motion(&chain.then(Node::Fixed(*own)), space)).filter(|motion| self.is_moving(motion))
     }
 }
 
@@ -153,26 +147,6 @@ impl Body {
     }
 }
 
-/// Whether a round thing at the end of the chain stays round at all times.
-pub(crate) fn stays_round(chain: &[Node]) -> bool {
-    let near = |a: f64, b: f64| (a - b).abs() <= EVEN * a.abs().max(b.abs());
-    let equal = |v: DVec3| near(v.x, v.y) && near(v.y, v.z) && near(v.x, v.z);
-    chain.iter().all(|node| match node {
-        Node::Fixed(m) => is_even(&m.matrix3),
-        Node::Trs(Trs { scale: Channel::Constant(scale), .. }) => equal(scale.abs()),
-        Node::Trs(Trs { scale: Channel::Track(track), .. }) => track.values().iter().all(|v| equal(*v)),
-    })
-}
-
-fn is_even(m: &DMat3) -> bool {
-    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
-    let size = x.length_squared().max(y.length_squared()).max(z.length_squared());
-    let small = |value: f64| value.abs() <= EVEN * size;
-    let equal =
-        small(x.length_squared() - y.length_squared()) && small(y.length_squared() - z.length_squared());
-    equal && small(x.dot(y)) && small(y.dot(z)) && small(z.dot(x))
-}
-
 /// Meshes made ready for their own space, each once per material.
 #[derive(Default)]
 pub(crate) struct OwnSpaces {
@@ -228,35 +202,52 @@ impl SceneBuilder {
     /// added many times.
     pub fn moving_mesh(
         &mut self,
-        name: &str,
+        name: impl Into<Arc<str>>,
         mesh: impl Into<Arc<Mesh>>,
-        chain: Vec<Node>,
+        chain: impl Into<Chain>,
         material: u32,
     ) -> u32 {
-        self.place_moving(name, material, Body::Mesh(mesh.into()), chain)
+        self.place_moving(name, material, Body::Mesh(mesh.into()), chain.into())
     }
 
     /// Adds an exact sphere about the origin of the space at the end of a chain; returns the object's index.
-    pub fn moving_sphere(&mut self, name: &str, radius: f64, chain: Vec<Node>, material: u32) -> u32 {
-        self.place_moving(name, material, Body::Sphere { radius }, chain)
+    pub fn moving_sphere(
+        &mut self,
+        name: impl Into<Arc<str>>,
+        radius: f64,
+        chain: impl Into<Chain>,
+        material: u32,
+    ) -> u32 {
+        self.place_moving(name, material, Body::Sphere { radius }, chain.into())
     }
 
     /// Adds an exact disk about the origin of the space at the end of a chain, facing its +z; returns the object's
     /// index.
-    pub fn moving_disk(&mut self, name: &str, radius: f64, chain: Vec<Node>, material: u32) -> u32 {
-        self.place_moving(name, material, Body::Disk { radius }, chain)
+    pub fn moving_disk(
+        &mut self,
+        name: impl Into<Arc<str>>,
+        radius: f64,
+        chain: impl Into<Chain>,
+        material: u32,
+    ) -> u32 {
+        self.place_moving(name, material, Body::Disk { radius }, chain.into())
     }
 
     /// Adds a camera whose pose is meant in the space at the end of a chain.
-    pub fn moving_camera(&mut self, name: &str, pose: crate::CameraPose, chain: Vec<Node>) {
-        self.cameras.push((name.to_owned(), pose, Some(chain)));
+    pub fn moving_camera(
+        &mut self,
+        name: impl Into<Arc<str>>,
+        pose: crate::CameraPose,
+        chain: impl Into<Chain>,
+    ) {
+        self.cameras.push((name.into(), pose, Some(chain.into())));
     }
 
     /// Lets the light that was added last (point, spot or distant) move: its place and direction are meant in the space
     /// at the end of the chain. Its intensity and range keep world units.
-    pub fn moving_light(&mut self, chain: Vec<Node>) {
+    pub fn moving_light(&mut self, chain: impl Into<Chain>) {
         if let Some((_, slot)) = self.punctual.last_mut() {
-            *slot = Some(chain);
+            *slot = Some(chain.into());
         }
     }
 }

@@ -3,10 +3,9 @@
 //! Units are radiometric, per channel: W/sr and W/m² ([`crate::light_unit`] says how those of a file come to be so).
 //! Irradiance I/d² does not depend on the unit of length, so I goes to render space times scale².
 use crate::{Space, moving::Exposure};
-use dapple_geometry::motion::Node;
+use dapple_geometry::motion::Chain;
 use dapple_lights::{Distant, Light, Moving, Point, Spot};
 use glam::{DVec3, Vec3};
-use std::sync::Arc;
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Punctual {
@@ -17,7 +16,7 @@ pub(crate) enum Punctual {
 
 /// The lights that shine; or the index of a bad one and what is wrong with it. Those with a chain move along it.
 pub(crate) fn lights(
-    all: &[(Punctual, Option<Vec<Node>>)],
+    all: &[(Punctual, Option<Chain>)],
     space: &Space,
     exposure: &Exposure,
 ) -> Result<Vec<Light>, (usize, &'static str)> {
@@ -52,13 +51,13 @@ impl Punctual {
     /// Place and direction stay in the space at the end of the chain.
     fn on_its_way(
         self,
-        chain: &[Node],
+        chain: &Chain,
         space: &Space,
         exposure: &Exposure,
     ) -> Result<Option<Light>, &'static str> {
         let Some(strength) = self.strengths(space)? else { return Ok(None) };
         let light = self.light(strength, |p| place(p.as_vec3()))?;
-        let (motion, seconds) = (Arc::new(exposure.motion(chain, space)), exposure.shutter.seconds());
+        let (motion, seconds) = (exposure.motion(chain, space), exposure.shutter.seconds());
         let is_moving = exposure.is_moving(&motion);
         let moving = match light {
             Light::Point(l) => Moving::point(l, motion, seconds),

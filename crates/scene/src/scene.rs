@@ -9,13 +9,13 @@ use dapple_imaging::Texture;
 use dapple_lights::{Environment, Light, LightChoice, LightPoint};
 use dapple_materials::Material;
 use glam::{DVec3, Vec2, Vec3};
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 /// Names for reports and ids for AOVs; index = world object index.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// The file's name for it.
-    pub name: String,
+    /// The file's name for it, which many may share.
+    pub name: Arc<str>,
     /// Index into the scene's materials.
     pub material: u32,
     /// First area light of this object's surface; `u32::MAX` = emits nothing.
@@ -29,8 +29,8 @@ pub struct Object {
 /// A camera and the name to ask for it by.
 #[derive(Clone, Debug)]
 pub struct NamedCamera {
-    /// The file's name for it.
-    pub name: String,
+    /// The file's name for it, which many may share.
+    pub name: Arc<str>,
     /// In render space.
     pub camera: Camera,
     /// Width / height asked for by the file.

@@ -15,6 +15,7 @@ const OPTIONS: gltf::Options = gltf::Options {
     allow_path: false,
     strict: false,
     reads: Reads::EVERYTHING,
+    memory: dapple_imaging::MemoryLimit::NONE,
     choice: gltf::Choice { scene: None, variant: None, animation: None },
     light_unit: LightUnit::Auto,
 };
@@ -71,7 +72,7 @@ fn a_square() {
         assert_near(got, Vec3::from_array(SQUARE[want]).as_dvec3());
     }
     assert_eq!(scene.name, "test");
-    assert_eq!(scene.cameras[0].name, "auto");
+    assert_eq!(&*scene.cameras[0].name, "auto");
     assert!(scene.warnings.iter().any(|w| w.0.contains("studio environment")));
     assert!(scene.environment.is_some());
 }
@@ -606,7 +607,7 @@ fn shapes_lights_and_cameras_arrive() {
     let s = scene.space.scale as f32;
     assert_eq!(scene.survey.shapes, 2);
     let camera = &scene.cameras[0];
-    assert_eq!((camera.name.as_str(), camera.aspect), ("eye", Some(1.5)));
+    assert_eq!((&*camera.name, camera.aspect), ("eye", Some(1.5)));
     assert_near(scene.space.to_world(camera.camera.origin), DVec3::new(0.0, 1.0, 8.0));
     let kinds: Vec<&str> = scene
         .lights

@@ -213,7 +213,7 @@ fn a_round_shape_that_does_not_stay_round() {
     // The card's quad, the ball, the spot, and the card at rest.
     assert_eq!(scene.lights.len(), 4);
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
-    let ball = scene.objects.iter().find(|o| o.name == "ball").unwrap().first_light;
+    let ball = scene.objects.iter().find(|o| &*o.name == "ball").unwrap().first_light;
     let Light::Moving(light) = &scene.lights[ball as usize] else { panic!("{:?}", scene.lights) };
     assert!(light.at(0.5).is_none() && scene.lights[ball as usize].power(1.0).x > 0.0);
     let (low, high) = scene.world.bounds().unwrap();

@@ -302,7 +302,7 @@ fn every_built_in_scene_builds() {
     for (name, _) in NAMES {
         let scene = builtin::builtin(name).unwrap().build().unwrap();
         assert!(scene.warnings.is_empty(), "{name}: {:?}", scene.warnings);
-        assert!(!scene.lights.is_empty() && scene.cameras[0].name == "camera");
+        assert!(!scene.lights.is_empty() && &*scene.cameras[0].name == "camera");
         assert!(scene.memory_bytes() > 0);
     }
     let furnace = builtin::builtin("furnace").unwrap().build().unwrap();

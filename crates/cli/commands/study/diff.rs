@@ -3,14 +3,23 @@
 use crate::args::study::{DiffArgs, ErrorMap};
 use crate::error::Failure;
 use crate::inputs::Inputs;
+use crate::memory;
 use crate::values::Threshold;
 use crate::{report, saving};
 use dapple_analysis::metrics::{self, Comparison, Measures, Scale, SizeMismatch};
 use dapple_analysis::{flip, heat, ssim};
 use dapple_integrator::imaging::sheet::Frame;
-use dapple_integrator::imaging::{ImageError, Layers, Picture, Window, Windowed, color, read, write};
+use dapple_integrator::imaging::{
+    ImageError, Layers, MemoryLimit, Picture, Window, Windowed, color, read, write,
+};
 use serde_json::{Map, Value, json};
 use std::path::Path;
+
+/// Bytes per pixel at the peak, measured: pictures, their copies in other colour spaces, the maps of errors. Of two pictures
+/// for a display, of a pair of others, and of one with two halves.
+const DISPLAY_BYTES: u64 = 137;
+const PAIR_BYTES: u64 = 178;
+const HALVES_BYTES: u64 = 205;
 
 /// Compares, writes the map, prints, and fails if a limit does not hold.
 pub fn run(arguments: &DiffArgs) -> Result<(), Failure> {
@@ -61,18 +70,19 @@ struct Pair {
 
 impl Pair {
     fn read(arguments: &DiffArgs) -> Result<Self, Failure> {
-        let image = read::windowed(&arguments.image)?;
-        let reference = read_like(&image, &arguments.image, &arguments.reference)?;
+        let limit = admitted(arguments)?;
+        let image = read::windowed_within(&arguments.image, limit)?;
+        let reference = read_like(&image, &arguments.image, &arguments.reference, limit)?;
         let display = [&arguments.image, &arguments.reference].iter().all(|path| is_display(path));
         let window = overlap(&image, image.window, arguments, &arguments.reference, &reference)?;
         let full_size = image.full_size;
         let Some(path) = &arguments.reference_half else {
-            let [image, reference] = parts(window, [&image, &reference])?;
+            let [image, reference] = parts(window, [image, reference])?;
             return Ok(Self { image, reference, halves: None, display, window, full_size });
         };
-        let half = read_like(&image, &arguments.image, path)?;
+        let half = read_like(&image, &arguments.image, path, limit)?;
         let window = overlap(&image, window, arguments, path, &half)?;
-        let [image, a, b] = parts(window, [&image, &reference, &half])?;
+        let [image, a, b] = parts(window, [image, reference, half])?;
         let reference = metrics::mean([&a, &b]);
         Ok(Self { image, reference, halves: Some([a, b]), display, window, full_size })
     }
@@ -90,9 +100,34 @@ impl Pair {
     }
 }
 
+/// The memory there is, once it is clear that all pictures can be read and compared in it.
+fn admitted(arguments: &DiffArgs) -> Result<MemoryLimit, Failure> {
+    let limit = memory::limit(arguments.memory_limit);
+    let (mut pixels, mut bytes) = (0, 0);
+    for path in [&arguments.image, &arguments.reference].into_iter().chain(&arguments.reference_half) {
+        pixels = read::pixel_count(path)?.max(pixels);
+        bytes += path.metadata().map_or(0, |found| found.len());
+    }
+    let each = match () {
+        () if arguments.reference_half.is_some() => HALVES_BYTES,
+        () if is_display(&arguments.image) && is_display(&arguments.reference) => DISPLAY_BYTES,
+        () => PAIR_BYTES,
+    };
+    limit.admit(pixels.saturating_mul(each), Some(bytes)).map_err(|overrun| {
+        let (image, reference) = (arguments.image.display(), arguments.reference.display());
+        Failure::Arguments(format!("{image}, {reference}: comparing {pixels} pixels {overrun}"))
+    })?;
+    Ok(limit)
+}
+
 /// A picture of the same frame and channels as `image`, read from `path`; or a complaint that names both files.
-fn read_like(image: &Windowed, image_path: &Path, path: &Path) -> Result<Windowed, Failure> {
-    let picture = read::windowed(path)?;
+fn read_like(
+    image: &Windowed,
+    image_path: &Path,
+    path: &Path,
+    limit: MemoryLimit,
+) -> Result<Windowed, Failure> {
+    let picture = read::windowed_within(path, limit)?;
     let (a, b) = (image_path.display(), path.display());
     if image.full_size != picture.full_size {
         let e = SizeMismatch { image: image.full_size, reference: picture.full_size };
@@ -122,8 +157,8 @@ fn overlap(
     })
 }
 
-fn parts<const N: usize>(window: Window, of: [&Windowed; N]) -> Result<[Picture; N], Failure> {
-    let found: Result<Vec<Picture>, _> = of.iter().map(|p| p.covering(window, "")).collect();
+fn parts<const N: usize>(window: Window, of: [Windowed; N]) -> Result<[Picture; N], Failure> {
+    let found: Result<Vec<Picture>, _> = of.into_iter().map(|p| p.into_covering(window, "")).collect();
     found?.try_into().map_err(|_| Failure::Arguments("the pictures could not be cut".into()))
 }
 

@@ -17,7 +17,7 @@ use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::progress::Bar;
 use crate::values::Size;
-use crate::{effects, interrupt, metering, report, saving, settings_file};
+use crate::{effects, interrupt, memory, metering, report, saving, settings_file};
 use clap::ArgMatches;
 use cost::Deadline;
 use dapple_integrator::imaging::sheet::{self, Cell, Frame};
@@ -49,6 +49,9 @@ const HEIGHT: u32 = 256;
 const REFERENCE_FACTOR: u64 = 16;
 const REFERENCE_SAMPLES: (u64, u64) = (256, 1 << 16);
 
+/// Bytes per pixel of the cells: their pictures, and the sheet with its frames.
+const CELL_BYTES: u64 = 40;
+
 /// Points over lights and environment for each of a varied integral over directions.
 const FINER: u32 = 4;
 
@@ -63,7 +66,11 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
         inputs.add("the reference", reference);
     }
     inputs.spare([output.as_path()])?;
-    let given = Given::read(arguments.reference.as_deref(), arguments.reference_half.as_deref())?;
+    let given = Given::read(
+        arguments.reference.as_deref(),
+        arguments.reference_half.as_deref(),
+        memory::limit(options.memory_limit),
+    )?;
     let loaded = load::load(&source, &options)?;
     inputs.add_scene_files(&loaded.scene.files);
     inputs.spare([output.as_path()])?;
@@ -204,6 +211,11 @@ impl Sheet<'_> {
                 plans.len()
             )));
         }
+        let needed = pixels * CELL_BYTES;
+        memory::left(self.options.memory_limit).admit(needed, None).map_err(|overrun| {
+            let cells = plans.len();
+            Failure::Arguments(format!("--size: a sheet of {cells} cells and {pixels} pixels {overrun}"))
+        })?;
         effects::note_idle(&self.asked, &largest.settings, scene, camera);
         effects::confirm(&self.options, &largest.settings, scene, camera)?;
         Ok(plans)

@@ -3,10 +3,12 @@
 //! `Motion::at(t)` = space · node₀(t) · … · nodeₙ(t), root first, in f64. Times count in seconds within the shutter;
 //! tracks are read at `offset + t`. What does not change is folded when the chain is made, so a query evaluates only
 //! the nodes that have tracks.
+mod chain;
 mod pose;
 mod sweep;
 mod track;
 
+pub use chain::Chain;
 pub use pose::{NormalMap, Pose};
 pub use track::{Interpolation, Track, TrackError, Value};
 
@@ -108,8 +110,19 @@ pub enum Node {
 #[derive(Clone, Debug)]
 enum Link {
     /// With its pose; None when it flattens its content to a line or a point.
-    Still(Box<(DAffine3, Option<Pose>)>),
-    Moving(Box<Trs>),
+    Still(Arc<(DAffine3, Option<Pose>)>),
+    Moving(Arc<Trs>),
+}
+
+impl Link {
+    /// Of one node alone.
+    fn of(node: Node) -> Self {
+        match node {
+            Node::Trs(trs) if trs.has_tracks() => Self::Moving(Arc::new(trs)),
+            Node::Trs(trs) => Self::Still(Arc::new((trs.at(0.0), trs.pose_at(0.0)))),
+            Node::Fixed(m) => Self::Still(Arc::new((m, Pose::of(&m)))),
+        }
+    }
 }
 
 /// The way from an object's own space to render space, at any time.
@@ -126,14 +139,16 @@ impl Motion {
     pub fn new(chain: Vec<Node>, space: DAffine3, offset: f64) -> Self {
         let mut motion = Self { links: Vec::new(), offset };
         motion.push_still(space, Pose::of(&space));
-        for node in chain {
-            match node {
-                Node::Trs(trs) if trs.has_tracks() => motion.links.push(Link::Moving(Box::new(trs))),
-                Node::Trs(trs) => motion.push_still(trs.at(0.0), trs.pose_at(0.0)),
-                Node::Fixed(m) => motion.push_still(m, Pose::of(&m)),
-            }
-        }
+        chain.into_iter().for_each(|node| motion.push(&Link::of(node)));
         motion
+    }
+
+    /// One more node at the end.
+    fn push(&mut self, link: &Link) {
+        match link {
+            Link::Moving(_) => self.links.push(link.clone()),
+            Link::Still(still) => self.push_still(still.0, still.1),
+        }
     }
 
     /// The same transform at all times.
@@ -145,10 +160,11 @@ impl Motion {
     fn push_still(&mut self, m: DAffine3, pose: Option<Pose>) {
         match self.links.last_mut() {
             Some(Link::Still(before)) => {
+                let before = Arc::make_mut(before);
                 before.0 *= m;
                 before.1 = before.1.and_then(|a| pose.map(|b| a.then_inner(&b)));
             }
-            _ => self.links.push(Link::Still(Box::new((m, pose)))),
+            _ => self.links.push(Link::Still(Arc::new((m, pose)))),
         }
     }
 

@@ -4,7 +4,7 @@
 //! Blocks are decompressed one after another: in the crate's thread pool a panic on malformed data would take the
 //! process down.
 
-use super::check_size;
+use super::{Room, check_size};
 use crate::{ImageError, Layer, Layers, MetaValue, Picture, Windowed, window};
 use exr::block::lines::LineRef;
 use exr::block::reader::{ChunksReader, Reader};
@@ -12,7 +12,12 @@ use exr::meta::header::Header;
 use exr::prelude::{AttributeValue, IntegerBounds, SampleType, Text, Vec2};
 use glam::Vec3;
 use half::f16;
+use std::collections::{HashMap, HashSet};
 use std::io::{BufRead, Seek};
+
+/// A frame of more pixels than this must hold data for one in [`SPARSE`] of them at least.
+const FRAME: u64 = 1 << 22;
+const SPARSE: u64 = 64;
 
 /// A rectangle of the picture plane: x0, y0 inclusive, then width, height.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,15 +62,37 @@ struct Wanted {
     values: Vec<f32>,
 }
 
-pub(super) fn picture(file: impl BufRead + Seek, name: &str) -> Result<Picture, ImageError> {
+pub(super) fn picture(file: impl BufRead + Seek, name: &str, room: Room) -> Result<Picture, ImageError> {
     let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
     let rgb = colour_channels(reader.headers()).ok_or_else(|| no_colour(reader.headers(), name))?;
-    let window = Window::of(reader.headers()[rgb[0].0].shared_attributes.display_window);
-    colours(reader, &rgb, window, name)
+    let header = &reader.headers()[rgb[0].0];
+    let window = Window::of(header.shared_attributes.display_window);
+    check_frame(window, Window::of(header.data_window()), name)?;
+    colours(reader, &rgb, window, name, room)
+}
+
+/// Refuses a large frame with next to nothing in it.
+fn check_frame(display: Window, data: Window, name: &str) -> Result<(), ImageError> {
+    let held = data.within(display).map_or(0, |part| part.width as u64 * part.height as u64);
+    let (width, height) = (display.width as u64, display.height as u64);
+    let frame = width.saturating_mul(height);
+    if frame > FRAME && held.saturating_mul(SPARSE) < frame {
+        return Err(ImageError::Sparse { name: name.to_string(), held, width, height });
+    }
+    Ok(())
+}
+
+/// Pixels of the part that [`windowed`] gives.
+pub(super) fn pixel_count(file: impl BufRead + Seek, name: &str) -> Result<u64, ImageError> {
+    let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
+    let rgb = colour_channels(reader.headers()).ok_or_else(|| no_colour(reader.headers(), name))?;
+    let header = &reader.headers()[rgb[0].0];
+    let part = Window::of(header.data_window()).within(Window::of(header.shared_attributes.display_window));
+    Ok(part.map_or(0, |part| part.width as u64 * part.height as u64))
 }
 
 /// The part of the display window that the colours' data cover.
-pub(super) fn windowed(file: impl BufRead + Seek, name: &str) -> Result<Windowed, ImageError> {
+pub(super) fn windowed(file: impl BufRead + Seek, name: &str, room: Room) -> Result<Windowed, ImageError> {
     let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
     let rgb = colour_channels(reader.headers()).ok_or_else(|| no_colour(reader.headers(), name))?;
     let header = &reader.headers()[rgb[0].0];
@@ -75,7 +102,7 @@ pub(super) fn windowed(file: impl BufRead + Seek, name: &str) -> Result<Windowed
         return Err(ImageError::Unsupported { name: name.to_string(), what });
     };
     let (x, y) = (display.x + part.x as i64, display.y + part.y as i64);
-    let picture = colours(reader, &rgb, Window { x, y, width: part.width, height: part.height }, name)?;
+    let picture = colours(reader, &rgb, Window { x, y, width: part.width, height: part.height }, name, room)?;
     Ok(Windowed { picture, window: part, full_size: (display.width, display.height) })
 }
 
@@ -84,10 +111,11 @@ fn colours<R: BufRead + Seek>(
     rgb: &[(usize, usize); 3],
     window: Window,
     name: &str,
+    room: Room,
 ) -> Result<Picture, ImageError> {
     let mut found = rgb.to_vec();
     found.dedup();
-    let values = read(reader, &found, window, name)?;
+    let values = read(reader, &found, window, name, (room, size_of::<Vec3>() as u64))?;
     let (r, g, b) = (&values[0], &values[values.len() / 2], &values[values.len() - 1]);
     let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect();
     Ok(Picture { width: window.width, height: window.height, pixels })
@@ -100,7 +128,7 @@ pub(super) fn is_grey(file: impl BufRead + Seek, name: &str) -> Result<bool, Ima
     Ok(rgb[0] == rgb[2])
 }
 
-pub(super) fn layers(file: impl BufRead + Seek, name: &str) -> Result<Layers, ImageError> {
+pub(super) fn layers(file: impl BufRead + Seek, name: &str, room: Room) -> Result<Layers, ImageError> {
     let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
     let headers = reader.headers();
     let window = headers.iter().map(|h| Window::of(h.data_window())).reduce(Window::union);
@@ -115,7 +143,7 @@ pub(super) fn layers(file: impl BufRead + Seek, name: &str) -> Result<Layers, Im
             names.push(split_name(header, headers.len() > 1, &text(&description.name)));
         }
     }
-    let values = read(reader, &wanted, window, name)?;
+    let values = read(reader, &wanted, window, name, (room, 0))?;
     Ok(Layers {
         width: window.width,
         height: window.height,
@@ -140,10 +168,14 @@ fn split_name(header: &Header, many_parts: bool, full: &str) -> (String, String)
 /// Gathers channels into layers in the order in which they come; R, G, B (A) are put into that order.
 fn group(names: Vec<(String, String)>, values: Vec<Vec<f32>>) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
+    let mut known: HashMap<String, usize> = HashMap::new();
     for ((layer, channel), values) in names.into_iter().zip(values) {
-        match layers.iter_mut().find(|l| l.name == layer) {
-            Some(found) => found.channels.push((channel, values)),
-            None => layers.push(Layer { name: layer, channels: vec![(channel, values)] }),
+        match known.get(&layer) {
+            Some(&at) => layers[at].channels.push((channel, values)),
+            None => {
+                known.insert(layer.clone(), layers.len());
+                layers.push(Layer { name: layer, channels: vec![(channel, values)] });
+            }
         }
     }
     let rank = |name: &str| ["R", "G", "B", "A"].iter().position(|c| *c == name).unwrap_or(4);
@@ -156,27 +188,34 @@ fn group(names: Vec<(String, String)>, values: Vec<Vec<f32>>) -> Vec<Layer> {
 /// (part, channel) of red, green, blue: of the first part that has them without a prefix, or else with the first
 /// prefix that has all three, or else of the first luminance.
 fn colour_channels(headers: &[Header]) -> Option<[(usize, usize); 3]> {
-    let all: Vec<(usize, usize, String)> = headers
-        .iter()
-        .enumerate()
-        .flat_map(|(p, h)| h.channels.list.iter().enumerate().map(move |(c, d)| (p, c, text(&d.name))))
-        .collect();
-    let find = |part: usize, prefix: &str, letter: &str| {
-        all.iter()
-            .find(|(p, _, n)| {
-                *p == part && n.strip_prefix(prefix).is_some_and(|n| n.eq_ignore_ascii_case(letter))
-            })
-            .map(|(p, c, _)| (*p, *c))
+    let channels = |h: &Header| h.channels.list.iter().map(|c| text(&c.name)).collect::<Vec<_>>();
+    let all: Vec<Vec<String>> = headers.iter().map(channels).collect();
+    let each = || all.iter().enumerate().flat_map(|(p, names)| names.iter().map(move |n| (p, n.as_str())));
+    // The first channel of each name, which is the prefix and the letter in capitals.
+    let mut places: HashMap<(usize, &str, char), usize> = HashMap::new();
+    for (part, names) in all.iter().enumerate() {
+        for (channel, name) in names.iter().enumerate() {
+            let Some(letter) = name.chars().next_back() else { continue };
+            let prefix = &name[..name.len() - letter.len_utf8()];
+            places.entry((part, prefix, letter.to_ascii_uppercase())).or_insert(channel);
+        }
+    }
+    let three = |part: usize, prefix: &str| {
+        let find = |letter| places.get(&(part, prefix, letter)).map(|channel| (part, *channel));
+        Some([find('R')?, find('G')?, find('B')?])
     };
-    let three = |part, prefix: &str| {
-        Some([find(part, prefix, "R")?, find(part, prefix, "G")?, find(part, prefix, "B")?])
+    let mut seen = HashSet::new();
+    let mut prefixes =
+        each().filter_map(|(p, n)| Some((p, &n[..=n.rfind('.')?]))).filter(|prefix| seen.insert(*prefix));
+    let is_grey = |n: &str| n.rsplit('.').next().is_some_and(|n| n.eq_ignore_ascii_case("Y"));
+    let grey = || {
+        let of = |(p, names): (usize, &Vec<String>)| Some((p, names.iter().position(|n| is_grey(n))?));
+        all.iter().enumerate().find_map(of)
     };
-    let prefixes = || all.iter().filter_map(|(p, _, n)| Some((*p, &n[..=n.rfind('.')?])));
-    let grey = all.iter().find(|(_, _, n)| n.rsplit('.').next().is_some_and(|n| n.eq_ignore_ascii_case("Y")));
     (0..headers.len())
         .find_map(|p| three(p, ""))
-        .or_else(|| prefixes().find_map(|(p, prefix)| three(p, prefix)))
-        .or_else(|| grey.map(|(p, c, _)| [(*p, *c); 3]))
+        .or_else(|| prefixes.find_map(|(p, prefix)| three(p, prefix)))
+        .or_else(|| grey().map(|place| [place; 3]))
 }
 
 fn no_colour(headers: &[Header], name: &str) -> ImageError {
@@ -186,18 +225,23 @@ fn no_colour(headers: &[Header], name: &str) -> ImageError {
     ImageError::Unsupported { name: name.to_string(), what }
 }
 
-/// Reads the channels `(part, channel)` onto `window`; 0 where the file has no data.
+/// Reads the channels `(part, channel)` onto `window`; 0 where the file has no data. Beside them `beside` bytes per pixel
+/// have to fit into the room.
 fn read<R: BufRead + Seek>(
     reader: Reader<R>,
     channels: &[(usize, usize)],
     window: Window,
     name: &str,
+    (room, beside): (Room, u64),
 ) -> Result<Vec<Vec<f32>>, ImageError> {
     for header in reader.headers() {
         // The blocks of the file too must stay within bounds, even where the window shows little of them.
         check_size(name, header.layer_size.0 as u64, header.layer_size.1 as u64, 1)?;
     }
-    check_size(name, window.width as u64, window.height as u64, channels.len() as u64)?;
+    let (width, height) = (window.width as u64, window.height as u64);
+    check_size(name, width, height, channels.len() as u64)?;
+    let block = reader.headers().iter().map(|h| h.max_block_byte_size() as u64).max().unwrap_or(0);
+    room.admit(name, [width, height], 4 * channels.len() as u64 + beside, block.saturating_mul(3))?;
     let wanted = |&(part, channel): &(usize, usize)| Wanted {
         part,
         channel,

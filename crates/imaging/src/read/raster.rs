@@ -1,6 +1,6 @@
 //! PNG, JPEG, WebP and Radiance HDR through the `image` crate.
 
-use super::{Kind, MAX_PIXELS, Rgba8, Rgba16, Texels, check_size};
+use super::{Kind, MAX_PIXELS, Rgba8, Rgba16, Room, Texels, check_size};
 use crate::color::{decode_f64, srgb_table};
 use crate::{ImageError, Picture};
 use glam::Vec3;
@@ -12,8 +12,18 @@ use image::error::LimitErrorKind;
 use image::{DynamicImage, ImageDecoder, Limits};
 use std::io::{BufRead, ErrorKind, Seek};
 
-pub(super) fn picture(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Picture, ImageError> {
-    let decoded = decode(file, kind, name)?;
+/// Bytes per pixel that are held beside the decoded ones: as linear colour, and on the way there as RGB of 16 bits.
+const PICTURE_BYTES: u64 = 12 + 6;
+/// Likewise: as RGBA, twice.
+const RGBA8_BYTES: u64 = 8;
+
+pub(super) fn picture(
+    file: impl BufRead + Seek,
+    kind: Kind,
+    name: &str,
+    room: Room,
+) -> Result<Picture, ImageError> {
+    let decoded = decode(decoder(file, kind, name)?, name, room, PICTURE_BYTES)?;
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let pixels = match decoded {
         DynamicImage::ImageRgb32F(image) => image.pixels().map(|p| Vec3::from(p.0)).collect(),
@@ -30,22 +40,40 @@ pub(super) fn picture(file: impl BufRead + Seek, kind: Kind, name: &str) -> Resu
     Ok(Picture { width, height, pixels })
 }
 
-/// Whether the file holds grey, with alpha or without.
+/// Whether the file holds grey, with alpha or without, as its header says.
 pub(super) fn is_grey(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<bool, ImageError> {
-    decode(file, kind, name).map(|image| !image.color().has_color())
+    decoder(file, kind, name).map(|decoder| !decoder.color_type().has_color())
 }
 
-pub(super) fn rgba8(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Rgba8, ImageError> {
-    let image = decode(file, kind, name)?.into_rgba8();
+/// Width and height, as the header says.
+pub(super) fn size(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<[u64; 2], ImageError> {
+    let (width, height) = decoder(file, kind, name)?.dimensions();
+    Ok([width.into(), height.into()])
+}
+
+pub(super) fn rgba8(
+    file: impl BufRead + Seek,
+    kind: Kind,
+    name: &str,
+    room: Room,
+) -> Result<Rgba8, ImageError> {
+    let image = decode(decoder(file, kind, name)?, name, room, RGBA8_BYTES)?.into_rgba8();
     let (width, height) = (image.width() as usize, image.height() as usize);
     Ok(Rgba8 { width, height, texels: image.pixels().map(|p| p.0).collect() })
 }
 
 /// Of 16 bits where the file has them.
-pub(super) fn texels(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<Texels, ImageError> {
-    let image = decode(file, kind, name)?;
+pub(super) fn texels(
+    file: impl BufRead + Seek,
+    kind: Kind,
+    name: &str,
+    room: Room,
+) -> Result<Texels, ImageError> {
+    let decoder = decoder(file, kind, name)?;
+    let deep = decoder.color_type().bytes_per_pixel() > decoder.color_type().channel_count();
+    let image = decode(decoder, name, room, if deep { 2 * RGBA8_BYTES } else { RGBA8_BYTES })?;
     let (width, height) = (image.width() as usize, image.height() as usize);
-    if image.color().bytes_per_pixel() > image.color().channel_count() {
+    if deep {
         let texels = image.into_rgba16().pixels().map(|p| p.0).collect();
         return Ok(Rgba16 { width, height, texels }.into());
     }
@@ -53,23 +81,34 @@ pub(super) fn texels(file: impl BufRead + Seek, kind: Kind, name: &str) -> Resul
     Ok(Rgba8 { width, height, texels }.into())
 }
 
-fn decode(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<DynamicImage, ImageError> {
-    match kind {
-        Kind::Png => {
-            let decoder = PngDecoder::with_limits(file, limits()).map_err(|e| failure(e, name))?;
-            load(decoder, name)
-        }
-        Kind::Jpeg => load(JpegDecoder::new(file).map_err(|e| failure(e, name))?, name),
-        Kind::WebP => load(WebPDecoder::new(file).map_err(|e| failure(e, name))?, name),
+/// What reads the file, which has been read as far as its header.
+fn decoder<'a>(
+    file: impl BufRead + Seek + 'a,
+    kind: Kind,
+    name: &str,
+) -> Result<Box<dyn ImageDecoder + 'a>, ImageError> {
+    let failed = |e| failure(e, name);
+    Ok(match kind {
+        Kind::Png => Box::new(PngDecoder::with_limits(file, limits()).map_err(failed)?),
+        Kind::Jpeg => Box::new(JpegDecoder::new(file).map_err(failed)?),
+        Kind::WebP => Box::new(WebPDecoder::new(file).map_err(failed)?),
         // Not strict: files that begin with #?RGBE are as common as those with #?RADIANCE.
-        Kind::Hdr => load(HdrDecoder::new_nonstrict(file).map_err(|e| failure(e, name))?, name),
-        Kind::Exr => Err(ImageError::NotAPicture { name: name.to_string() }),
-    }
+        Kind::Hdr => Box::new(HdrDecoder::new_nonstrict(file).map_err(failed)?),
+        Kind::Exr => return Err(ImageError::NotAPicture { name: name.to_string() }),
+    })
 }
 
-fn load(mut decoder: impl ImageDecoder, name: &str) -> Result<DynamicImage, ImageError> {
+/// Decodes what fits into `room`, `beside` bytes per pixel included that are held beside the decoded ones.
+fn decode(
+    mut decoder: impl ImageDecoder,
+    name: &str,
+    room: Room,
+    beside: u64,
+) -> Result<DynamicImage, ImageError> {
     let (width, height) = decoder.dimensions();
-    check_size(name, width.into(), height.into(), decoder.color_type().channel_count().into())?;
+    let color = decoder.color_type();
+    check_size(name, width.into(), height.into(), color.channel_count().into())?;
+    room.admit(name, [width.into(), height.into()], u64::from(color.bytes_per_pixel()) + beside, 0)?;
     decoder.set_limits(limits()).map_err(|e| failure(e, name))?;
     DynamicImage::from_decoder(decoder).map_err(|e| failure(e, name))
 }

@@ -7,6 +7,7 @@ use crate::ImageError;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use tempfile::NamedTempFile;
 
 /// Puts `bytes` in place of whatever was at `path`: all of them, or on failure none, and the old file stays.
@@ -21,22 +22,37 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
 }
 
 /// Saves what could not be written to `path`: beside it under a name that nothing has, or else in a new folder of the
-/// system's folder for temporary files. Returns where it is.
+/// system's folder for temporary files, the same for all that this process saves there. Returns where it is.
 pub fn elsewhere(
     path: &Path,
     write: impl Fn(&Path) -> Result<(), ImageError>,
 ) -> Result<PathBuf, ImageError> {
-    let is_free = |at: &PathBuf| fs::symlink_metadata(at).is_err_and(|e| e.kind() == ErrorKind::NotFound);
     let free = (1..=MOST_NAMES).map(|i| numbered(path, i)).find(is_free);
     if let Some(at) = free.filter(|at| write(at).is_ok()) {
         return Ok(at);
     }
-    let failed = |source| ImageError::Write { path: std::env::temp_dir(), source };
-    let folder = tempfile::Builder::new().prefix("dapple-").tempdir().map_err(failed)?;
-    let at = folder.path().join(path.file_name().unwrap_or("picture".as_ref()));
-    write(&at)?;
-    let _ = folder.keep();
-    Ok(at)
+    static FOLDER: Mutex<Option<PathBuf>> = Mutex::new(None);
+    let mut known = FOLDER.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = match known.take().filter(|folder| folder.is_dir()) {
+        Some(folder) => folder,
+        None => {
+            let failed = |source| ImageError::Write { path: std::env::temp_dir(), source };
+            tempfile::Builder::new().prefix("dapple-").tempdir().map_err(failed)?.keep()
+        }
+    };
+    let named = folder.join(path.file_name().unwrap_or("picture".as_ref()));
+    let mut names = std::iter::once(named.clone()).chain((1..=MOST_NAMES).map(|i| numbered(&named, i)));
+    let at = names.find(is_free).unwrap_or(named);
+    let written = write(&at);
+    // An empty folder is of no use.
+    if written.is_ok() || fs::remove_dir(&folder).is_err() {
+        *known = Some(folder);
+    }
+    written.map(|()| at)
+}
+
+fn is_free(at: &PathBuf) -> bool {
+    fs::symlink_metadata(at).is_err_and(|e| e.kind() == ErrorKind::NotFound)
 }
 
 /// Names that are tried beside a file.
@@ -205,6 +221,9 @@ mod tests {
         let at = elsewhere(&gone, write).unwrap();
         assert!(at.starts_with(std::env::temp_dir()) && at.ends_with("a.exr"), "{}", at.display());
         assert_eq!(fs::read_to_string(&at).unwrap(), "picture");
+        // Another of that name is another file, in the same folder.
+        let second = elsewhere(&gone, write).unwrap();
+        assert_eq!(second, at.with_file_name("a-1.exr"));
         fs::remove_dir_all(at.parent().unwrap()).unwrap();
         let full = |at: &Path| {
             Err(ImageError::Write { path: at.to_path_buf(), source: ErrorKind::StorageFull.into() })

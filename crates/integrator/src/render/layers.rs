@@ -75,15 +75,20 @@ fn names(job: &Job<'_>, rect: PixelRect, tiles: &[Tile]) -> Vec<(String, MetaVal
     let materials: BTreeSet<u32> = objects.iter().map(|id| object(*id).material + 1).collect();
     let mut names = Vec::new();
     if asks(Aov::ObjectId) {
-        let text = names_of_ids(objects.iter().map(|id| (&*object(*id).name, *id)));
+        let text = names_of_ids(objects.iter().map(|id| (shown(&object(*id).name), *id)));
         names.push(("objectNames".into(), MetaValue::Text(text)));
     }
     if asks(Aov::MaterialId) {
         let name = |id: u32| &*scene.materials[id as usize - 1].name;
-        let text = names_of_ids(materials.iter().map(|id| (name(*id), *id)));
+        let text = names_of_ids(materials.iter().map(|id| (shown(name(*id)), *id)));
         names.push(("materialNames".into(), MetaValue::Text(text)));
     }
     names
+}
+
+/// At most the first 1000 characters of a name: many objects may have one.
+fn shown(name: &str) -> &str {
+    name.char_indices().nth(1000).map_or(name, |(end, _)| &name[..end])
 }
 
 /// Calls `of` with the index of each pixel in the picture, its tile, and its index there.

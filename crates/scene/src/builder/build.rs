@@ -19,11 +19,12 @@ use crate::{
 use dapple_camera::Camera;
 use dapple_geometry::{
     Mesh, World, WorldBuilder,
-    motion::Node,
+    motion::Chain,
     shapes::{Disk, Sphere},
 };
 use dapple_lights::{Environment, Light, LightChoice};
 use glam::{DAffine3, Vec3, Vec4};
+use std::sync::Arc;
 
 /// What an object looks like to a light, and how it moves if it does.
 type Seen = (Form, Option<Movement>);
@@ -205,7 +206,7 @@ impl SceneBuilder {
     }
 
     fn cameras(&self, space: &Space) -> Result<Vec<NamedCamera>, SceneError> {
-        let convert = |(i, (name, pose, chain)): (usize, &(String, CameraPose, Option<Vec<Node>>))| {
+        let convert = |(i, (name, pose, chain)): (usize, &(Arc<str>, CameraPose, Option<Chain>))| {
             let mut pose = *pose;
             let motion = chain.as_ref().and_then(|c| self.exposure.camera(c, &pose.transform, space));
             if let Some(chain) = chain {
@@ -260,7 +261,7 @@ impl Entry<'_> {
                 if let Some(own) = &shared {
                     self.changed(own.dropped, own.mended);
                 }
-                let (form, movement) = from.exposure.enter(&mut self.world, &body, chain, shared, space)?;
+                let (form, movement) = from.exposure.enter(&mut self.world, &body, &chain, shared, space)?;
                 return Ok((form, Some(movement)));
             }
         };

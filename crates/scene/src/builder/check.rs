@@ -3,6 +3,7 @@ use super::{Geometry, SceneBuilder};
 use crate::{AlphaMode, SceneError, Space, TexturedMaterial, error::quoted};
 use dapple_geometry::bvh::Tree;
 use glam::DVec3;
+use std::collections::HashSet;
 
 /// Most triangles a scene may have once every instance is placed: all may end in one tree.
 const MAX_TRIANGLES: usize = Tree::MOST_TRIANGLES;
@@ -22,12 +23,13 @@ impl SceneBuilder {
             }
         }
         let mut triangles = 0_usize;
+        let mut sound = HashSet::new();
         for (i, placed) in self.placed.iter().enumerate() {
-            let fault = placed.fault(self.materials.len());
+            let fault = placed.fault(self.materials.len(), &mut sound);
             if let Some(what) = fault {
                 return Err(self.invalid(format!("object {i} '{}'", quoted(&placed.name)), what));
             }
-            triangles += placed.form().primitives();
+            triangles = triangles.saturating_add(placed.form().primitives());
         }
         if triangles > MAX_TRIANGLES {
             let what = format!("has {triangles} triangles; at most {MAX_TRIANGLES} fit");

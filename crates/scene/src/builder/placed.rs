@@ -4,14 +4,14 @@ use crate::{
     emission::Form,
     moving::{Body, Exposure},
 };
-use dapple_geometry::{Mesh, motion::Node};
+use dapple_geometry::{Mesh, motion::Chain};
 use glam::{DVec3, Vec3};
-use std::sync::Arc;
+use std::{collections::HashSet, sync::Arc};
 
 /// An object in the world.
 #[derive(Debug)]
 pub(crate) struct Placed {
-    pub name: String,
+    pub name: Arc<str>,
     pub material: u32,
     pub geometry: Geometry,
     /// Objects of one group bound one body.
@@ -25,7 +25,7 @@ pub(crate) enum Geometry {
     Mesh { mesh: Arc<Mesh>, placement: Placement },
     Sphere { centre: DVec3, radius: f64 },
     Disk { centre: DVec3, normal: DVec3, radius: f64 },
-    Moving { body: Body, chain: Vec<Node> },
+    Moving { body: Body, chain: Chain },
 }
 
 impl Placed {
@@ -45,8 +45,8 @@ impl Placed {
         }
     }
 
-    /// What is wrong with the object, in words.
-    pub fn fault(&self, materials: usize) -> Option<String> {
+    /// What is wrong with the object, in words. A mesh is looked at once: `sound` holds the addresses of those that are right.
+    pub fn fault(&self, materials: usize, sound: &mut HashSet<usize>) -> Option<String> {
         if self.material as usize >= materials {
             return Some(format!("uses material {} of {materials}", self.material));
         }
@@ -55,7 +55,15 @@ impl Placed {
                 Some("its transform is not finite".into())
             }
             Geometry::Mesh { mesh, .. } | Geometry::Moving { body: Body::Mesh(mesh), .. } => {
-                bake::fault(mesh)
+                let address = Arc::as_ptr(mesh) as usize;
+                if sound.contains(&address) {
+                    return None;
+                }
+                let fault = bake::fault(mesh);
+                if fault.is_none() {
+                    sound.insert(address);
+                }
+                fault
             }
             Geometry::Moving { body, .. } => {
                 let bad = body.radius().is_some_and(|radius| !(radius > 0.0 && radius.is_finite()));

@@ -31,6 +31,7 @@ impl Tracks {
 /// The tracks that the chosen animations, by index, give to all nodes, by node index.
 pub(super) fn tracks(doc: &Document<'_>, chosen: &[usize]) -> Result<Vec<Tracks>, SceneError> {
     let mut nodes = vec![Tracks::default(); doc.root.nodes.len()];
+    let mut read = Read::default();
     for &i in chosen {
         let animation = &doc.root.animations[i];
         let place = label("animation", i, animation.name.as_deref());
@@ -40,9 +41,15 @@ pub(super) fn tracks(doc: &Document<'_>, chosen: &[usize]) -> Result<Vec<Tracks>
             let tracks = &mut nodes[channel.target.node.value()];
             let sampler = Sampler { doc, animation, index: channel.sampler, place: &place };
             hidden |= match channel.target.path {
-                Checked::Valid(Property::Translation) => sampler.fill(&mut tracks.translation, vector)?,
-                Checked::Valid(Property::Rotation) => sampler.fill(&mut tracks.rotation, rotation)?,
-                Checked::Valid(Property::Scale) => sampler.fill(&mut tracks.scale, vector)?,
+                Checked::Valid(Property::Translation) => {
+                    sampler.fill(&mut tracks.translation, &mut read.vectors, vector)?
+                }
+                Checked::Valid(Property::Rotation) => {
+                    sampler.fill(&mut tracks.rotation, &mut read.rotations, rotation)?
+                }
+                Checked::Valid(Property::Scale) => {
+                    sampler.fill(&mut tracks.scale, &mut read.vectors, vector)?
+                }
                 _ => false,
             };
         }
@@ -51,6 +58,16 @@ pub(super) fn tracks(doc: &Document<'_>, chosen: &[usize]) -> Result<Vec<Tracks>
         }
     }
     Ok(nodes)
+}
+
+/// Where the keys of a track are: accessors of the times and the values, and what is between them.
+type Keys = (usize, usize, u8);
+
+/// The tracks read so far: many nodes may follow the same keys.
+#[derive(Default)]
+struct Read {
+    vectors: HashMap<Keys, Arc<Track<DVec3>>>,
+    rotations: HashMap<Keys, Arc<Track<DQuat>>>,
 }
 
 /// First and last key of each animation; (0, 0) without any.
@@ -105,24 +122,43 @@ impl Sampler<'_, '_> {
     fn fill<const N: usize, T: Value>(
         &self,
         slot: &mut Option<Arc<Track<T>>>,
+        read: &mut HashMap<Keys, Arc<Track<T>>>,
         value: fn([f32; N]) -> T,
     ) -> Result<bool, SceneError> {
-        let hidden = slot.is_some();
-        if !hidden {
-            *slot = Some(Arc::new(self.track(value)?));
+        if slot.is_some() {
+            return Ok(true);
         }
-        Ok(hidden)
+        let sampler = self.doc.get(&self.animation.samplers, self.index, "sampler", self.place)?;
+        let interpolation = self.interpolation(sampler)?;
+        let keys = (sampler.input.value(), sampler.output.value(), interpolation as u8);
+        let track = match read.get(&keys) {
+            Some(track) => track.clone(),
+            None => {
+                let track = Arc::new(self.track(sampler, interpolation, value)?);
+                read.insert(keys, track.clone());
+                track
+            }
+        };
+        *slot = Some(track);
+        Ok(false)
     }
 
-    fn track<const N: usize, T: Value>(&self, value: fn([f32; N]) -> T) -> Result<Track<T>, SceneError> {
-        let (doc, place) = (self.doc, self.place);
-        let sampler = doc.get(&self.animation.samplers, self.index, "sampler", place)?;
-        let interpolation = match sampler.interpolation {
+    fn interpolation(&self, sampler: &animation::Sampler) -> Result<Interpolation, SceneError> {
+        Ok(match sampler.interpolation {
             Checked::Valid(animation::Interpolation::Step) => Interpolation::Step,
             Checked::Valid(animation::Interpolation::Linear) => Interpolation::Linear,
             Checked::Valid(animation::Interpolation::CubicSpline) => Interpolation::CubicSpline,
-            Checked::Invalid => return Err(doc.invalid(place, "has an unknown interpolation")),
-        };
+            Checked::Invalid => return Err(self.doc.invalid(self.place, "has an unknown interpolation")),
+        })
+    }
+
+    fn track<const N: usize, T: Value>(
+        &self,
+        sampler: &animation::Sampler,
+        interpolation: Interpolation,
+        value: fn([f32; N]) -> T,
+    ) -> Result<Track<T>, SceneError> {
+        let (doc, place) = (self.doc, self.place);
         let times: Vec<[f32; 1]> = doc.vectors(sampler.input, place)?;
         let values: Vec<[f32; N]> = doc.vectors(sampler.output, place)?;
         let (keys, count) = (times.len(), values.len());

@@ -1,6 +1,6 @@
 //! From bytes to JSON: splits a .glb, checks version and required extensions, and makes the JSON fit the crate
 //! `gltf`.
-use super::{extensions, mend};
+use super::{Options, extensions, load, mend};
 use crate::{SceneError, Warning, error::quoted};
 use gltf::json;
 use serde_json::Value;
@@ -10,6 +10,9 @@ const MAGIC: &[u8; 4] = b"glTF";
 const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
 const BIN_CHUNK: u32 = u32::from_le_bytes(*b"BIN\0");
 
+/// Most extensions that are named one by one.
+const SAID: usize = 40;
+
 /// A parsed file.
 pub(super) struct Content {
     /// Typed, by the crate `gltf`. Indices in it are unchecked.
@@ -18,6 +21,8 @@ pub(super) struct Content {
     pub value: Value,
     /// The binary chunk of a .glb.
     pub blob: Option<Vec<u8>>,
+    /// Bytes of the file.
+    pub length: u64,
 }
 
 /// What to do about an extension that is required but not supported.
@@ -32,11 +37,15 @@ pub(super) fn parse(
     file: &Path,
     bytes: &[u8],
     required: Required,
+    options: &Options,
     warnings: &mut Vec<Warning>,
 ) -> Result<Content, SceneError> {
     let malformed = |what: String| SceneError::Malformed { file: file.to_owned(), what };
     let (text, blob) = split(bytes).map_err(malformed)?;
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    let memory = |overrun| SceneError::Memory { file: file.to_owned(), place: "the JSON".into(), overrun };
+    let beside = blob.map_or(0, |blob| 2 * blob.len() as u64);
+    options.memory.admit(load::json_bytes(text).saturating_add(beside), None).map_err(memory)?;
     let mut value: Value = serde_json::from_slice(text).map_err(|e| malformed(format!("its JSON: {e}")))?;
     version(&value).map_err(malformed)?;
     check_extensions(file, &value, required, warnings)?;
@@ -49,7 +58,12 @@ pub(super) fn parse(
         gltf::Error::Deserialize(e) => malformed(format!("its JSON: {e}")),
         e => malformed(e.to_string()),
     })?;
-    Ok(Content { root: root.document.into_json(), value, blob: blob.map(<[u8]>::to_vec) })
+    Ok(Content {
+        root: root.document.into_json(),
+        value,
+        blob: blob.map(<[u8]>::to_vec),
+        length: bytes.len() as u64,
+    })
 }
 
 /// JSON and binary chunk; a file that is no .glb is all JSON.
@@ -113,17 +127,28 @@ fn check_extensions(
         _ if missing.is_empty() => {}
         Required::Refused => return Err(SceneError::Extension { file: file.to_owned(), extension }),
         Required::Warned => {
+            let extension = quoted(&extension);
             warnings.push(Warning(format!(
                 "{extension} is required but not supported: dapple cannot render this"
             )));
         }
     }
+    let (more_idle, idle) = (idle.len().saturating_sub(SAID), idle.into_iter().take(SAID));
     for name in idle {
         let name = quoted(name);
         warnings.push(Warning(format!("{name} is said to be required, but nothing in the file uses it")));
     }
+    if more_idle > 0 {
+        let said = format!("{more_idle} more extensions are said to be required, but nothing uses them");
+        warnings.push(Warning(said));
+    }
     let optional = used.iter().filter(|name| unsupported(name) && !required_names.contains(*name));
-    warnings.extend(optional.filter_map(|name| extensions::left_out(name, value)).map(Warning));
+    let mut left_out = optional.filter_map(|name| extensions::left_out(name, value));
+    warnings.extend(left_out.by_ref().take(SAID).map(Warning));
+    let more = left_out.count();
+    if more > 0 {
+        warnings.push(Warning(format!("{more} more extensions are not supported")));
+    }
     Ok(())
 }
 

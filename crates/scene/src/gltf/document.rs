@@ -2,6 +2,7 @@
 //! names what it speaks of.
 use super::{Options, container::Content, source};
 use crate::{SceneError, Warning, error::quoted};
+use dapple_imaging::MemoryLimit;
 use gltf::json::{self, Index};
 use serde_json::Value;
 use std::{
@@ -11,8 +12,6 @@ use std::{
 
 /// Elements that accessors without data may ask for in one file.
 const ZEROS: u64 = 1 << 22;
-/// Bytes that a file may make the reader keep. A few lines of JSON can refer to the same data any number of times.
-const MEMORY: u64 = 1 << 34;
 /// Most warnings that are kept.
 const MAX_WARNINGS: usize = 100;
 
@@ -25,13 +24,16 @@ pub(super) struct Document<'o> {
     blob: Option<Vec<u8>>,
     buffers: Vec<OnceCell<Vec<u8>>>,
     zeros: Cell<u64>,
-    memory: Cell<u64>,
+    /// Bytes that the file has made the reader keep. A few lines of JSON can refer to the same data any number of times.
+    kept: Cell<u64>,
+    /// Bytes of the file and of what has been read beside it.
+    length: Cell<u64>,
     warnings: RefCell<Vec<Warning>>,
 }
 
 impl<'o> Document<'o> {
     pub fn new(file: &Path, options: &'o Options, content: Content, warnings: Vec<Warning>) -> Self {
-        let Content { root, value, blob } = content;
+        let Content { root, value, blob, length } = content;
         Self {
             file: file.to_owned(),
             options,
@@ -40,7 +42,8 @@ impl<'o> Document<'o> {
             value,
             blob,
             zeros: Cell::new(ZEROS),
-            memory: Cell::new(MEMORY),
+            kept: Cell::new(0),
+            length: Cell::new(length),
             warnings: RefCell::new(warnings),
         }
     }
@@ -96,29 +99,41 @@ impl<'o> Document<'o> {
     fn buffer(&self, index: Index<json::Buffer>, place: &str) -> Result<&[u8], SceneError> {
         let buffer = self.get(&self.root.buffers, index, "buffer", place)?;
         let cell = &self.buffers[index.value()];
-        if cell.get().is_none() {
-            let place = label("buffer", index.value(), buffer.name.as_deref());
-            let length = buffer.byte_length.0;
-            let mut bytes = match (&buffer.uri, &self.blob) {
-                (Some(uri), _) => {
-                    let bytes = source::bytes(&self.file, uri, length, &place, self.options)?;
-                    if let Some(found) = source::other_name(&self.file, uri) {
-                        self.warn(format!("{place}: '{}' was found as '{}'", quoted(uri), quoted(&found)));
-                    }
-                    bytes
-                }
-                (None, Some(blob)) if index.value() == 0 => blob.clone(),
-                (None, _) => return Err(self.invalid(place, "has no data")),
-            };
-            if (bytes.len() as u64) < length {
-                let what = format!("holds {} of its {length} bytes", bytes.len());
-                return Err(self.invalid(place, what));
-            }
-            bytes.truncate(length as usize);
-            self.keep(length, &place)?;
-            let _ = cell.set(bytes);
+        if let Some(bytes) = cell.get() {
+            return Ok(bytes);
         }
+        let place = label("buffer", index.value(), buffer.name.as_deref());
+        let length = buffer.byte_length.0;
+        let cut_short = |held: usize| self.invalid(&*place, format!("holds {held} of its {length} bytes"));
+        let mut bytes = match (&buffer.uri, &self.blob) {
+            (Some(uri), _) => self.outside(uri, length, &place)?,
+            (None, Some(blob)) if index.value() == 0 => {
+                return range(blob, 0, length).ok_or_else(|| cut_short(blob.len()));
+            }
+            (None, _) => return Err(self.invalid(place, "has no data")),
+        };
+        if (bytes.len() as u64) < length {
+            return Err(cut_short(bytes.len()));
+        }
+        bytes.truncate(length as usize);
+        let _ = cell.set(bytes);
         Ok(cell.get().map_or(&[], Vec::as_slice))
+    }
+
+    /// Up to `limit` bytes of what a URI stands for.
+    pub fn outside(&self, uri: &str, limit: u64, place: &str) -> Result<Vec<u8>, SceneError> {
+        // Of data no more comes than the URI has letters; of a file no more than it has bytes.
+        let at_most = match source::path(&self.file, uri) {
+            Some(path) => path.metadata().map_or(0, |found| found.len()).min(limit),
+            None => uri.len() as u64,
+        };
+        self.has_read(if uri.starts_with("data:") { 0 } else { at_most });
+        self.keep(at_most, place)?;
+        let bytes = source::bytes(&self.file, uri, limit, place, self.options)?;
+        if let Some(found) = source::other_name(&self.file, uri) {
+            self.warn(format!("{place}: '{}' was found as '{}'", quoted(uri), quoted(&found)));
+        }
+        Ok(bytes)
     }
 
     /// The file itself and the files that its buffers and images name.
@@ -138,13 +153,32 @@ impl<'o> Document<'o> {
         Ok(())
     }
 
-    /// Takes `bytes` from the memory a file may use.
+    /// Takes `bytes` from the memory a file may use, before they are taken from the system.
     pub fn keep(&self, bytes: u64, place: &str) -> Result<(), SceneError> {
-        let left = self.memory.get().checked_sub(bytes);
-        self.memory.set(left.ok_or_else(|| {
-            self.invalid(place, format!("with it the scene takes more than {} GiB", MEMORY >> 30))
-        })?);
+        self.would_keep(bytes, place)?;
+        self.kept.set(self.kept.get().saturating_add(bytes));
         Ok(())
+    }
+
+    /// Whether so many bytes more could be taken.
+    pub fn would_keep(&self, bytes: u64, place: &str) -> Result<(), SceneError> {
+        let kept = self.kept.get().saturating_add(bytes);
+        let refuse = |overrun| SceneError::Memory {
+            file: self.file.clone(),
+            place: format!("{place}: the scene with it"),
+            overrun,
+        };
+        self.options.memory.admit(kept, Some(self.length.get())).map_err(refuse)
+    }
+
+    /// What the file may still make the reader keep.
+    pub fn left(&self) -> MemoryLimit {
+        self.options.memory.less(self.kept.get())
+    }
+
+    /// So many bytes have been read from beside the file.
+    pub fn has_read(&self, bytes: u64) {
+        self.length.set(self.length.get().saturating_add(bytes));
     }
 
     /// The `extras.dapple` object of something.

@@ -8,21 +8,17 @@ use super::{
     choose::Selected,
     container,
     document::{Document, label},
-    extensions,
+    extensions, load,
     node::Hierarchy,
     texture,
 };
-use crate::{SceneError, light_unit::TakenUnit};
+use crate::{SceneError, light_unit::TakenUnit, memory::Load};
 pub use choices::{AnimationInfo, SceneInfo, VariantInfo};
 use gltf::json;
 pub use objects::{MorphInfo, ObjectInfo, SkinInfo};
 use serde::Serialize;
+use std::collections::BTreeSet;
 pub use views::{CameraInfo, LightInfo};
-
-/// Bytes a triangle takes in the world and its tree, about.
-const TRIANGLE: u64 = 100;
-/// Bytes a vertex takes with normal and texture coordinates, about.
-const VERTEX: u64 = 32;
 
 /// What a file holds. What is placed is that of the scene, the variant and the time that are shown.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -57,7 +53,7 @@ pub struct Info {
     pub morphs: Vec<MorphInfo>,
     /// Extensions the file uses.
     pub extensions: Vec<ExtensionInfo>,
-    /// Memory that rendering will take for scene data, about.
+    /// Memory that rendering will take for scene data at its peak, about: every instance counts.
     pub memory_bytes: u64,
     /// What will look different from what the file says, as far as it shows without reading meshes.
     pub warnings: Vec<String>,
@@ -143,9 +139,8 @@ pub(super) fn info(doc: &Document<'_>) -> Result<Info, SceneError> {
     let mut counts = counts(doc, &hierarchy);
     let objects = objects::objects(doc, &hierarchy, &mut counts)?;
     let textures = textures(doc);
-    let texels: usize = textures.iter().map(|t| t.width.saturating_mul(t.height)).sum();
-    let world =
-        counts.triangles.saturating_mul(TRIANGLE).saturating_add(counts.vertices.saturating_mul(VERTEX));
+    let texels = textures.iter().map(|t| 4 * t.width as u64 * t.height as u64).sum();
+    let texels = Load { bytes: texels, ..Load::default() };
     Ok(Info {
         generator: doc.root.asset.generator.clone(),
         counts,
@@ -161,7 +156,7 @@ pub(super) fn info(doc: &Document<'_>) -> Result<Info, SceneError> {
         skins: objects::skins(doc, &hierarchy),
         morphs: objects::morphs(doc),
         extensions: extension_list(doc),
-        memory_bytes: world.saturating_add(4 * texels as u64),
+        memory_bytes: load::load(doc, &hierarchy).plus(texels).peak_bytes(),
         textures,
         warnings: doc.take_warnings().into_iter().map(|w| w.0).collect(),
     })
@@ -184,11 +179,8 @@ fn counts(doc: &Document<'_>, hierarchy: &Hierarchy) -> Counts {
 fn textures(doc: &Document<'_>) -> Vec<TextureInfo> {
     let one = |(i, image): (usize, &json::Image)| {
         let name = label("image", i, image.name.as_deref());
-        match texture::pixels(doc, i, &name) {
-            Ok(pixels) => {
-                let (width, height) = pixels.size();
-                TextureInfo { name, width, height, error: None }
-            }
+        match texture::size(doc, i, &name) {
+            Ok([width, height]) => TextureInfo { name, width, height, error: None },
             Err(e) => TextureInfo { name, error: Some(e.to_string()), ..TextureInfo::default() },
         }
     };
@@ -216,9 +208,9 @@ fn light_unit(doc: &Document<'_>) -> Option<LightUnitInfo> {
 }
 
 fn extension_list(doc: &Document<'_>) -> Vec<ExtensionInfo> {
-    let required = container::names(&doc.value, "extensionsRequired");
+    let required: BTreeSet<&str> = container::names(&doc.value, "extensionsRequired").into_iter().collect();
     let mut names = container::names(&doc.value, "extensionsUsed");
-    names.extend(&required);
+    names.extend(required.iter().copied());
     names.extend(extensions::used(&doc.value));
     names.sort_unstable();
     names.dedup();

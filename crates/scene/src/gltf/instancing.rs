@@ -5,7 +5,10 @@ use glam::{DQuat, DVec3, DVec4};
 use gltf::json::{self, Index};
 use serde_json::Value;
 
+/// Instances without data that a node may ask for: they all stand in one place.
+const ZEROS: u64 = 1 << 16;
 const NAME: &str = "EXT_mesh_gpu_instancing";
+const ATTRIBUTES: [&str; 3] = ["TRANSLATION", "ROTATION", "SCALE"];
 
 /// Placements of a node's instances in the node's own space; None when it has no such extension.
 pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<Placement>>, SceneError> {
@@ -15,6 +18,12 @@ pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<
     };
     let place = node::place(doc, index);
     let attribute = |name: &str| attribute(instancing, name);
+    let accessors = || ATTRIBUTES.iter().filter_map(|name| doc.root.accessors.get(attribute(name)?.value()));
+    let instances = count(doc, index)?.unwrap_or(1);
+    if instances > ZEROS && accessors().all(|accessor| accessor.buffer_view.is_none()) {
+        let what = format!("has {instances} instances without data; at most {ZEROS} are shown");
+        return Err(doc.invalid(place, what));
+    }
     let translations = attribute("TRANSLATION").map(|i| doc.vectors::<3>(i, &place)).transpose()?;
     let rotations = attribute("ROTATION").map(|i| doc.vectors::<4>(i, &place)).transpose()?;
     let scales = attribute("SCALE").map(|i| doc.vectors::<3>(i, &place)).transpose()?;

@@ -76,10 +76,29 @@ pub(super) fn read(
     if let Some(what) = bake::fault(&mesh) {
         return Err(doc.invalid(place, what));
     }
+    leave_points_out(doc, &mut mesh, place);
     // Primitives often share one large set of vertices.
     let mesh = bake::compact(mesh);
     doc.keep(bytes(&mesh), place)?;
     Ok((!mesh.triangles.is_empty()).then_some(mesh))
+}
+
+/// Leaves out triangles with two corners in one place where they are most of a mesh, so that no instance has to. Elsewhere
+/// they are few, and are left out with all others that have no area.
+fn leave_points_out(doc: &Document<'_>, mesh: &mut Mesh, place: &str) {
+    let positions = &mesh.positions;
+    let is_open = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| positions[i as usize]);
+        a != b && b != c && c != a
+    };
+    let (all, open) = (mesh.triangles.len(), mesh.triangles.iter().filter(|t| is_open(t)).count());
+    if open < all.div_ceil(2) {
+        mesh.triangles.retain(is_open);
+        let left_out = all - open;
+        doc.warn(format!(
+            "{place}: {left_out} of {all} triangles have two corners in one place and are left out"
+        ));
+    }
 }
 
 /// Memory of a mesh.

@@ -11,6 +11,7 @@ mod document;
 mod extensions;
 mod info;
 mod instancing;
+mod load;
 mod material;
 mod mend;
 mod mesh;
@@ -23,6 +24,7 @@ use crate::{LightUnit, Reads, SceneBuilder, SceneError};
 pub use choose::Choice;
 use container::Required;
 use dapple_camera::Shutter;
+use dapple_imaging::MemoryLimit;
 use document::Document;
 pub use info::{
     AnimationInfo, CameraInfo, Counts, EmissiveInfo, ExtensionInfo, Info, LightInfo, LightUnitInfo,
@@ -43,6 +45,8 @@ pub struct Options {
     pub strict: bool,
     /// What is looked at; the rest is not read.
     pub reads: Reads,
+    /// How much memory the scene may take.
+    pub memory: MemoryLimit,
     /// Which scene, variant and animation.
     pub choice: Choice,
     /// The unit of the punctual lights.
@@ -54,7 +58,7 @@ pub struct Options {
 /// # Errors
 /// What cannot be read, is not valid, or needs an extension that is not supported.
 pub fn read(path: &Path, options: &Options) -> Result<SceneBuilder, SceneError> {
-    read::scene(&parse(path, &file(path)?, Required::Refused, options)?)
+    read::scene(&parse(path, &file(path, options)?, Required::Refused, options)?)
 }
 
 /// As [`read`], from the bytes of the file; `path` is what messages call it and where it finds other files.
@@ -70,7 +74,7 @@ pub fn read_bytes(path: &Path, bytes: &[u8], options: &Options) -> Result<SceneB
 /// # Errors
 /// As [`read`].
 pub fn info(path: &Path, options: &Options) -> Result<Info, SceneError> {
-    info::info(&parse(path, &file(path)?, Required::Warned, options)?)
+    info::info(&parse(path, &file(path, options)?, Required::Warned, options)?)
 }
 
 /// The file itself and the files that its buffers and images name, read or not; nothing but the JSON is looked at.
@@ -78,11 +82,14 @@ pub fn info(path: &Path, options: &Options) -> Result<Info, SceneError> {
 /// # Errors
 /// As [`read`].
 pub fn files(path: &Path, options: &Options) -> Result<Vec<std::path::PathBuf>, SceneError> {
-    Ok(parse(path, &file(path)?, Required::Warned, options)?.files())
+    Ok(parse(path, &file(path, options)?, Required::Warned, options)?.files())
 }
 
-fn file(path: &Path) -> Result<Vec<u8>, SceneError> {
+fn file(path: &Path, options: &Options) -> Result<Vec<u8>, SceneError> {
     let io = |source| SceneError::Io { file: path.to_owned(), what: "the scene".into(), source };
+    let length = std::fs::metadata(path).map_err(io)?.len();
+    let memory = |overrun| SceneError::Memory { file: path.to_owned(), place: "the file".into(), overrun };
+    options.memory.admit(length, None).map_err(memory)?;
     std::fs::read(path).map_err(io)
 }
 
@@ -93,6 +100,6 @@ fn parse<'o>(
     options: &'o Options,
 ) -> Result<Document<'o>, SceneError> {
     let mut warnings = Vec::new();
-    let content = container::parse(path, bytes, required, &mut warnings)?;
+    let content = container::parse(path, bytes, required, options, &mut warnings)?;
     Ok(Document::new(path, options, content, warnings))
 }

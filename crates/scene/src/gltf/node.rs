@@ -3,16 +3,17 @@
 //! Transforms are read in f64 and composed in f64 with the rounding of translations kept (`Placement`). Each node
 //! keeps its translation, rotation and scale apart, with their tracks, so that its motion can be followed in time.
 use super::{
+    Options,
     animation::{self, Tracks},
     choose::Selected,
     document::{Document, label},
 };
 use crate::{Placement, SceneError};
 use dapple_camera::camera::axes;
-use dapple_geometry::motion::{self, Channel, Trs};
+use dapple_geometry::motion::{self, Chain, Channel, Trs};
 use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
 use serde_json::Value;
-use std::sync::Arc;
+use std::{collections::HashMap, sync::Arc};
 
 /// The nodes of the scene that is shown, parents before children.
 pub(super) struct Hierarchy {
@@ -142,21 +143,44 @@ impl Hierarchy {
         Placement { linear, ..camera }
     }
 
-    /// The nodes that the camera of a node hangs on, from the root down to itself, its own scale left out.
-    pub fn camera_chain(&self, index: usize) -> Vec<motion::Node> {
-        let mut chain = self.chain(index);
-        if let Some(motion::Node::Trs(own)) = chain.last_mut() {
+    /// The nodes that the camera of a node hangs on, from the root down to itself, its own scale left out. `known`: the
+    /// chains of nodes made so far.
+    pub fn camera_chain(&self, index: usize, known: &mut HashMap<usize, Chain>) -> Chain {
+        let node = &self.nodes[index];
+        let above = node.parent.map_or_else(Chain::default, |parent| self.chain(parent, known));
+        let mut own = node.in_time();
+        if let motion::Node::Trs(own) = &mut own {
             own.scale = Channel::Constant(DVec3::ONE);
         }
-        chain
+        above.then(own)
     }
 
-    /// The nodes that a node hangs on, from the root down to itself.
-    pub fn chain(&self, index: usize) -> Vec<motion::Node> {
-        let mut chain: Vec<_> = std::iter::successors(Some(index), |&i| self.nodes[i].parent)
-            .map(|i| self.nodes[i].in_time())
-            .collect();
-        chain.reverse();
+    /// For each node the links of the chain that it hangs on once that is folded; 0 for what stands still while the picture
+    /// is exposed.
+    pub fn links(&self, options: &Options) -> Vec<u64> {
+        let (at, shutter) = (options.at, options.shutter);
+        let moving = self.moving(at + shutter.open, at + shutter.close);
+        let mut tracked = vec![0; self.nodes.len()];
+        for &i in &self.order {
+            let above = self.nodes[i].parent.map_or(0, |p| tracked[p]);
+            tracked[i] = above + u64::from(!self.nodes[i].tracks.is_empty());
+        }
+        tracked.iter().zip(moving).map(|(n, moves)| if moves { 2 * n + 2 } else { 0 }).collect()
+    }
+
+    /// The nodes that a node hangs on, from the root down to itself. `known`: the chains of nodes made so far.
+    pub fn chain(&self, index: usize, known: &mut HashMap<usize, Chain>) -> Chain {
+        let mut below = Vec::new();
+        let mut at = Some(index);
+        while let Some(i) = at.filter(|i| !known.contains_key(i)) {
+            below.push(i);
+            at = self.nodes[i].parent;
+        }
+        let mut chain = at.map_or_else(Chain::default, |i| known[&i].clone());
+        for i in below.into_iter().rev() {
+            chain = chain.then(self.nodes[i].in_time());
+            known.insert(i, chain.clone());
+        }
         chain
     }
 }

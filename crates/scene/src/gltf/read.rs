@@ -2,7 +2,7 @@
 use super::{
     choose::Selected,
     document::{Document, label},
-    instancing,
+    instancing, load,
     material::Materials,
     mesh::{self, Wanted},
     node::{self, Hierarchy},
@@ -10,7 +10,10 @@ use super::{
 use crate::light_unit::TakenUnit;
 use crate::{CameraPose, Placement, SceneBuilder, SceneError, Unread};
 use dapple_camera::{Clip, Projection, camera::axes};
-use dapple_geometry::{Mesh, motion};
+use dapple_geometry::{
+    Mesh,
+    motion::{self, Chain},
+};
 use glam::{DAffine3, DVec3, Vec3};
 use gltf::json::{
     self, Index, camera, extensions::scene::khr_lights_punctual as punctual, validation::Checked,
@@ -18,17 +21,13 @@ use gltf::json::{
 use serde_json::Value;
 use std::{collections::HashMap, f64::consts::FRAC_PI_2, sync::Arc};
 
-/// Bytes an object takes besides its mesh, about.
-const OBJECT: u64 = 400;
-/// And for each node it hangs on, if it moves.
-const LINK: u64 = 300;
-
 const SHAPES: &str = "extras.dapple.shape must be \"sphere\" or \"disk\"";
 
 /// Everything the chosen scene shows.
 pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let selected = Selected::new(doc)?;
     let hierarchy = Hierarchy::new(doc, &selected)?;
+    load::check(doc, &hierarchy)?;
     let (at, shutter) = (doc.options.at, doc.options.shutter);
     let placements = hierarchy.placements(at + shutter.open);
     let moving = hierarchy.moving(at + shutter.open, at + shutter.close);
@@ -37,16 +36,17 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     builder.files = doc.files();
     builder.notes = selected.notes(doc);
     let meshes = vec![None; doc.root.meshes.len()];
-    let (materials, firsts) = (Materials::default(), HashMap::new());
-    let mut assembly = Assembly { doc, selected, builder, materials, meshes, firsts };
+    let (materials, firsts, cameras) = (Materials::default(), HashMap::new(), HashMap::new());
+    let mut assembly = Assembly { doc, selected, builder, materials, meshes, firsts, cameras };
+    let mut chains = HashMap::new();
     for &index in &hierarchy.order {
         let node = &doc.root.nodes[index];
         let shows = node.mesh.is_some() || node.extensions.is_some() || node.extras.is_some();
-        let chain = (moving[index] && shows).then(|| hierarchy.chain(index));
+        let chain = (moving[index] && shows).then(|| hierarchy.chain(index, &mut chains));
         assembly.node(index, &Whereabouts { placement: placements[index], chain })?;
         if let Some(camera) = node.camera {
             let placement = hierarchy.camera(index, &placements, at + shutter.open);
-            let chain = moving[index].then(|| hierarchy.camera_chain(index));
+            let chain = moving[index].then(|| hierarchy.camera_chain(index, &mut chains));
             assembly.camera(camera, node.name.as_deref(), &Whereabouts { placement, chain })?;
         }
     }
@@ -71,7 +71,7 @@ type Primitives = Vec<(Arc<Mesh>, u32)>;
 /// Where a node is: when the shutter opens and, if it moves while it is open, at every time.
 struct Whereabouts {
     placement: Placement,
-    chain: Option<Vec<motion::Node>>,
+    chain: Option<Chain>,
 }
 
 struct Assembly<'a, 'o> {
@@ -81,6 +81,8 @@ struct Assembly<'a, 'o> {
     materials: Materials,
     /// Meshes read so far.
     meshes: Vec<Option<Primitives>>,
+    /// Names of cameras that several nodes may show.
+    cameras: HashMap<usize, Arc<str>>,
     /// Materials of the first primitives of meshes, as far as they have been asked for.
     firsts: HashMap<usize, Option<Index<json::Material>>>,
 }
@@ -133,14 +135,14 @@ impl Assembly<'_, '_> {
         let doc = self.doc;
         let (_, mesh_place) = mesh::named(doc, mesh, &node::place(doc, index))?;
         self.read_mesh(mesh, &mesh_place)?;
-        let name = match doc.root.nodes[index].name.as_deref() {
-            Some(name) if !name.is_empty() => name.to_owned(),
-            _ => mesh_place,
+        if self.meshes[mesh.value()].as_ref().is_none_or(Vec::is_empty) {
+            return Ok(());
+        }
+        let name: Arc<str> = match doc.root.nodes[index].name.as_deref() {
+            Some(name) if !name.is_empty() => name.into(),
+            _ => mesh_place.into(),
         };
         let instances = instancing::placements(doc, index)?.unwrap_or_else(|| vec![Placement::IDENTITY]);
-        let links = whereabouts.chain.as_ref().map_or(0, |chain| chain.len() as u64 + 1);
-        let objects = instances.len() as u64 * doc.root.meshes[mesh.value()].primitives.len() as u64;
-        doc.keep(objects.saturating_mul(OBJECT + links * LINK), &name)?;
         for instance in instances {
             let first = self.builder.object_count();
             for (mesh, material) in self.meshes[mesh.value()].iter().flatten() {
@@ -148,12 +150,11 @@ impl Assembly<'_, '_> {
                 match &whereabouts.chain {
                     None => {
                         let placement = whereabouts.placement.child(&instance);
-                        self.builder.mesh(&name, mesh, placement, material)
+                        self.builder.mesh(name.clone(), mesh, placement, material)
                     }
                     Some(chain) => {
                         let last = motion::Node::Fixed(instance.into());
-                        let chain = chain.iter().cloned().chain([last]).collect();
-                        self.builder.moving_mesh(&name, mesh, chain, material)
+                        self.builder.moving_mesh(name.clone(), mesh, chain.then(last), material)
                     }
                 };
             }
@@ -261,7 +262,7 @@ impl Assembly<'_, '_> {
         kind: Option<&str>,
         name: &str,
         radius: f64,
-        chain: Vec<motion::Node>,
+        chain: Chain,
         material: u32,
     ) -> Result<(), &'static str> {
         match kind {
@@ -296,14 +297,23 @@ impl Assembly<'_, '_> {
                 "{place}: its znear and zfar are no range in front of it, and nothing is clipped"
             ));
         }
-        let name = camera_name(index, camera, node);
+        let own = |camera: &json::Camera| node.filter(|n| !n.is_empty()).is_none() && camera.name.is_some();
+        let name: Arc<str> = match own(camera) {
+            // One name for all nodes that show the camera.
+            true => self
+                .cameras
+                .entry(index.value())
+                .or_insert_with(|| camera_name(index, camera, node).into())
+                .clone(),
+            false => camera_name(index, camera, node).into(),
+        };
         let pose = |transform| CameraPose { transform, projection, aspect, clip };
         let placement = &whereabouts.placement;
         // A chain that gives no direction of view when the shutter opens is not followed.
         let chain = whereabouts.chain.as_ref();
         match chain.filter(|chain| axes(&self.builder.exposure.placement(chain).linear).is_some()) {
-            None => self.builder.camera(&name, pose((*placement).into())),
-            Some(chain) => self.builder.moving_camera(&name, pose(DAffine3::IDENTITY), chain.clone()),
+            None => self.builder.camera(name, pose((*placement).into())),
+            Some(chain) => self.builder.moving_camera(name, pose(DAffine3::IDENTITY), chain.clone()),
         }
         Ok(())
     }

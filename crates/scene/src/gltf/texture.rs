@@ -7,16 +7,19 @@ use super::{
 use crate::{SceneBuilder, SceneError, TextureUse, channels, error::quoted};
 use dapple_imaging::{
     Interpolation, Sampler, Texture, Wrap,
-    read::{Texels, texels},
+    read::{self, Texels, texels_within},
     texture::Encoding,
 };
 use glam::{Affine2, Mat2, Vec2};
 use gltf::json::{self, Index, texture::MagFilter, texture::WrappingMode, validation::Checked};
+use std::{borrow::Cow, collections::HashMap};
 
 /// Textures that materials point to, by their index in the builder.
 #[derive(Default)]
 pub(super) struct Textures {
     wanted: Vec<Wanted>,
+    /// Where each key is among them.
+    known: HashMap<(usize, [u8; 4]), u32>,
 }
 
 struct Wanted {
@@ -25,11 +28,19 @@ struct Wanted {
     name: String,
 }
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 struct Key {
     image: usize,
     encoding: Encoding,
     sampler: Sampler,
+}
+
+impl Key {
+    /// The same for equal keys alone.
+    fn hashed(&self) -> (usize, [u8; 4]) {
+        let Sampler { wrap_s, wrap_t, interpolation } = self.sampler;
+        (self.image, [self.encoding as u8, wrap_s as u8, wrap_t as u8, interpolation as u8])
+    }
 }
 
 /// Where a material points: texture, set of coordinates, transform.
@@ -58,10 +69,28 @@ impl Textures {
     /// Moves the textures into the builder.
     pub fn decode(&self, doc: &Document<'_>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
         let reads = &doc.options.reads;
+        self.check(doc)?;
         let channels = channels::looked_at(builder.materials(), self.wanted.len(), reads);
         for (Wanted { key, name }, channels) in self.wanted.iter().zip(channels) {
             let texture = Texture::new(pixels(doc, key.image, name)?, key.encoding, key.sampler);
             builder.texture(if reads.everything { texture } else { texture.keep(channels) });
+        }
+        Ok(())
+    }
+
+    /// Whether all of them can be kept, as far as their headers say: the first need not be decoded if the last is too much.
+    fn check(&self, doc: &Document<'_>) -> Result<(), SceneError> {
+        let mut bytes = 0_u64;
+        for Wanted { key, name } in &self.wanted {
+            // What lies in files of its own is as large as it is, and not read twice.
+            let image = &doc.root.images[key.image];
+            if file_name(image).is_none()
+                && let Ok((encoded, place)) = encoded(doc, key.image, name)
+                && let Ok([width, height]) = read::size(&encoded, &place)
+            {
+                bytes = bytes.saturating_add(width.saturating_mul(height).saturating_mul(4));
+                doc.would_keep(bytes, &place)?;
+            }
         }
         Ok(())
     }
@@ -98,11 +127,10 @@ impl Textures {
             None => Sampler::default(),
         };
         let key = Key { image: image.value(), encoding, sampler };
-        let known = self.wanted.iter().position(|wanted| wanted.key == key);
-        let index = known.unwrap_or_else(|| {
+        let index = *self.known.entry(key.hashed()).or_insert_with(|| {
             self.wanted.push(Wanted { key, name });
-            self.wanted.len() - 1
-        }) as u32;
+            self.wanted.len() as u32 - 1
+        });
         let transform = pointer.transform.map(affine).filter(|t| *t != Affine2::IDENTITY);
         if transform.is_some_and(|t| !t.is_finite()) {
             return Err(doc.invalid(place, "has a texture transform that is not finite"));
@@ -122,29 +150,50 @@ fn image_of(texture: &json::Texture) -> Option<Index<json::Image>> {
     }
 }
 
-/// An image's pixels.
-pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Texels, SceneError> {
+/// The bytes of an image as it is encoded, and how to call it.
+fn encoded<'a>(
+    doc: &'a Document<'_>,
+    index: usize,
+    place: &str,
+) -> Result<(Cow<'a, [u8]>, String), SceneError> {
     let image = doc.get(&doc.root.images, Index::new(index as u32), "image", place)?;
     let place = label("image", index, image.name.as_deref().or(file_name(image)));
-    let owned;
     let bytes = match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => {
-            owned = source::bytes(&doc.file, uri, source::MAX_FILE, &place, doc.options)?;
-            if let Some(found) = source::other_name(&doc.file, uri) {
-                doc.warn(format!("{place}: '{}' was found as '{}'", quoted(uri), quoted(&found)));
-            }
-            &owned[..]
-        }
-        (None, Some(view)) => doc.view(view, &place)?,
+        (Some(uri), _) => doc.outside(uri, source::MAX_FILE, &place)?.into(),
+        (None, Some(view)) => doc.view(view, &place)?.into(),
         (None, None) => return Err(doc.invalid(place, "has neither a URI nor a buffer view")),
     };
-    if is_cut_short(bytes) {
-        doc.warn(format!(
-            "{place} is cut short: the JPEG data end before the picture does, and the rest is grey"
-        ));
+    Ok((bytes, place))
+}
+
+/// An image's width and height. One that is small for what it holds is decoded too, so that faults are found.
+pub(super) fn size(doc: &Document<'_>, index: usize, place: &str) -> Result<[usize; 2], SceneError> {
+    const SMALL: u64 = 1 << 22;
+    let image = |source| SceneError::Image { file: doc.file.clone(), source };
+    let (bytes, place) = encoded(doc, index, place)?;
+    let [width, height] = read::size(&bytes, &place).map_err(image)?;
+    let texels = width.saturating_mul(height);
+    if texels < SMALL.max(32 * bytes.len() as u64) {
+        texels_within(&bytes, &place, doc.options.memory).map_err(image)?;
     }
-    let pixels =
-        texels(bytes, &place).map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
+    if is_cut_short(&bytes) {
+        doc.warn(cut_short(&place));
+    }
+    Ok([width as usize, height as usize])
+}
+
+fn cut_short(place: &str) -> String {
+    format!("{place} is cut short: the JPEG data end before the picture does, and the rest is grey")
+}
+
+/// An image's pixels.
+pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Texels, SceneError> {
+    let (bytes, place) = encoded(doc, index, place)?;
+    if is_cut_short(&bytes) {
+        doc.warn(cut_short(&place));
+    }
+    let pixels = texels_within(&bytes, &place, doc.left())
+        .map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
     doc.keep(pixels.bytes() as u64, &place)?;
     Ok(pixels)
 }

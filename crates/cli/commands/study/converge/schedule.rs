@@ -7,11 +7,11 @@ use super::{External, Given, Session};
 use crate::error::Failure;
 use crate::load::{self, Loaded};
 use crate::options::RenderOptions;
-use crate::{interrupt, machine, metering, values};
+use crate::{interrupt, machine, memory, metering, values};
 use dapple_analysis::converge::{Allowance, Measurement, Reference, allowance, apart, measure};
 use dapple_analysis::results::{Difference, ReferenceRecord, Results, RunRecord, Seed};
 use dapple_integrator::Settings;
-use dapple_integrator::imaging::{Window, read};
+use dapple_integrator::imaging::{MemoryLimit, Window, read};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -31,7 +31,8 @@ pub fn scene(session: &mut Session<'_>, given: Given<'_>, old: &Results, rest: u
     let planned = plan::runs(session.arguments, &options, &loaded.scene)?;
     names(&planned, &session.externals)?;
     let size = planned[0].run.settings.size;
-    let file = session.arguments.reference.as_deref().map(|path| from_file(path, size)).transpose()?;
+    let limit = memory::limit(options.memory_limit);
+    let file = session.arguments.reference.as_deref().map(|path| from_file(path, size, limit)).transpose()?;
     expose(session, name, &options, &loaded, &planned[0]);
     let first = session.results.runs.len();
     let shared = session.arguments.shared_reference;
@@ -83,8 +84,8 @@ fn names(planned: &[Planned], externals: &[External]) -> Result<(), Failure> {
 }
 
 /// The picture of `--reference`, which must be as large as the runs' and whole.
-fn from_file(path: &Path, size: (u32, u32)) -> Result<Reference, Failure> {
-    let picture = read::windowed(path)?;
+fn from_file(path: &Path, size: (u32, u32), limit: MemoryLimit) -> Result<Reference, Failure> {
+    let picture = read::windowed_within(path, limit)?;
     let (w, h) = picture.full_size;
     if (w, h) != (size.0 as usize, size.1 as usize) {
         return Err(Failure::Arguments(format!(

@@ -5,7 +5,7 @@ use dapple_analysis::converge::Reference as Pictures;
 use dapple_analysis::metrics::SizeMismatch;
 use dapple_integrator::Settings;
 use dapple_integrator::camera::PixelRect;
-use dapple_integrator::imaging::{Picture, Window, Windowed, read};
+use dapple_integrator::imaging::{MemoryLimit, Picture, Window, Windowed, read};
 use std::path::Path;
 
 /// So many standard deviations of what the reference's noise does to a squared error, errors are not told.
@@ -83,8 +83,12 @@ pub struct Given<'a> {
 
 impl<'a> Given<'a> {
     /// Reads what was named.
-    pub fn read(first: Option<&'a Path>, half: Option<&'a Path>) -> Result<Option<Self>, Failure> {
-        let one = |path: &'a Path| Ok::<_, Failure>((path, read::windowed(path)?));
+    pub fn read(
+        first: Option<&'a Path>,
+        half: Option<&'a Path>,
+        limit: MemoryLimit,
+    ) -> Result<Option<Self>, Failure> {
+        let one = |path: &'a Path| Ok::<_, Failure>((path, read::windowed_within(path, limit)?));
         let Some(path) = first else { return Ok(None) };
         Ok(Some(Self { first: one(path)?, half: half.map(one).transpose()? }))
     }

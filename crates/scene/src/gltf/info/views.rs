@@ -1,11 +1,14 @@
 //! Cameras and lights, in the units of the file.
 use super::super::{document::Document, node::Hierarchy, read};
 use super::choices::own;
-use crate::{Placement, SceneError};
+use crate::{Placement, SceneError, error::quoted};
 use dapple_camera::camera::axes;
 use glam::DVec3;
 use gltf::json::{self, extensions::scene::khr_lights_punctual as punctual, validation::Checked};
 use serde::Serialize;
+
+/// A camera's name of more bytes than this is cut.
+const LONGEST: usize = 1000;
 
 /// A camera of the scene that is shown, as it stands when the shutter opens.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -63,12 +66,18 @@ pub(super) fn cameras(
     (placements, moving): (&[Placement], &[bool]),
 ) -> Result<Vec<CameraInfo>, SceneError> {
     let mut cameras = Vec::new();
+    let open = doc.options.at + doc.options.shutter.open;
     for &i in &hierarchy.order {
         let node = &doc.root.nodes[i];
         let Some(index) = node.camera else { continue };
         let camera = doc.get(&doc.root.cameras, index, "camera", "a node")?;
-        let name = read::camera_name(index, camera, node.name.as_deref());
-        cameras.push(CameraInfo { name, moves: moving[i], ..posed(camera, &placements[i]) });
+        let mut name = read::camera_name(index, camera, node.name.as_deref());
+        if name.len() > LONGEST {
+            // Many nodes may show one camera.
+            name = quoted(&name);
+        }
+        let placement = hierarchy.camera(i, placements, open);
+        cameras.push(CameraInfo { name, moves: moving[i], ..posed(camera, &placement) });
     }
     Ok(cameras)
 }

@@ -3,7 +3,7 @@
 use super::super::Session;
 use super::super::folder::plain;
 use crate::error::{self, Failure};
-use crate::machine;
+use crate::{machine, memory};
 use dapple_integrator::imaging::{Picture, Window, read};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -84,7 +84,8 @@ impl External {
             let last = said.lines().rfind(|l| !l.trim().is_empty()).unwrap_or_default().to_string();
             return Err(failed(format!("failed ({}): {}", done.status, error::one_line(&last))));
         }
-        let picture = read::windowed(&out).map_err(|e| failed(format!("left no picture: {e}")))?;
+        let picture = read::windowed_within(&out, memory::limit(None))
+            .map_err(|e| failed(format!("left no picture: {e}")))?;
         let full = Window::full(picture.full_size);
         let picture = picture.covering(full, &out.display().to_string())?;
         let told = if self.tells_time() { told(&time).map_err(failed)? } else { (None, None) };
