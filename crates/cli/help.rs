@@ -5,15 +5,13 @@ use clap::{Arg, Command};
 use dapple_integrator::scene::builtin;
 
 /// Options of a render that the short help shows; all others are under `--help`.
-const NEWCOMERS: [&str; 18] = [
+const NEWCOMERS: [&str; 15] = [
     "output",
     "size",
     "camera",
     "orbit",
     "look-from",
-    "scene",
     "animation",
-    "at",
     "env",
     "exposure",
     "tone",
@@ -22,7 +20,6 @@ const NEWCOMERS: [&str; 18] = [
     "spp",
     "time-limit",
     "error-limit",
-    "json",
     "quiet",
 ];
 

@@ -277,6 +277,12 @@ mod tests {
         for (alias, _) in OPTIONS {
             assert!(!render.iter().any(|name| name == alias), "--{alias}");
         }
+        // And what is meant is an option of some command.
+        let all = args::command();
+        for (alias, name) in OPTIONS {
+            let is_there = all.get_subcommands().any(|sub| longs(sub).iter().any(|long| long == name));
+            assert!(is_there || !cfg!(feature = "report"), "--{alias}: there is no --{name}");
+        }
         for (alias, _) in WRITTEN {
             assert!(super::alias(OPTIONS, alias).is_some(), "{alias}");
         }
