@@ -5,15 +5,13 @@ use clap::{Arg, Command};
 use dapple_integrator::scene::builtin;
 
 /// Options of a render that the short help shows; all others are under `--help`.
-const NEWCOMERS: [&str; 18] = [
+const NEWCOMERS: [&str; 15] = [
     "output",
     "size",
     "camera",
     "orbit",
     "look-from",
-    "scene",
     "animation",
-    "at",
     "env",
     "exposure",
     "tone",
@@ -22,9 +20,11 @@ const NEWCOMERS: [&str; 18] = [
     "spp",
     "time-limit",
     "error-limit",
-    "json",
     "quiet",
 ];
+
+/// Other names of options that were there first, and stay accepted.
+const OLDER: [&str; 2] = ["cull-backfaces", "env-smooth"];
 
 /// What is said below the full help of a command that renders.
 const MORE: &str = "\
@@ -54,7 +54,8 @@ fn subcommand(sub: Command, name: &str) -> Command {
             return arg;
         };
         let is_seldom = !NEWCOMERS.contains(&option.as_str()) && !arg.is_required_set();
-        let is_hidden = arg.is_hide_set() || !uses::serves(name, option);
+        let is_older = OLDER.contains(&option.as_str());
+        let is_hidden = arg.is_hide_set() || is_older || !uses::serves(name, option);
         arg.hide(is_hidden).hide_short_help(is_seldom)
     })
     .after_help(format!("All options: dapple {name} --help"))

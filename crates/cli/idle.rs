@@ -3,6 +3,7 @@
 
 use crate::load;
 use crate::options::RenderOptions;
+use dapple_integrator::lights::Light;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Combine, Effect, Method, Settings};
 use std::path::Path;
@@ -35,6 +36,9 @@ pub fn of_outputs(options: &RenderOptions) -> Idle {
     say(options.aov.is_some() && !writes("exr"), "--aov", "layers are written to EXR, and none is written");
     say(options.exposure.is_some() && !writes("png"), "--exposure", "no PNG is written");
     say(options.tone.is_some() && !writes("png"), "--tone", "no PNG is written");
+    say(options.png_depth.is_some() && !writes("png"), "--png-depth", "no PNG is written");
+    let has_alpha = writes("exr") || writes("png");
+    say(RenderOptions::is(options.transparent) && !has_alpha, "--transparent", "an HDR file has no alpha");
     idle
 }
 
@@ -88,6 +92,9 @@ fn of_environment(options: &RenderOptions) -> Idle {
     if !picture && options.env_smooth.is_some() {
         idle.push(("--env-smooth", why.into()));
     }
+    if !picture && options.env_nearest.is_some() {
+        idle.push(("--env-nearest", why.into()));
+    }
     if !picture && !color && options.env_intensity.is_some() {
         idle.push(("--env-intensity", "no environment is given; see --env and --env-color".into()));
     }
@@ -102,6 +109,12 @@ fn of_scene(options: &RenderOptions, scene: &Scene) -> Idle {
     }
     if RenderOptions::is(options.transparent_shadows) && !scene.survey.has_transmission {
         idle.push(("--transparent-shadows", "the scene has no glass".into()));
+    }
+    let punctual = |light: &Light| {
+        matches!(light, Light::Point(_) | Light::Spot(_) | Light::Distant(_) | Light::Moving(_))
+    };
+    if options.light_unit.is_some() && !scene.lights.iter().any(punctual) {
+        idle.push(("--light-unit", "the scene has no point, spot or directional light".into()));
     }
     idle
 }
@@ -146,7 +159,10 @@ mod tests {
             (&["--env-color=1,1,1", "--env-rotation=9", "--env-intensity=2"], "--env-rotation"),
             (&["--env=none", "--env-rotation=9"], "--env-rotation"),
             (&["--shutter=0:1", "--transparent-shadows"], "--shutter --transparent-shadows"),
-            (&["--shutter=1:1"], ""),
+            (&["--shutter=1:1", "--env=a.exr", "--env-nearest"], ""),
+            (&["--env-nearest", "--light-unit=auto"], "--env-nearest --light-unit"),
+            (&["--png-depth=16", "--transparent", "--output=a.exr"], "--png-depth"),
+            (&["--png-depth=16", "--transparent", "--output=a.hdr"], "--png-depth --transparent"),
         ] {
             assert_eq!(names(typed), idle, "{typed:?}");
         }

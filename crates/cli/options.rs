@@ -78,7 +78,9 @@ pub struct RenderOptions {
     /// Write EXR channels as 16-bit half floats
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Output")]
     pub half: Option<bool>,
-    /// See nothing instead of the environment where no surface is, and write alpha: the share of a pixel that is covered, with associated colours in an EXR and unassociated ones in a PNG. The environment still lights the scene; clear panes cover
+    /// Show nothing where no surface is, and write alpha
+    ///
+    /// Alpha is the share of a pixel that is covered, with associated colours in an EXR and unassociated ones in a PNG. The environment is not seen but still lights the scene; clear panes cover.
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Output")]
     pub transparent: Option<bool>,
     /// Bits per channel of PNG output: 8 or 16 [default: 8]
@@ -165,13 +167,15 @@ pub struct RenderOptions {
     #[command(flatten)]
     pub view: ViewOptions,
     /// Back faces of single-sided materials: camera = hidden from the camera, as glTF asks, but not from light; shown = there for all; culled = there for none, not even for light [default: camera]
-    #[arg(long, value_name = "NAME", help_heading = "View")]
+    #[arg(long, value_parser = aliases::named::<Backfaces>(aliases::NONE), value_name = "NAME", help_heading = "View")]
     pub backfaces: Option<Backfaces>,
     /// The same as --backfaces culled
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, conflicts_with = "backfaces", help_heading = "View")]
     pub cull_backfaces: Option<bool>,
 
-    /// Environment picture, latitude-longitude: .hdr or .exr; none = nothing, not even the studio light that a scene without light of its own gets
+    /// Environment picture, latitude-longitude: .hdr or .exr; none = nothing
+    ///
+    /// None leaves out even the studio light that a scene without light of its own gets.
     #[arg(long, value_name = "FILE", conflicts_with = "env_color", help_heading = "Environment")]
     pub env: Option<PathBuf>,
     /// Environment of one colour, linear radiance

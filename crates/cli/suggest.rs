@@ -111,8 +111,8 @@ const OPTIONS: &[(&str, &str)] = &[
     ("debug", "verbose"),
     ("log-file", "log"),
     ("force", "yes"),
-    ("cull", "cull-backfaces"),
-    ("backface-culling", "cull-backfaces"),
+    ("cull", "backfaces"),
+    ("backface-culling", "backfaces"),
     ("alpha", "transparent"),
     ("transparent-background", "transparent"),
     ("bit-depth", "png-depth"),
@@ -276,6 +276,12 @@ mod tests {
         let render = longs(args::command().find_subcommand("render").unwrap());
         for (alias, _) in OPTIONS {
             assert!(!render.iter().any(|name| name == alias), "--{alias}");
+        }
+        // And what is meant is an option of some command.
+        let all = args::command();
+        for (alias, name) in OPTIONS {
+            let is_there = all.get_subcommands().any(|sub| longs(sub).iter().any(|long| long == name));
+            assert!(is_there || !cfg!(feature = "report"), "--{alias}: there is no --{name}");
         }
         for (alias, _) in WRITTEN {
             assert!(super::alias(OPTIONS, alias).is_some(), "{alias}");

@@ -22,7 +22,9 @@ pub struct ViewOptions {
     /// Place a camera at a point; it looks at --look-at
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with_all = ["camera", "orbit"], help_heading = "View")]
     pub look_from: Option<Point>,
-    /// Place a camera on a sphere around the scene, or around --look-at: YAW 0 is from the front (+Z), 90 from the right (+X), PITCH 90 from above; DISTANCE from the centre [default: as near as shows everything]
+    /// Place a camera on a sphere around the scene, or around --look-at [default distance: as near as shows everything]
+    ///
+    /// YAW 0 is from the front (+Z), 90 from the right (+X), PITCH 90 from above; DISTANCE is counted from the centre.
     #[arg(
         long,
         value_name = "YAW,PITCH[,DISTANCE]",
