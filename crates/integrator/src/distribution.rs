@@ -154,7 +154,7 @@ impl<'a, V: Visibility, F: Follow> Tree<'a, V, F> {
             let is_clipped = self.job.clips(met.first, clip, ray, self.time);
             if arrival.is_camera() && (is_clipped || met.is_passed(self.job, ray, self.time)) {
                 let again = if is_clipped { start(self.job, ray, self.time) } else { (*ray, *stack, 0.0) };
-                met = meet(&self.around(key).from_camera(), &again.0, &again.1);
+                met = meet(&self.around(key).of_camera_ray(), &again.0, &again.1);
                 met.distance += again.2;
             }
             (near, absorbed) = (&met.stack, met.transmittance);

@@ -166,7 +166,7 @@ pub(crate) fn seen<V: Visibility>(
     let moves = around.job.clips(first, near, ray, around.time);
     let near = if moves { around.job.near(ray, around.time) } else { 0.0 };
     let ray = beyond(ray, near);
-    let around = &around.from_camera();
+    let around = &around.of_camera_ray();
     let scene = around.scene;
     let mut hit = around.visibility.closest(scene, &ray, around.time, around.key)?;
     let mut surface = scene.world.surface(&ray, around.time, &hit);
@@ -178,7 +178,7 @@ pub(crate) fn seen<V: Visibility>(
 
 impl<'a, V: Visibility> Around<'a, V> {
     /// The same for camera rays, which pass back faces.
-    pub fn from_camera(&self) -> Around<'a, FromCamera<V>> {
+    pub fn of_camera_ray(&self) -> Around<'a, FromCamera<V>> {
         let visibility = FromCamera { inner: self.visibility, hides_backs: self.job.hides_backs };
         Around { job: self.job, scene: self.scene, visibility, time: self.time, key: self.key }
     }

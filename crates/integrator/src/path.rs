@@ -92,7 +92,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
                 if is_clipped {
                     (ray, state.stack, before) = start(job, &ray, sample.time);
                 }
-                met = meet(&around.from_camera(), &ray, &state.stack);
+                met = meet(&around.of_camera_ray(), &ray, &state.stack);
                 met.distance += before;
             }
             state.beta *= met.transmittance;
