@@ -7,7 +7,7 @@ use dapple::{triangle, well};
 use dapple_imaging::{Layers, MetaValue, read};
 use std::path::Path;
 
-const SMALL: [&str; 8] = ["--env-color", "1,1,1", "--size", "20x14", "--spp", "5", "--exposure", "0"];
+const SMALL: [&str; 8] = ["--env-color", "1,1,1", "--size", "40x28", "--spp", "5", "--exposure", "0"];
 
 fn render(folder: &Path, more: &[&str]) {
     std::fs::write(folder.join("a.gltf"), triangle(|_, _| ())).unwrap();

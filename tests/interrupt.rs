@@ -26,7 +26,7 @@ fn begun_of(folder: &Path, scene: &str, arguments: &[&str]) -> (Child, BufReader
         .unwrap();
     let mut said = BufReader::new(child.stderr.take().unwrap());
     let mut line = String::new();
-    while !line.contains("rendering") {
+    while !line.contains("Rendering") {
         line.clear();
         assert_ne!(said.read_line(&mut line).unwrap(), 0, "it ended before it began");
     }

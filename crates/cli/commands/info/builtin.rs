@@ -19,7 +19,7 @@ pub fn facts(scene: &Scene) -> Value {
         "triangles": survey.triangles, "stored_triangles": survey.triangles, "shapes": survey.shapes,
         "scenes": [], "variants": [], "animations": [], "objects": objects.collect::<Vec<_>>(),
         "materials": materials, "emissive": emissive.collect::<Vec<_>>(), "textures": [], "lights": lights(scene),
-        "cameras": [], "skins": [], "morphs": [], "extensions": [],
+        "light_unit": null, "cameras": [], "skins": [], "morphs": [], "extensions": [],
     })
 }
 
