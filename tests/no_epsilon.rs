@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 /// Small numbers that are no lengths: file, literal, what it is.
 const DIMENSIONLESS: [(&str, &str, &str); 29] = [
     ("geometry/src/frame.rs", "1e-12", "squared sine"),
+    ("geometry/src/motion/chain.rs", "1e-6", "ratio of scales"),
     ("geometry/src/motion/pose.rs", "1e-12", "volume over the product of the edges"),
     ("geometry/src/motion/pose.rs", "1e-14", "normal over the square of the size"),
     ("geometry/src/motion/pose.rs", "1e-15", "length over the product of lengths"),
@@ -16,7 +17,6 @@ const DIMENSIONLESS: [(&str, &str, &str); 29] = [
     ("scene/src/emission.rs", "1e-3", "gap over the edge"),
     ("scene/src/gltf/material.rs", "1e-30", "transmitted share"),
     ("scene/src/gltf/read.rs", "1e-6", "ratio of scales"),
-    ("scene/src/moving.rs", "1e-6", "ratio of scales"),
     ("scene/src/view.rs", "1e-24", "squared sine"),
     ("geometry/src/bvh/triangle.rs", "1e-27", "where f32 products underflow and f64 takes over"),
     ("integrator/src/clear.rs", "2e-4", "ratio of indices of refraction"),

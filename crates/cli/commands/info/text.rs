@@ -121,7 +121,7 @@ fn texture(t: &Value) -> String {
 fn light_unit(taken: &Value) -> Option<String> {
     let unit = taken["unit"].as_str()?;
     let divided = if unit == "photometric" { ", divided by 683 lm/W" } else { "" };
-    Some(format!("light unit: {unit}{divided}: {} (--light-unit)", plain(&taken["why"])))
+    Some(format!("light unit: {unit}{divided}: {} (--light-unit)", error::one_line(text(&taken["why"]))))
 }
 
 fn light(l: &Value) -> String {
