@@ -322,6 +322,11 @@ fn the_unit_of_lights_is_known_by_the_generator() {
     let (_, dim, _, _) = render("plain.gltf", "e.exr", &["--light-unit", "photometric"]);
     assert!((plain / dim / 683.0 - 1.0).abs() < 1e-3);
     let info = |scene: &str| well(folder.path(), &["info", scene]).out;
+    assert!(
+        info("blender.gltf").contains("light unit: radiometric: "),
+        "the settings file beside it says so"
+    );
+    fs::remove_file(at("blender.toml")).unwrap();
     assert!(info("blender.gltf").contains("light unit: photometric, divided by 683 lm/W: the generator"));
     assert!(info("plain.gltf").contains("light unit: radiometric: the generator 'by hand' is not known"));
     assert!(!well(folder.path(), &["info", "builtin:cornell"]).out.contains("light unit"));
