@@ -3,7 +3,7 @@
 
 mod dapple;
 
-use dapple::{files, well};
+use dapple::{files, run, triangle, well};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
@@ -142,4 +142,36 @@ fn the_next_run_tidies_up() {
     }
     well(at, &[&RENDER[..], &["--spp", "1", "-o", "a.hdr"]].concat());
     assert_eq!(files(at), [other.as_str(), "a.hdr"]);
+}
+
+/// A folder that somebody else made may hold links under the names that a render gives by itself.
+#[test]
+#[cfg(unix)]
+fn links_are_followed_only_where_they_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::create_dir(at.join("package")).unwrap();
+    fs::write(at.join("keys"), "mine").unwrap();
+    fs::write(at.join("package/q.gltf"), triangle(|_, _| ())).unwrap();
+    let inside = at.join("package");
+    for (link, command) in [
+        ("q.png", &["render", "q.gltf"][..]),
+        ("q.exr", &["render", "q.gltf"]),
+        ("sheet.png", &["sheet", "q.gltf", "--vary", "pixel", "--counts", "1"]),
+    ] {
+        std::os::unix::fs::symlink("../keys", inside.join(link)).unwrap();
+        let small = ["--size", "8x8", "--env-color", "1,1,1"];
+        let found = run(&inside, &[command, &small].concat());
+        assert!(
+            found.code == 2 && found.err.contains(link) && found.err.contains("symbolic link"),
+            "{}",
+            found.err
+        );
+        assert_eq!(fs::read_to_string(at.join("keys")).unwrap(), "mine");
+        fs::remove_file(inside.join(link)).unwrap();
+    }
+    std::os::unix::fs::symlink("../mine.png", inside.join("named.png")).unwrap();
+    fs::write(at.join("mine.png"), "old").unwrap();
+    well(&inside, &["render", "q.gltf", "--size", "8x8", "--spp", "1", "-o", "named.png"]);
+    assert_ne!(fs::read(at.join("mine.png")).unwrap(), b"old");
 }

@@ -2,8 +2,9 @@
 //!
 //! A file may hold a light and still leave its picture black: a few texels of an emissive texture on an object that nothing
 //! else lights. The rule: **a studio environment is added when, in a small render, less than a quarter of the pixels that
-//! show a surface are lit, and less than a twentieth by light that the surface reflects; lit means at least 1/256 of the
-//! luminance that 99 % of the pixels stay below.** The render is always the same for a scene and a view. A glance comes
+//! show a surface are lit, and less than an eighth by light that the surface reflects; lit means at least 1/256 of the
+//! luminance that 99 % of the pixels stay below.** The share, not the brightness, decides: whatever is lit is exposed to be
+//! seen, and would be a few bright spots on black. The render is always the same for a scene and a view. A glance comes
 //! first: where direct light alone already shows most of the surfaces, nothing more is asked.
 //!
 //! So a planet in the sun stays dark on its far side, a room with one candle stays dim, and panels that glow by themselves
@@ -27,7 +28,7 @@ const CLEARLY: f64 = 0.4;
 
 /// Shares of the pixels that show a surface: lit at all, and by light that it reflects.
 const LIT: f64 = 0.25;
-const REFLECTING: f64 = 0.05;
+const REFLECTING: f64 = 0.125;
 /// Part of the picture's brightness: less is below one step of an 8-bit image.
 const SEEN: f64 = 1.0 / 256.0;
 /// Which brightness is the picture's: that of the pixel that so large a share are not brighter than.
@@ -114,7 +115,8 @@ mod tests {
     fn the_rule() {
         assert!(dark(0, 0, 0.0) && dark(100, 0, 0.0) && dark(240, 0, 0.0), "next to nothing is lit");
         assert!(!dark(260, 0, 0.0), "what glows is the picture");
-        assert!(dark(30, 40, 1.0) && !dark(30, 60, 1.0), "what is lit is the picture");
+        assert!(dark(30, 80, 1.0) && !dark(30, 140, 1.0), "what is lit is the picture");
+        assert!(dark(0, 100, 1e-9), "a rim that stray light reaches, however bright beside the rest");
         assert!(dark(30, 900, 1e-3) && !dark(30, 900, 5e-3), "steps of an 8-bit image");
         let nothing = Picture::filled(10, 1, Vec3::ZERO);
         assert!(!is_dark(&nothing, &nothing, &nothing), "no surface is in the picture");

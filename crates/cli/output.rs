@@ -28,6 +28,17 @@ pub struct Outputs {
     exposure: Option<f32>,
 }
 
+/// Refuses a name that nobody typed where it is a symbolic link: whoever made the folder would choose what is written over.
+pub fn refuse_link(path: &Path) -> Result<(), Failure> {
+    if !path.is_symlink() {
+        return Ok(());
+    }
+    Err(Failure::Arguments(format!(
+        "{}: is a symbolic link, and pictures are written over what it leads to only where -o asks for it",
+        path.display()
+    )))
+}
+
 impl Outputs {
     /// The files asked for, or `NAME.exr` and, of a picture, `NAME.png` in the current folder; fails if one cannot be written.
     pub fn plan(options: &RenderOptions, name: &str) -> Result<Self, Failure> {
@@ -36,6 +47,9 @@ impl Outputs {
         let paths = options.output.clone().unwrap_or_else(default);
         let files = paths.into_iter().map(with_format).collect::<Result<Vec<_>, _>>()?;
         for (path, _) in &files {
+            if options.output.is_none() {
+                refuse_link(path)?;
+            }
             write::check(path)?;
         }
         let depth = if RenderOptions::is(options.half) { Depth::Half } else { Depth::Float };

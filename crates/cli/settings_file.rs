@@ -7,7 +7,7 @@
 //! the keys in [`SIDECAR_KEYS`] are read, all others are ignored with a warning. It writes no file, reads none outside
 //! the scene's folder (symbolic links are resolved first), and cannot give the user's consent (`yes`, `allow-path`).
 
-use crate::error::Failure;
+use crate::error::{self, Failure};
 use crate::load;
 use crate::options::{self, RenderOptions};
 use crate::report;
@@ -108,6 +108,16 @@ pub fn layered(scene: Option<&Path>, typed: &ArgMatches, command: &str) -> Resul
     Ok(options)
 }
 
+/// Keys as a warning names them: not too many, and not too much of each.
+fn listed(keys: &[String]) -> String {
+    const NAMED: usize = 12;
+    let mut named: Vec<String> = keys.iter().take(NAMED).map(|key| error::short(key)).collect();
+    if keys.len() > NAMED {
+        named.push(format!("and {} more", keys.len() - NAMED));
+    }
+    named.join(", ")
+}
+
 /// As [`layered`], with the warning instead of saying it.
 pub fn layers(
     scene: Option<&Path>,
@@ -122,7 +132,7 @@ pub fn layers(
         let anywhere = RenderOptions::is(command_line.allow_path);
         let ignored = lay_file(&mut options, &sidecar, Trust::Scene { anywhere }, command)?;
         if !ignored.is_empty() {
-            let keys = ignored.join(", ");
+            let keys = listed(&ignored);
             warning = Some(format!(
                 "{}: ignored {keys}; a file beside the scene cannot set these (name it with --settings to use it as your own)",
                 sidecar.display()

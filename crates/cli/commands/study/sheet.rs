@@ -15,6 +15,7 @@ use crate::error::Failure;
 use crate::inputs::Inputs;
 use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
+use crate::output::refuse_link;
 use crate::progress::Bar;
 use crate::values::Size;
 use crate::{effects, interrupt, memory, metering, report, saving, settings_file};
@@ -107,7 +108,11 @@ fn output(typed: &ArgMatches) -> Result<PathBuf, Failure> {
     let mut said = RenderOptions::default();
     said.lay_matches(typed)?;
     let path = match said.output.as_deref() {
-        None => PathBuf::from("sheet.png"),
+        None => {
+            let default = PathBuf::from("sheet.png");
+            refuse_link(&default)?;
+            default
+        }
         Some([path]) => path.clone(),
         Some(_) => return Err(Failure::Arguments("-o: a sheet is one picture; name one .png".into())),
     };

@@ -89,7 +89,7 @@ fn decoder<'a>(
 ) -> Result<Box<dyn ImageDecoder + 'a>, ImageError> {
     let failed = |e| failure(e, name);
     Ok(match kind {
-        Kind::Png => Box::new(PngDecoder::with_limits(file, limits()).map_err(failed)?),
+        Kind::Png => Box::new(PngDecoder::with_limits(file, beside()).map_err(failed)?),
         Kind::Jpeg => Box::new(JpegDecoder::new(file).map_err(failed)?),
         Kind::WebP => Box::new(WebPDecoder::new(file).map_err(failed)?),
         // Not strict: files that begin with #?RGBE are as common as those with #?RADIANCE.
@@ -111,6 +111,13 @@ fn decode(
     room.admit(name, [width.into(), height.into()], u64::from(color.bytes_per_pixel()) + beside, 0)?;
     decoder.set_limits(limits()).map_err(|e| failure(e, name))?;
     DynamicImage::from_decoder(decoder).map_err(|e| failure(e, name))
+}
+
+/// For what a PNG holds beside its pixels: rows under way, and a colour profile, which is left out where it needs more.
+fn beside() -> Limits {
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(1 << 26);
+    limits
 }
 
 fn limits() -> Limits {

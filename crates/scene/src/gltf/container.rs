@@ -105,7 +105,7 @@ fn version(value: &Value) -> Result<(), String> {
     let newest = asset.get("minVersion").or(asset.get("version")).and_then(Value::as_str);
     match newest {
         Some(v) if v == "2.0" || (asset.get("minVersion").is_none() && v.starts_with("2.")) => Ok(()),
-        Some(v) => Err(format!("it is glTF {v}; only glTF 2.0 can be read")),
+        Some(v) => Err(format!("it is glTF {}; only glTF 2.0 can be read", quoted(v))),
         None => Err("'asset' has no version".into()),
     }
 }
