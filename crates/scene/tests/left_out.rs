@@ -85,3 +85,29 @@ fn holes_are_looked_for() {
     assert_eq!((channels(&scene), scene.survey.unread.images), (vec![0], 4));
     assert!(!scene.has_alpha());
 }
+
+/// Ten images of the same bytes, and of one file, are decoded once each.
+#[test]
+fn images_of_one_source_are_one() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.png"), png()).unwrap();
+    for (image, from_file) in [(json!({ "uri": "a.png" }), true), (json!(null), false)] {
+        let mut file = File::new();
+        let positions = file.floats(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0_f32]]);
+        let uv = file.floats(&[[0.0, 1.0], [1.0, 1.0], [1.0, 0.0_f32]]);
+        let indices = file.indices_u16(&[0, 1, 2]);
+        let view = file.view(&png(), None);
+        let embedded = json!({ "bufferView": view, "mimeType": "image/png" });
+        file.set("images", json!(vec![if from_file { image } else { embedded }; 10]));
+        file.set("textures", (0..10).map(|i| json!({ "source": i })).collect());
+        let material = |i: usize| json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": i } } });
+        file.set("materials", (0..10).map(material).collect());
+        let primitive = |i: usize| json!({ "attributes": { "POSITION": positions, "TEXCOORD_0": uv }, "indices": indices, "material": i });
+        file.set("meshes", json!([{ "primitives": (0..10).map(primitive).collect::<Vec<_>>() }]));
+        file.set("nodes", json!([{ "mesh": 0 }]));
+        let path = folder.path().join("test.gltf");
+        let scene =
+            gltf::read_bytes(&path, &file.gltf(), &gltf::Options::default()).unwrap().build().unwrap();
+        assert_eq!(scene.textures.len(), 1, "from a file: {from_file}");
+    }
+}

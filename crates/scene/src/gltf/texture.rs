@@ -20,6 +20,25 @@ pub(super) struct Textures {
     wanted: Vec<Wanted>,
     /// Where each key is among them.
     known: HashMap<(usize, [u8; 4]), u32>,
+    /// The first image of each file or buffer view: the others are the same pixels.
+    sources: HashMap<Source, usize>,
+}
+
+/// Where the encoded bytes of an image are.
+#[derive(PartialEq, Eq, Hash)]
+enum Source {
+    File(String),
+    View(usize),
+}
+
+impl Source {
+    /// None for data within the JSON, and where nothing is said.
+    fn of(image: &json::Image) -> Option<Self> {
+        match (file_name(image), image.buffer_view) {
+            (Some(uri), _) => Some(Self::File(uri.into())),
+            (None, view) => view.map(|view| Self::View(view.value())),
+        }
+    }
 }
 
 struct Wanted {
@@ -126,7 +145,9 @@ impl Textures {
             Some(index) => sampler(doc.get(&doc.root.samplers, index, "sampler", &name)?),
             None => Sampler::default(),
         };
-        let key = Key { image: image.value(), encoding, sampler };
+        let source = Source::of(&doc.root.images[image.value()]);
+        let image = source.map_or(image.value(), |s| *self.sources.entry(s).or_insert(image.value()));
+        let key = Key { image, encoding, sampler };
         let index = *self.known.entry(key.hashed()).or_insert_with(|| {
             self.wanted.push(Wanted { key, name });
             self.wanted.len() as u32 - 1
