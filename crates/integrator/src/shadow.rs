@@ -116,7 +116,9 @@ impl<V: Visibility> Around<'_, V> {
                 break;
             }
             way.transmittance *= stack.transmittance(bodies, hit.t * length - gone);
-            reduced += (hit.t * length - gone) / stack.ior(bodies);
+            if self.job.settings.transparent_shadows {
+                reduced += (hit.t * length - gone) / stack.ior(bodies);
+            }
             gone = hit.t * length;
             let first = hit;
             let mut boundary = None;
