@@ -4,31 +4,16 @@
 mod common;
 
 use common::tracers::{Tracer, one_pixel};
-use common::{irradiance_meter, matte, metal, quad};
+use common::{irradiance_meter, matte, metal, pane, quad};
 use dapple_geometry::bvh::Kernel;
 use dapple_imaging::Picture;
 use dapple_integrator::{Effect, Outcome, Settings, render};
 use dapple_lights::Environment;
-use dapple_materials::Material;
 use dapple_sampling::Pattern;
 use dapple_scene::{Scene, SceneBuilder, TexturedMaterial};
 use glam::{DAffine3, DVec3, Vec3};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
-
-/// Smooth and clear, of this index and colour.
-fn pane(ior: f32, thin: bool, color: Vec3) -> TexturedMaterial {
-    let base = Material {
-        base_color: color,
-        metallic: 0.0,
-        roughness: 0.0,
-        ior,
-        transmission: 1.0,
-        thin,
-        ..Material::default()
-    };
-    TexturedMaterial { base, ..TexturedMaterial::default() }
-}
 
 fn absorbing(material: TexturedMaterial, sigma: f32) -> TexturedMaterial {
     TexturedMaterial { sigma_a: Vec3::splat(sigma), ..material }

@@ -4,28 +4,18 @@
 mod common;
 
 use common::tracers::{Tracer, one_pixel};
-use common::{matte, quad, run, seen, seen_in_parallel};
+use common::{matte, pane, quad, run, seen, seen_in_parallel};
 use dapple_geometry::Mesh;
 use dapple_integrator::Settings;
 use dapple_lights::Environment;
-use dapple_materials::Material;
 use dapple_sampling::Pattern;
 use dapple_scene::{Scene, SceneBuilder, TexturedMaterial};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::PI;
 
-/// Smooth, of this index and colour; without a reflection where the index is 1.
+/// Smooth clear matter of this index, grey.
 fn clear(ior: f32, thin: bool, color: f32) -> TexturedMaterial {
-    let base = Material {
-        base_color: Vec3::splat(color),
-        metallic: 0.0,
-        roughness: 0.0,
-        ior,
-        transmission: 1.0,
-        thin,
-        ..Material::default()
-    };
-    TexturedMaterial { base, ..TexturedMaterial::default() }
+    pane(ior, thin, Vec3::splat(color))
 }
 
 /// A horizontal square of half side `r` about (0, y, 0) that faces up.

@@ -31,6 +31,20 @@ pub fn matte(albedo: f32, emission: f32) -> TexturedMaterial {
     }
 }
 
+/// Smooth clear matter of this index and colour.
+pub fn pane(ior: f32, thin: bool, color: Vec3) -> TexturedMaterial {
+    let base = Material {
+        base_color: color,
+        metallic: 0.0,
+        roughness: 0.0,
+        ior,
+        transmission: 1.0,
+        thin,
+        ..Material::default()
+    };
+    TexturedMaterial { base, ..TexturedMaterial::default() }
+}
+
 /// A metal of the given roughness.
 pub fn metal(color: Vec3, roughness: f32) -> TexturedMaterial {
     TexturedMaterial {
