@@ -1,7 +1,7 @@
 //! Whole files or none: a temporary file in the target's folder, renamed over the target.
 //!
-//! Who is killed while writing leaves the temporary file behind, `.dapple-HOST-XXXXXX.part`. Its writer holds a lock on it
-//! as long as it lives, so that a later run can tell which of them nobody will finish, and removes those.
+//! A process that is killed while it writes leaves its temporary file behind, `.dapple-HOST-XXXXXX.part`. The writer holds a
+//! lock on the file as long as it lives, so a later run can tell which files are abandoned, and removes those.
 
 use crate::ImageError;
 use std::fs::{self, File};
