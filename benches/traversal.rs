@@ -7,10 +7,11 @@
 //! it on the same rays, in turns.
 
 use dapple_geometry::bvh::{Any, Kernel, Tree};
-use dapple_geometry::offset::offset_origin;
 use dapple_geometry::surface::{geometric_normal, interpolate};
-use dapple_geometry::{Frame, Ray};
-use dapple_sampling::{Dimension, Key, Pattern, point_2d, warp};
+use dapple_integrator::Dimension;
+use dapple_math::offset::offset_origin;
+use dapple_math::{Frame, Ray};
+use dapple_sampling::{Key, Pattern, point_2d, warp};
 use dapple_scene::gltf;
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;

@@ -9,12 +9,13 @@ use toml::{Table, Value};
 /// nothing of it, and only tests may use it.
 fn level(package: &str) -> Option<u32> {
     match package.strip_prefix("dapple-").unwrap_or(package) {
-        "sampling" | "geometry" | "imaging" => Some(0),
-        "materials" | "lights" | "camera" => Some(1),
-        "scene" => Some(2),
-        "integrator" => Some(3),
-        "analysis" => Some(4),
-        "dapple" => Some(5),
+        "math" => Some(0),
+        "sampling" | "geometry" | "imaging" => Some(1),
+        "materials" | "lights" | "camera" => Some(2),
+        "scene" => Some(3),
+        "integrator" => Some(4),
+        "analysis" => Some(5),
+        "dapple" => Some(6),
         _ => None,
     }
 }

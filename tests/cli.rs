@@ -3,7 +3,7 @@
 mod dapple;
 
 use dapple::{files, scene, triangle, well};
-use dapple_imaging::{Layers, Picture, read};
+use dapple_imaging::{Image, Layers, read};
 use std::fs;
 use std::path::Path;
 
@@ -119,7 +119,7 @@ fn every_format_holds_the_same_picture() {
     assert_eq!(run.out, "a.exr\na.hdr\na.png\n");
     let read = |name: &str| read::picture(&folder.path().join(name)).unwrap();
     let exact = read("a.exr");
-    let apart = |other: &Picture, clip: f32| {
+    let apart = |other: &Image, clip: f32| {
         let pairs = exact.pixels.iter().zip(&other.pixels);
         pairs.map(|(a, b)| (a.min(glam::Vec3::splat(clip)) - *b).abs().max_element()).fold(0.0, f32::max)
     };

@@ -3,7 +3,7 @@
 mod dapple;
 
 use dapple::{Run, files, run, well};
-use dapple_imaging::{Layers, Picture, Tone, read, write};
+use dapple_imaging::{Image, Layers, Tone, read, write};
 use glam::Vec3;
 use serde_json::Value;
 use std::fs;
@@ -178,7 +178,7 @@ fn pictures(folder: &Path, level: f32) {
             let noise = 0.5 * level / ((1u32 << k) as f32).sqrt();
             let pixel = |rng: &mut dapple_testkit::Rng| Vec3::splat(level + noise * rng.normal() as f32);
             let pixels = (0..256).map(|_| pixel(&mut rng)).collect();
-            let layers = Layers::from(&Picture { width: 16, height: 16, pixels });
+            let layers = Layers::from(&Image { width: 16, height: 16, pixels });
             let path = folder.join(format!("pictures/{seed}-{}.exr", 1u32 << k));
             write::exr(&path, &layers, write::Depth::Float).unwrap();
         }

@@ -3,18 +3,18 @@
 mod dapple;
 
 use dapple::{files, run, well};
-use dapple_imaging::{Layer, Layers, Picture, Tone, read, write};
+use dapple_imaging::{Image, Layer, Layers, Tone, read, write};
 use glam::Vec3;
 use std::path::Path;
 
-fn save(folder: &Path, name: &str, picture: &Picture) {
+fn save(folder: &Path, name: &str, picture: &Image) {
     write::exr(&folder.join(name), &Layers::from(picture), write::Depth::Float).unwrap();
 }
 
 /// A 6×4 picture with a ramp, and one that is brighter by ¼ in red and wrong by 2 in one pixel of blue.
 fn pair(folder: &Path) {
     let reference = (0..24).map(|i| Vec3::new(i as f32 / 16.0, 1.0, 0.5)).collect();
-    let reference = Picture { width: 6, height: 4, pixels: reference };
+    let reference = Image { width: 6, height: 4, pixels: reference };
     save(folder, "b.exr", &reference);
     let mut image = reference;
     image.pixels.iter_mut().for_each(|p| p.x += 0.25);
@@ -99,7 +99,7 @@ fn pixels_that_are_not_finite_are_told() {
 fn two_halves() {
     let folder = tempfile::tempdir().unwrap();
     for (name, value) in [("a.exr", 1.5), ("r1.exr", 0.5), ("r2.exr", 1.0)] {
-        save(folder.path(), name, &Picture::filled(4, 4, Vec3::splat(value)));
+        save(folder.path(), name, &Image::filled(4, 4, Vec3::splat(value)));
     }
     let arguments = ["diff", "a.exr", "r1.exr", "--reference-half", "r2.exr", "--json"];
     let json = well(folder.path(), &arguments).json();
@@ -110,7 +110,7 @@ fn two_halves() {
 #[test]
 fn every_format_is_read() {
     let folder = tempfile::tempdir().unwrap();
-    let picture = Picture::filled(5, 3, Vec3::new(0.25, 0.5, 1.0));
+    let picture = Image::filled(5, 3, Vec3::new(0.25, 0.5, 1.0));
     save(folder.path(), "a.exr", &picture);
     write::hdr(&folder.path().join("a.hdr"), &picture).unwrap();
     write::png(&folder.path().join("a.png"), &picture, Tone::Srgb, 0.0).unwrap();
@@ -121,7 +121,7 @@ fn every_format_is_read() {
     }
     // Too small for the window of SSIM; large enough.
     for (name, size, ssim) in [("a.exr", 5, None), ("large.exr", 12, Some(1.0))] {
-        save(folder.path(), "large.exr", &Picture::filled(size, size, Vec3::ONE));
+        save(folder.path(), "large.exr", &Image::filled(size, size, Vec3::ONE));
         assert_eq!(well(folder.path(), &["diff", name, name, "--json"]).json()["ssim"].as_f64(), ssim);
     }
     let equal = well(folder.path(), &["diff", "a.exr", "a.exr", "--json"]).json();
@@ -134,11 +134,11 @@ fn every_format_is_read() {
 fn crops_are_compared_where_they_overlap() {
     let folder = tempfile::tempdir().unwrap();
     let full = (0..24).map(|i| Vec3::splat(1.0 + i as f32 / 16.0)).collect();
-    let full = Picture { width: 6, height: 4, pixels: full };
+    let full = Image { width: 6, height: 4, pixels: full };
     save(folder.path(), "full.exr", &full);
-    let crop = |name: &str, x: usize, y: usize, w: usize, h: usize, change: &dyn Fn(&mut Picture)| {
+    let crop = |name: &str, x: usize, y: usize, w: usize, h: usize, change: &dyn Fn(&mut Image)| {
         let pixels = (y..y + h).flat_map(|y| (x..x + w).map(move |x| (x, y))).map(|(x, y)| full.at(x, y));
-        let mut part = Picture { width: w, height: h, pixels: pixels.collect() };
+        let mut part = Image { width: w, height: h, pixels: pixels.collect() };
         change(&mut part);
         let layers = Layers { offset: (x as i32, y as i32), full_size: (6, 4), ..Layers::from(&part) };
         write::exr(&folder.path().join(name), &layers, write::Depth::Float).unwrap();
@@ -187,7 +187,7 @@ fn a_rendered_crop_has_no_error() {
 fn what_cannot_be_compared() {
     let folder = tempfile::tempdir().unwrap();
     pair(folder.path());
-    save(folder.path(), "small.exr", &Picture::filled(3, 4, Vec3::ONE));
+    save(folder.path(), "small.exr", &Image::filled(3, 4, Vec3::ONE));
     let grey = Layer { name: String::new(), channels: vec![("Y".into(), vec![0.5; 24])] };
     let grey = Layers { width: 6, height: 4, layers: vec![grey], ..Layers::default() };
     write::exr(&folder.path().join("grey.exr"), &grey, write::Depth::Float).unwrap();

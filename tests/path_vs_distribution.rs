@@ -7,7 +7,7 @@
 mod dapple;
 
 use dapple::well;
-use dapple_imaging::{Picture, read};
+use dapple_imaging::{Image, read};
 use dapple_testkit::z_test::{self, Channel};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -54,8 +54,8 @@ fn effects_of(folder: &Path, scene: &str) -> Vec<String> {
 
 /// A picture and the variance of its pixels.
 struct Measured {
-    mean: Picture,
-    variance: Picture,
+    mean: Image,
+    variance: Image,
 }
 
 fn render(folder: &Path, scene: &str, effort: Effort, more: &[String]) -> Measured {
@@ -98,9 +98,8 @@ fn methods(effort: Effort, effect: Option<&str>) -> [Vec<String>; 3] {
 
 /// By how much each channel's tiles differ, at its share of the level; the error is a sentence.
 fn compare(a: &Measured, b: &Measured, tile: usize) -> Result<(), String> {
-    let channel = |picture: &Picture, c: usize| -> Vec<f64> {
-        picture.pixels.iter().map(|p| f64::from(p[c])).collect()
-    };
+    let channel =
+        |picture: &Image, c: usize| -> Vec<f64> { picture.pixels.iter().map(|p| f64::from(p[c])).collect() };
     for c in [0, 2] {
         let sides = [a, b].map(|side| {
             let mean = channel(&side.mean, c);

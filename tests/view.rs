@@ -3,7 +3,7 @@
 mod dapple;
 
 use dapple::{files, run, triangle, well};
-use dapple_imaging::{Picture, read, write};
+use dapple_imaging::{Image, read, write};
 use std::fs;
 use std::path::Path;
 
@@ -23,7 +23,7 @@ fn objects(folder: &Path, more: &[&str]) -> Vec<f32> {
     layers.layers.iter().find(|l| l.name == "object").unwrap().channels[0].1.clone()
 }
 
-fn picture(folder: &Path, more: &[&str]) -> Picture {
+fn picture(folder: &Path, more: &[&str]) -> Image {
     well(folder, &[&["render", "t.gltf", "--spp", "4", "-o", "p.exr"], more].concat());
     read::picture(&folder.join("p.exr")).unwrap()
 }
@@ -167,7 +167,7 @@ fn settings_files_place_cameras_too() {
 fn environment_pictures_are_interpolated_unless_told() {
     let folder = folder();
     let pixels = (0..8).map(|i| glam::Vec3::splat(if i % 4 < 2 { 0.0 } else { 1.0 })).collect();
-    write::hdr(&folder.path().join("sky.hdr"), &Picture { width: 4, height: 2, pixels }).unwrap();
+    write::hdr(&folder.path().join("sky.hdr"), &Image { width: 4, height: 2, pixels }).unwrap();
     let edges = |more: &[&str]| {
         let shown = [
             "--env",

@@ -12,7 +12,7 @@
 
 use crate::interrupt;
 use dapple_integrator::camera::Camera;
-use dapple_integrator::imaging::{Picture, color};
+use dapple_integrator::imaging::{Image, color};
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Aov, Backfaces, Settings, render};
 use glam::Vec3;
@@ -45,7 +45,7 @@ pub fn is_wanted(scene: &Scene, camera: &Camera, backfaces: Backfaces) -> bool {
             outcome
                 .layers
                 .picture(&Aov::ObjectId.to_string())
-                .unwrap_or_else(|| Picture::filled(0, 0, Vec3::ZERO)),
+                .unwrap_or_else(|| Image::filled(0, 0, Vec3::ZERO)),
         )
     };
     let aovs = vec![Aov::Albedo, Aov::ObjectId];
@@ -59,7 +59,7 @@ pub fn is_wanted(scene: &Scene, camera: &Camera, backfaces: Backfaces) -> bool {
         ..Settings::default()
     };
     let (picture, surfaces) = look(&glance);
-    let black = Picture::filled(picture.width, picture.height, Vec3::ZERO);
+    let black = Image::filled(picture.width, picture.height, Vec3::ZERO);
     if shares(&picture, &black, &surfaces).is_some_and(|(lit, _)| lit > CLEARLY) {
         return false;
     }
@@ -70,13 +70,13 @@ pub fn is_wanted(scene: &Scene, camera: &Camera, backfaces: Backfaces) -> bool {
 }
 
 /// The rule, for the picture, the light in it that surfaces emit, and the mask.
-fn is_dark(all: &Picture, emitted: &Picture, surfaces: &Picture) -> bool {
+fn is_dark(all: &Image, emitted: &Image, surfaces: &Image) -> bool {
     shares(all, emitted, surfaces).is_some_and(|(lit, reflecting)| lit < LIT && reflecting < REFLECTING)
 }
 
 /// Of the pixels that show a surface, the shares that are lit, and that reflect light; None if there are none.
-fn shares(all: &Picture, emitted: &Picture, surfaces: &Picture) -> Option<(f64, f64)> {
-    let luminance = |p: &Picture| -> Vec<f64> {
+fn shares(all: &Image, emitted: &Image, surfaces: &Image) -> Option<(f64, f64)> {
+    let luminance = |p: &Image| -> Vec<f64> {
         p.pixels.iter().map(|p| f64::from(color::luminance(*p)).max(0.0)).collect()
     };
     let (all, emitted) = (luminance(all), luminance(emitted));
@@ -99,16 +99,16 @@ mod tests {
 
     /// 1000 pixels, of which so many glow, so many reflect, and the rest is black; all show a surface.
     fn dark(glowing: usize, reflecting: usize, reflected: f32) -> bool {
-        let pixels = |reflected: f32| -> Picture {
+        let pixels = |reflected: f32| -> Image {
             let value = |i: usize| match i {
                 i if i < glowing => 1.0,
                 i if i < glowing + reflecting => reflected,
                 _ => 0.0,
             };
             let pixels = (0..1000).map(|i| Vec3::splat(value(i))).collect();
-            Picture { width: 1000, height: 1, pixels }
+            Image { width: 1000, height: 1, pixels }
         };
-        is_dark(&pixels(reflected), &pixels(0.0), &Picture::filled(1000, 1, Vec3::ONE))
+        is_dark(&pixels(reflected), &pixels(0.0), &Image::filled(1000, 1, Vec3::ONE))
     }
 
     #[test]
@@ -118,7 +118,7 @@ mod tests {
         assert!(dark(30, 80, 1.0) && !dark(30, 140, 1.0), "what is lit is the picture");
         assert!(dark(0, 100, 1e-9), "a rim that stray light reaches, however bright beside the rest");
         assert!(dark(30, 900, 1e-3) && !dark(30, 900, 5e-3), "steps of an 8-bit image");
-        let nothing = Picture::filled(10, 1, Vec3::ZERO);
+        let nothing = Image::filled(10, 1, Vec3::ZERO);
         assert!(!is_dark(&nothing, &nothing, &nothing), "no surface is in the picture");
     }
 }

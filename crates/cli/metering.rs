@@ -102,7 +102,7 @@ mod tests {
         let plain = Settings { size: (96, 96), ..Settings::default() };
         let at = meter(&plain);
         assert!(at > 0.0 && at < 4.0, "{at}");
-        let crop = dapple_integrator::camera::PixelRect { x0: 0, y0: 0, x1: 3, y1: 2 };
+        let crop = dapple_integrator::math::PixelRect { x0: 0, y0: 0, x1: 3, y1: 2 };
         for other in [
             Settings { crop: Some(crop), ..plain.clone() },
             Settings { spp: Some(1), seed: 7, pattern: Pattern::Random, ..plain.clone() },

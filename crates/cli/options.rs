@@ -147,7 +147,7 @@ pub struct RenderOptions {
     #[command(flatten)]
     pub effects: EffectOptions,
 
-    /// Picture size in pixels [default: 512 high, as wide as the camera asks for]
+    /// Image size in pixels [default: 512 high, as wide as the camera asks for]
     #[arg(long, value_name = "WxH", help_heading = "View")]
     pub size: Option<Size>,
     /// Render only this part, in pixels from the top left, upper bounds exclusive

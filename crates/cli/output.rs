@@ -6,7 +6,7 @@ use crate::saving;
 use dapple_integrator::Outcome;
 use dapple_integrator::imaging::picture::MetaValue;
 use dapple_integrator::imaging::write::{self, Depth, PngDepth, PngOptions};
-use dapple_integrator::imaging::{ImageError, Picture, Tone};
+use dapple_integrator::imaging::{Image, ImageError, Tone};
 use std::path::{Path, PathBuf};
 
 /// Formats by extension.
@@ -59,7 +59,7 @@ impl Outputs {
     }
 
     /// Writes them all, whichever of them fail; a PNG says `comment` about itself.
-    pub fn write(&self, outcome: &Outcome, picture: &Picture, comment: Option<&str>) -> Written {
+    pub fn write(&self, outcome: &Outcome, picture: &Image, comment: Option<&str>) -> Written {
         let mut written = Written::default();
         for (path, format) in &self.files {
             let write = |path: &Path| match format {
@@ -80,7 +80,7 @@ impl Outputs {
         &self,
         path: &Path,
         outcome: &Outcome,
-        picture: &Picture,
+        picture: &Image,
         comment: Option<&str>,
     ) -> Result<(), ImageError> {
         let said = |key: &str| outcome.layers.metadata.iter().find(|(name, _)| name == key);

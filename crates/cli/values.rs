@@ -1,9 +1,10 @@
 //! The values that options take, each with the one sentence said about a wrong one.
 
 use crate::aliases;
-use dapple_integrator::camera::{PixelRect, Shutter};
+use dapple_integrator::camera::Shutter;
 use dapple_integrator::imaging::Tone;
 use dapple_integrator::imaging::write::PngDepth;
+use dapple_integrator::math::PixelRect;
 use dapple_integrator::sampling::plan::MAX_COUNT;
 use dapple_integrator::{Effect, Method};
 use glam::Vec3;

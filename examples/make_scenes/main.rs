@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// A picture as the bytes of a PNG file, encoded as sRGB.
-fn png_bytes(picture: &dapple_imaging::Picture) -> Result<Vec<u8>, Box<dyn Error>> {
+fn png_bytes(picture: &dapple_imaging::Image) -> Result<Vec<u8>, Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let path: &Path = &folder.path().join("texture.png");
     dapple_imaging::write::png(path, picture, dapple_imaging::Tone::Srgb, 0.0)?;

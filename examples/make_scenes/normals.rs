@@ -3,7 +3,7 @@
 use crate::document::{Document, emitter, metal, plastic};
 use crate::effects::{facing, floor};
 use crate::shape::Shape;
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use dapple_imaging::color::srgb_to_linear;
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
@@ -13,7 +13,7 @@ const SIDE: usize = 16;
 
 /// One round stud of a sheet, as a normal map whose slopes reach 56°. The writer encodes as sRGB, so the values are those
 /// whose codes are the normals.
-pub fn studs() -> Picture {
+pub fn studs() -> Image {
     let texel = |i: usize| {
         let at = |i: usize| (2 * i + 1) as f64 / SIDE as f64 - 1.0;
         let (x, y) = (at(i % SIDE), -at(i / SIDE));
@@ -24,7 +24,7 @@ pub fn studs() -> Picture {
         let code = ((n + 1.0) * 127.5).round() / 255.0;
         code.as_vec3().to_array().map(srgb_to_linear).into()
     };
-    Picture { width: SIDE, height: SIDE, pixels: (0..SIDE * SIDE).map(texel).collect::<Vec<Vec3>>() }
+    Image { width: SIDE, height: SIDE, pixels: (0..SIDE * SIDE).map(texel).collect::<Vec<Vec3>>() }
 }
 
 /// Studded sheets of plastic, rough metal, polished metal and frosted glass under two lamps, and a ball whose facets are few.

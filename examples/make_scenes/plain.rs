@@ -2,7 +2,7 @@
 
 use crate::document::{Document, lambert, metal, plastic};
 use crate::shape::Shape;
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use glam::{DVec3, Vec3};
 use serde_json::json;
 use std::f64::consts::PI;
@@ -107,7 +107,7 @@ pub fn motion_blur() -> Document {
 }
 
 /// Two by two texels.
-pub fn checker() -> Picture {
+pub fn checker() -> Image {
     let (black, white) = (Vec3::splat(0.02), Vec3::splat(0.9));
-    Picture { width: 2, height: 2, pixels: vec![white, black, black, white] }
+    Image { width: 2, height: 2, pixels: vec![white, black, black, white] }
 }

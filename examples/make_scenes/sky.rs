@@ -1,6 +1,6 @@
 //! Two skies: by day a gradient, a horizon, a ground and a sun of one texel; by night the lights of a town.
 
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use glam::Vec3;
 
 const WIDTH: usize = 128;
@@ -9,7 +9,7 @@ const HEIGHT: usize = 64;
 const SUN: (usize, usize) = (112, 18);
 
 /// Linear radiance, latitude-longitude.
-pub fn picture() -> Picture {
+pub fn picture() -> Image {
     let mut pixels = Vec::with_capacity(WIDTH * HEIGHT);
     for row in 0..HEIGHT {
         // 1 at the zenith, 0 at the horizon, −1 at the nadir.
@@ -17,7 +17,7 @@ pub fn picture() -> Picture {
         pixels.extend(std::iter::repeat_n(colour(height), WIDTH));
     }
     pixels[SUN.1 * WIDTH + SUN.0] = Vec3::new(900.0, 780.0, 600.0);
-    Picture { width: WIDTH, height: HEIGHT, pixels }
+    Image { width: WIDTH, height: HEIGHT, pixels }
 }
 
 fn colour(height: f32) -> Vec3 {
@@ -31,7 +31,7 @@ fn colour(height: f32) -> Vec3 {
 }
 
 /// Linear radiance, latitude-longitude: a dark sky, and lamps of one texel each low over the horizon ahead (−z).
-pub fn town() -> Picture {
+pub fn town() -> Image {
     const WIDTH: usize = 512;
     const HEIGHT: usize = 256;
     let mut pixels = Vec::with_capacity(WIDTH * HEIGHT);
@@ -52,5 +52,5 @@ pub fn town() -> Picture {
         let row = HEIGHT / 2 - 3 - (i * 7) % 11;
         pixels[row * WIDTH + column] = colours[i % 4] * (9.0 + (i * 5 % 7) as f32);
     }
-    Picture { width: WIDTH, height: HEIGHT, pixels }
+    Image { width: WIDTH, height: HEIGHT, pixels }
 }

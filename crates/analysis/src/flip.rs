@@ -16,7 +16,7 @@ pub use hdr::{Exposures, exposures};
 
 use crate::metrics::{SizeMismatch, same_size};
 use color::{hunt_lab, hyab, linear_to_opponent, opponent_to_linear};
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use glam::Vec3;
 
 /// Pixels per degree of vision of the authors' standard observer: a 4K display 0.7 m wide, seen from 0.7 m.
@@ -43,9 +43,9 @@ impl Map {
 }
 
 /// ꟻLIP of pictures made for a display: linear light, clipped to 0…1.
-pub fn ldr(image: &Picture, reference: &Picture, pixels_per_degree: f32) -> Result<Map, SizeMismatch> {
+pub fn ldr(image: &Image, reference: &Image, pixels_per_degree: f32) -> Result<Map, SizeMismatch> {
     same_size(image, reference)?;
-    let unit = |p: &Picture| finite(p, |v| v.clamp(Vec3::ZERO, Vec3::ONE));
+    let unit = |p: &Image| finite(p, |v| v.clamp(Vec3::ZERO, Vec3::ONE));
     let size = (image.width, image.height);
     let mut values = difference(size, &unit(image), &unit(reference), pixels_per_degree);
     mark(&mut values, image, reference);
@@ -54,10 +54,10 @@ pub fn ldr(image: &Picture, reference: &Picture, pixels_per_degree: f32) -> Resu
 
 /// HDR-ꟻLIP: the largest ꟻLIP over a series of exposures chosen from the reference, which are shown through the ACES
 /// curve. Negative radiance counts as black.
-pub fn hdr(image: &Picture, reference: &Picture, pixels_per_degree: f32) -> Result<Map, SizeMismatch> {
+pub fn hdr(image: &Image, reference: &Image, pixels_per_degree: f32) -> Result<Map, SizeMismatch> {
     same_size(image, reference)?;
     let size = (image.width, image.height);
-    let positive = |p: &Picture| finite(p, |v| v.max(Vec3::ZERO));
+    let positive = |p: &Image| finite(p, |v| v.max(Vec3::ZERO));
     let (a, b) = (positive(image), positive(reference));
     let mut values = vec![0.0f32; a.len()];
     for stops in hdr::exposures(reference).stops() {
@@ -70,11 +70,11 @@ pub fn hdr(image: &Picture, reference: &Picture, pixels_per_degree: f32) -> Resu
 }
 
 /// Pixels through `f`; black where the pixel is not finite.
-fn finite(picture: &Picture, f: impl Fn(Vec3) -> Vec3) -> Vec<Vec3> {
+fn finite(picture: &Image, f: impl Fn(Vec3) -> Vec3) -> Vec<Vec3> {
     picture.pixels.iter().map(|p| if p.is_finite() { f(*p) } else { Vec3::ZERO }).collect()
 }
 
-fn mark(values: &mut [f32], image: &Picture, reference: &Picture) {
+fn mark(values: &mut [f32], image: &Image, reference: &Image) {
     for (v, (a, b)) in values.iter_mut().zip(image.pixels.iter().zip(&reference.pixels)) {
         if !(a.is_finite() && b.is_finite()) {
             *v = f32::NAN;

@@ -3,7 +3,7 @@
 //! The scale of magnitudes is matplotlib's magma in nine steps (dark is small), the scale of signs runs from blue
 //! (negative) over near black to red. Pixels that are not numbers are green, which neither scale has.
 
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use dapple_imaging::sheet::Frame;
 use glam::Vec3;
 
@@ -43,7 +43,7 @@ pub fn logarithmic(values: &[f64], width: usize, [low, high]: [f64; 2]) -> Frame
 
 /// The root of each pixel's squared error relative to R² + 0.01, mean of the channels, from 0.001 to 1; both pictures
 /// must have the same size.
-pub fn relative(image: &Picture, reference: &Picture) -> Frame {
+pub fn relative(image: &Image, reference: &Image) -> Frame {
     let one = |(a, b): (&Vec3, &Vec3)| {
         let (d, r) = ((*a - *b).as_dvec3(), b.as_dvec3());
         (d * d / (r * r + 0.01)).element_sum() / 3.0

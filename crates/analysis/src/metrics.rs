@@ -24,7 +24,7 @@
 
 mod sums;
 
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use sums::{Sums, Term};
 
 /// The constants that measures depend on.
@@ -97,8 +97,8 @@ pub struct SizeMismatch {
 }
 
 /// Fails unless both pictures have the same size.
-pub fn same_size(image: &Picture, reference: &Picture) -> Result<(), SizeMismatch> {
-    let size = |p: &Picture| (p.width, p.height);
+pub fn same_size(image: &Image, reference: &Image) -> Result<(), SizeMismatch> {
+    let size = |p: &Image| (p.width, p.height);
     if size(image) == size(reference) {
         Ok(())
     } else {
@@ -107,24 +107,20 @@ pub fn same_size(image: &Picture, reference: &Picture) -> Result<(), SizeMismatc
 }
 
 /// Compares `image` with a reference that is taken as exact.
-pub fn compare(image: &Picture, reference: &Picture, scale: &Scale) -> Result<Comparison, SizeMismatch> {
+pub fn compare(image: &Image, reference: &Image, scale: &Scale) -> Result<Comparison, SizeMismatch> {
     same_size(image, reference)?;
     Ok(sum_up(image, [reference; 2], scale))
 }
 
 /// Compares `image` with a reference given as two independent renders of equal effort. MSE and what follows from it
 /// are unbiased; the R in denominators, bias, MAPE, SMAPE and the largest error are those of the mean of both.
-pub fn compare_halves(
-    image: &Picture,
-    halves: [&Picture; 2],
-    scale: &Scale,
-) -> Result<Comparison, SizeMismatch> {
+pub fn compare_halves(image: &Image, halves: [&Image; 2], scale: &Scale) -> Result<Comparison, SizeMismatch> {
     halves.iter().try_for_each(|half| same_size(image, half))?;
     Ok(sum_up(image, halves, scale))
 }
 
 /// The remaining MSE of the mean of two independent halves: ¼ mean (R₁ − R₂)², over finite pixels and all channels.
-pub fn halves_mse(halves: [&Picture; 2]) -> Result<f64, SizeMismatch> {
+pub fn halves_mse(halves: [&Image; 2]) -> Result<f64, SizeMismatch> {
     same_size(halves[0], halves[1])?;
     let squares = halves[0].pixels.iter().zip(&halves[1].pixels).map(|(a, b)| (*a - *b).as_dvec3());
     let finite: Vec<f64> = squares.filter(|d| d.is_finite()).map(|d| d.length_squared() / 12.0).collect();
@@ -132,12 +128,12 @@ pub fn halves_mse(halves: [&Picture; 2]) -> Result<f64, SizeMismatch> {
 }
 
 /// Pixel by pixel the mean of two pictures of equal size.
-pub fn mean([a, b]: [&Picture; 2]) -> Picture {
+pub fn mean([a, b]: [&Image; 2]) -> Image {
     let pixels = a.pixels.iter().zip(&b.pixels).map(|(a, b)| (*a + *b) * 0.5).collect();
-    Picture { width: a.width, height: a.height, pixels }
+    Image { width: a.width, height: a.height, pixels }
 }
 
-fn sum_up(image: &Picture, halves: [&Picture; 2], scale: &Scale) -> Comparison {
+fn sum_up(image: &Image, halves: [&Image; 2], scale: &Scale) -> Comparison {
     let mut overall = Sums::default();
     let mut channels: [Sums; 3] = Default::default();
     let (mut nan_pixels, mut nan_pixel) = (0, None);

@@ -1,9 +1,10 @@
 //! Small scenes and measurements that checks share.
 
+use dapple_integrator::Dimension;
 use dapple_integrator::geometry::Mesh;
 use dapple_integrator::lights::Light;
 use dapple_integrator::materials::Material;
-use dapple_integrator::sampling::{Dimension, Key, Moments, Pattern, point_2d};
+use dapple_integrator::sampling::{Key, Moments, Pattern, point_2d};
 use dapple_integrator::scene::{CameraPose, Scene, SceneBuilder, SceneError, TexturedMaterial};
 use dapple_integrator::{Outcome, Settings, render};
 use glam::{DAffine3, DMat3, DVec3, Vec3};

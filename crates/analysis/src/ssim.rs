@@ -7,7 +7,7 @@
 //! the other's negative.
 
 use crate::metrics::{SizeMismatch, same_size};
-use dapple_imaging::{Picture, color};
+use dapple_imaging::{Image, color};
 use glam::Vec3;
 
 /// Pixels from the middle of a window to its edge.
@@ -22,7 +22,7 @@ const C2: f64 = 0.03 * 0.03;
 
 /// The mean structural similarity, red, green and blue as one luminance. `None` where no window of 11×11 pixels is
 /// within the pictures and free of values that are not finite.
-pub fn ssim(image: &Picture, reference: &Picture) -> Result<Option<f64>, SizeMismatch> {
+pub fn ssim(image: &Image, reference: &Image) -> Result<Option<f64>, SizeMismatch> {
     same_size(image, reference)?;
     let (a, b) = (luminance(image), luminance(reference));
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).collect::<Vec<_>>();
@@ -43,7 +43,7 @@ fn similarity([x, y]: [f64; 2], [xx, yy, xy]: [f64; 3]) -> f64 {
 }
 
 /// As a display shows it, 0 to 1; NaN where a pixel is not finite.
-fn luminance(picture: &Picture) -> Vec<f64> {
+fn luminance(picture: &Image) -> Vec<f64> {
     let one = |p: &Vec3| match p.is_finite() {
         true => f64::from(color::linear_to_srgb(color::luminance(p.clamp(Vec3::ZERO, Vec3::ONE)))),
         false => f64::NAN,

@@ -11,7 +11,7 @@ use dapple_analysis::estimate::{Estimate, Way, replicate, within};
 use dapple_analysis::metrics::{Scale, compare};
 use dapple_integrator::camera::Projection;
 use dapple_integrator::geometry::Mesh;
-use dapple_integrator::imaging::Picture;
+use dapple_integrator::imaging::Image;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::{CameraPose, Scene, SceneBuilder, TexturedMaterial};
 use dapple_integrator::{Effect, Method, Plans, Settings, render};
@@ -66,7 +66,7 @@ fn scene(screen: bool) -> Scene {
 }
 
 /// What the pixels should be.
-fn exact(screen: bool) -> Picture {
+fn exact(screen: bool) -> Image {
     let at = |i: u32| (2.0 * (f64::from(i) + 0.5) / f64::from(SIDE) - 1.0) * HALF;
     let one = |i: u32| {
         let p = [MIDDLE + at(i % SIDE), -at(i / SIDE)];
@@ -81,7 +81,7 @@ fn exact(screen: bool) -> Picture {
         };
         Vec3::splat(radiance as f32)
     };
-    Picture { width: SIDE as usize, height: SIDE as usize, pixels: (0..SIDE * SIDE).map(one).collect() }
+    Image { width: SIDE as usize, height: SIDE as usize, pixels: (0..SIDE * SIDE).map(one).collect() }
 }
 
 /// The part of the lamp that is seen from p past the screen: the middle between both lies before the edge.
@@ -192,7 +192,7 @@ fn stated_errors_are_the_true_ones() {
     }
 }
 
-fn stated_and_true(scene: &Scene, settings: &Settings, exact: &Picture) -> (Estimate, f64) {
+fn stated_and_true(scene: &Scene, settings: &Settings, exact: &Image) -> (Estimate, f64) {
     let camera = &scene.cameras[0].camera;
     let outcome = render(scene, camera, settings, &|_| ControlFlow::Continue(()));
     let (film, spp) = (outcome.film, outcome.stats.spp);

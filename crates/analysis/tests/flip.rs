@@ -5,21 +5,21 @@ mod common;
 
 use common::{H, W, code};
 use dapple_analysis::flip::{Map, PIXELS_PER_DEGREE, exposures, hdr, ldr};
-use dapple_imaging::{Picture, color};
+use dapple_imaging::{Image, color};
 use glam::Vec3;
 
-fn picture(value: impl Fn(usize, usize, usize) -> f32) -> Picture {
+fn picture(value: impl Fn(usize, usize, usize) -> f32) -> Image {
     let all = (0..H).flat_map(|y| (0..W).map(move |x| (x, y)));
     let pixels = all.map(|(x, y)| Vec3::from([0, 1, 2].map(|c| value(x, y, c)))).collect();
-    Picture { width: W, height: H, pixels }
+    Image { width: W, height: H, pixels }
 }
 
-fn display(k: usize) -> Picture {
+fn display(k: usize) -> Image {
     picture(|x, y, c| color::srgb_table()[code(x, y, c, k) as usize])
 }
 
 /// Squared and with a lamp in it.
-fn radiance(k: usize) -> Picture {
+fn radiance(k: usize) -> Image {
     picture(|x, y, c| {
         let v = f32::from(code(x, y, c, k)) / 64.0;
         if (10..14).contains(&y) && (20..26).contains(&x) { v * v * 64.0 } else { v * v }
@@ -72,7 +72,7 @@ fn a_mostly_black_reference() {
 
 #[test]
 fn extremes() {
-    let plain = |v: Vec3| Picture::filled(W, H, v);
+    let plain = |v: Vec3| Image::filled(W, H, v);
     let mean = |a, b| ldr(&plain(a), &plain(b), PIXELS_PER_DEGREE).unwrap().mean();
     let black_and_white = mean(Vec3::ONE, Vec3::ZERO);
     // In f64 the formulas give 0.967 379 8, the authors in f32 0.967 399 1.

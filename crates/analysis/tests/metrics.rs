@@ -1,13 +1,13 @@
 //! Measures against values worked out by hand, and what a noisy reference does to them.
 
 use dapple_analysis::metrics::{Scale, compare, compare_halves, halves_mse};
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use dapple_testkit::Rng;
 use glam::Vec3;
 
-fn picture(width: usize, pixels: &[[f32; 3]]) -> Picture {
+fn picture(width: usize, pixels: &[[f32; 3]]) -> Image {
     let pixels: Vec<Vec3> = pixels.iter().map(|p| Vec3::from(*p)).collect();
-    Picture { width, height: pixels.len() / width, pixels }
+    Image { width, height: pixels.len() / width, pixels }
 }
 
 fn close(a: f64, b: f64) -> bool {
@@ -16,7 +16,7 @@ fn close(a: f64, b: f64) -> bool {
 
 /// 2×2 pixels with values that f32 holds exactly: R = (1, ½, 0, 4), errors (+½, −¼, +¼, +2) in red, 0 in green and
 /// +1 in the first pixel of blue, where R = 0.
-fn pair() -> (Picture, Picture) {
+fn pair() -> (Image, Image) {
     let reference = picture(2, &[[1.0, 1.0, 0.0], [0.5, 1.0, 0.0], [0.0, 1.0, 0.0], [4.0, 1.0, 0.0]]);
     let image = picture(2, &[[1.5, 1.0, 1.0], [0.25, 1.0, 0.0], [0.25, 1.0, 0.0], [6.0, 1.0, 0.0]]);
     (image, reference)
@@ -80,10 +80,10 @@ fn level(i: usize) -> f32 {
     0.5 + (i % SIDE) as f32 / SIDE as f32
 }
 
-fn noisy(sigma: f64, rng: &mut Rng) -> Picture {
+fn noisy(sigma: f64, rng: &mut Rng) -> Image {
     let one =
         |i: usize, rng: &mut Rng| Vec3::from([0; 3].map(|_: i32| level(i) + (sigma * rng.normal()) as f32));
-    Picture { width: SIDE, height: SIDE, pixels: (0..SIDE * SIDE).map(|i| one(i, rng)).collect() }
+    Image { width: SIDE, height: SIDE, pixels: (0..SIDE * SIDE).map(|i| one(i, rng)).collect() }
 }
 
 /// The reference, of two halves, is exactly as noisy as the picture: the plain MSE is twice the truth, the product of
@@ -120,7 +120,7 @@ fn relmse_is_one_measure() {
         let one = |i: usize, rng: &mut Rng| {
             Vec3::from([0; 3].map(|_: i32| (truth(i) * (1.0 + noise * rng.normal())) as f32))
         };
-        Picture { width: SIDE, height: SIDE, pixels: (0..SIDE * SIDE).map(|i| one(i, &mut rng)).collect() }
+        Image { width: SIDE, height: SIDE, pixels: (0..SIDE * SIDE).map(|i| one(i, &mut rng)).collect() }
     };
     let (exact, image) = (drawn(0.0), drawn(NOISE));
     let halves = [0; 2].map(|_| drawn(REFERENCE));

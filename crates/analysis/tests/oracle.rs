@@ -5,9 +5,10 @@
 //! conditioning of the function and the rounding of its arguments allow: a few ulp (6e-8), times 1/α² where a direction
 //! decides about the density of facets, times 1/cos where it is nearly in the surface.
 
-use dapple_integrator::geometry::{Opaque, Ray, World, WorldBuilder, shapes};
+use dapple_integrator::geometry::{Opaque, World, WorldBuilder, shapes};
 use dapple_integrator::lights::{Area, AreaShape, Environment, Light, Point};
 use dapple_integrator::materials::{Bsdf, Lobes, Material, fresnel, microfacet::Ggx};
+use dapple_integrator::math::Ray;
 use dapple_integrator::sampling::{mis, warp};
 use dapple_testkit::oracle::{self, Deviation};
 use dapple_testkit::{Rng, intersect};
@@ -265,7 +266,7 @@ fn environments() {
     pixels[5 * w + 17] = Vec3::splat(1e6);
     let weight = |i: usize| f64::from(pixels[i].x);
     let total: f64 = (0..w * h).map(|i| weight(i) * oracle::light::texel_solid_angle(i / w, w, h)).sum();
-    let picture = dapple_imaging::Picture { width: w, height: h, pixels: pixels.clone() };
+    let picture = dapple_imaging::Image { width: w, height: h, pixels: pixels.clone() };
     let sky = Environment::picture(picture, 0.0, 1.0, false).unwrap().without_compensation();
     let mut pdfs = Deviation::new("density: environment of 1e6 contrast", 1e-6);
     let mut radiances = Deviation::new("radiance of the environment", 0.0);

@@ -5,16 +5,16 @@ mod common;
 
 use common::{H, W, code};
 use dapple_analysis::ssim::ssim;
-use dapple_imaging::{Picture, color};
+use dapple_imaging::{Image, color};
 use glam::Vec3;
 
-fn display(k: usize) -> Picture {
+fn display(k: usize) -> Image {
     let pixel = |(x, y)| Vec3::from([0, 1, 2].map(|c| color::srgb_table()[code(x, y, c, k) as usize]));
     let pixels = (0..H).flat_map(|y| (0..W).map(move |x| (x, y))).map(pixel).collect();
-    Picture { width: W, height: H, pixels }
+    Image { width: W, height: H, pixels }
 }
 
-fn found(image: &Picture, reference: &Picture) -> f64 {
+fn found(image: &Image, reference: &Image) -> f64 {
     ssim(image, reference).unwrap().unwrap()
 }
 
@@ -29,20 +29,18 @@ fn an_independent_implementation() {
 
 #[test]
 fn equal_pictures_are_1() {
-    for picture in
-        [display(0), display(1), Picture::filled(W, H, Vec3::ZERO), Picture::filled(11, 11, Vec3::X)]
-    {
+    for picture in [display(0), display(1), Image::filled(W, H, Vec3::ZERO), Image::filled(11, 11, Vec3::X)] {
         assert_eq!(found(&picture, &picture), 1.0);
     }
     // What a display cannot show makes no difference.
-    assert_eq!(found(&Picture::filled(W, H, Vec3::ONE), &Picture::filled(W, H, Vec3::splat(9.0))), 1.0);
+    assert_eq!(found(&Image::filled(W, H, Vec3::ONE), &Image::filled(W, H, Vec3::splat(9.0))), 1.0);
 }
 
 /// Without any structure only the means are left: (2ab + C₁)/(a² + b² + C₁) of the code values.
 #[test]
 fn plain_pictures() {
     for (a, b) in [(0.5, 0.25), (0.0, 1.0), (0.9, 0.8)] {
-        let plain = |code: f32| Picture::filled(W, H, Vec3::splat(color::srgb_to_linear(code)));
+        let plain = |code: f32| Image::filled(W, H, Vec3::splat(color::srgb_to_linear(code)));
         let (a64, b64) = (f64::from(a), f64::from(b));
         let expected = (2.0 * a64 * b64 + 1e-4) / (a64 * a64 + b64 * b64 + 1e-4);
         let found = found(&plain(a), &plain(b));
@@ -57,7 +55,7 @@ fn a_negative_is_below_zero() {
     let stripes = |phase: usize| {
         let code = |i: usize| if (i + phase).is_multiple_of(2) { 0.7f32 } else { 0.3 };
         let pixels = (0..W * H).map(|i| Vec3::splat(color::srgb_to_linear(code(i)))).collect();
-        Picture { width: W, height: H, pixels }
+        Image { width: W, height: H, pixels }
     };
     let variance = 0.2f64 * 0.2;
     let expected = (9e-4 - 2.0 * variance) / (9e-4 + 2.0 * variance);
@@ -67,17 +65,17 @@ fn a_negative_is_below_zero() {
 
 #[test]
 fn windows_that_cannot_be_compared() {
-    let small = Picture::filled(10, 40, Vec3::ONE);
+    let small = Image::filled(10, 40, Vec3::ONE);
     assert_eq!(ssim(&small, &small).unwrap(), None);
-    let low = Picture::filled(40, 10, Vec3::ONE);
+    let low = Image::filled(40, 10, Vec3::ONE);
     assert_eq!(ssim(&low, &low).unwrap(), None);
     assert!(ssim(&small, &low).is_err());
     // A pixel that is not finite is left out with all windows around it.
     let (mut spoiled, plain) = (display(1), display(0));
     spoiled.pixels.iter_mut().enumerate().filter(|(i, _)| i % W < 20).for_each(|(_, p)| p.y = f32::NAN);
-    let cut = |p: &Picture| {
+    let cut = |p: &Image| {
         let kept = |(i, p): (usize, &Vec3)| (i % W >= 20).then_some(*p);
-        Picture { width: W - 20, height: H, pixels: p.pixels.iter().enumerate().filter_map(kept).collect() }
+        Image { width: W - 20, height: H, pixels: p.pixels.iter().enumerate().filter_map(kept).collect() }
     };
     assert!((found(&spoiled, &plain) - found(&cut(&display(1)), &cut(&plain))).abs() < 1e-12);
     spoiled.pixels.fill(Vec3::NAN);

@@ -3,7 +3,7 @@
 //! Conventions: the camera looks along −z of its frame with +y up (glTF); pixels are square; the picture's height spans
 //! the vertical field of view and its width follows from the size in pixels; film coordinates start at the top left.
 use crate::Lens;
-use dapple_geometry::{Motion, Ray};
+use dapple_math::{Motion, Ray};
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::sync::Arc;
 

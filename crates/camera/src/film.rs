@@ -2,50 +2,9 @@
 //!
 //! The estimate of a pixel is (1/N) Σ value·weight with N the number of samples (not the sum of weights), which is
 //! unbiased for filters whose weights have mean 1. Pixels are addressed in coordinates of the full picture.
-use dapple_imaging::Picture;
+use dapple_math::{Image, PixelRect};
 use glam::{DVec3, Vec3};
 use std::fmt;
-
-/// x0 ≤ x < x1, y0 ≤ y < y1, top-left origin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PixelRect {
-    /// First column.
-    pub x0: u32,
-    /// First row.
-    pub y0: u32,
-    /// One past the last column.
-    pub x1: u32,
-    /// One past the last row.
-    pub y1: u32,
-}
-impl PixelRect {
-    /// Columns.
-    pub fn width(&self) -> u32 {
-        self.x1.saturating_sub(self.x0)
-    }
-    /// Rows.
-    pub fn height(&self) -> u32 {
-        self.y1.saturating_sub(self.y0)
-    }
-    /// Number of pixels.
-    pub fn area(&self) -> usize {
-        self.width() as usize * self.height() as usize
-    }
-    /// Whether pixel (x, y) lies inside.
-    #[inline]
-    pub fn contains(&self, x: u32, y: u32) -> bool {
-        x >= self.x0 && x < self.x1 && y >= self.y0 && y < self.y1
-    }
-    /// The pixels in both; of zero width or height when there are none.
-    pub fn intersection(&self, other: &Self) -> Self {
-        Self {
-            x0: self.x0.max(other.x0),
-            y0: self.y0.max(other.y0),
-            x1: self.x1.min(other.x1),
-            y1: self.y1.min(other.y1),
-        }
-    }
-}
 
 /// Running mean and sum of squared deviations of one pixel, per channel (Welford's recurrence).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -150,13 +109,13 @@ impl Film {
     }
 
     /// The estimate: (1/N) Σ value·weight; black where nothing was sampled.
-    pub fn mean(&self) -> Picture {
+    pub fn mean(&self) -> Image {
         self.picture(|p| p.mean.as_vec3())
     }
 
     /// Variance of the mean, per channel: Σ(x − mean)²/(n(n − 1)). Infinite where n < 2. An estimate for independent
     /// samples; for stratified and Sobol points it is too large (their error is smaller than it says).
-    pub fn variance(&self) -> Picture {
+    pub fn variance(&self) -> Image {
         self.picture(Pixel::variance_of_mean)
     }
 
@@ -175,8 +134,8 @@ impl Film {
         self.index(x, y).map_or(DVec3::ZERO, |i| self.pixels[i].mean)
     }
 
-    fn picture(&self, f: impl Fn(&Pixel) -> Vec3) -> Picture {
-        Picture {
+    fn picture(&self, f: impl Fn(&Pixel) -> Vec3) -> Image {
+        Image {
             width: self.rect.width() as usize,
             height: self.rect.height() as usize,
             pixels: self.pixels.iter().map(f).collect(),

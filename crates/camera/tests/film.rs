@@ -1,5 +1,6 @@
 //! Sums that do not stall, drift or lose their variance.
-use dapple_camera::{Film, Filter, PixelRect, Shutter};
+use dapple_camera::{Film, Filter, Shutter};
+use dapple_math::PixelRect;
 use dapple_testkit::Rng;
 use glam::Vec3;
 

@@ -2,7 +2,8 @@
 //! `cargo run --release --example cast -p dapple-geometry`
 
 use dapple_geometry::shapes::Sphere;
-use dapple_geometry::{Mesh, Opaque, Ray, WorldBuilder};
+use dapple_geometry::{Mesh, Opaque, WorldBuilder};
+use dapple_math::Ray;
 use glam::Vec3;
 
 fn main() {

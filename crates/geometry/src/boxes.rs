@@ -4,56 +4,9 @@
 //! The slab test runs in f64 on f32 rays, widens the exit by 2γ₃ [Ize 2013] and drops the NaN of a ray that runs in
 //! a box face, so it never misses a box that the ray touches. Every box is tested by itself too: what is visited does
 //! not depend on how the tree groups it.
-use crate::Ray;
+use dapple_math::{Aabb, Ray};
 use glam::DVec3;
 use std::ops::ControlFlow;
-
-/// An axis-aligned box; empty when `lo > hi`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Aabb {
-    pub lo: DVec3,
-    pub hi: DVec3,
-}
-
-impl Aabb {
-    pub const EMPTY: Self = Self { lo: DVec3::INFINITY, hi: DVec3::NEG_INFINITY };
-
-    pub fn new(lo: DVec3, hi: DVec3) -> Self {
-        Self { lo, hi }
-    }
-
-    pub fn union(self, other: Self) -> Self {
-        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
-    }
-
-    /// Grown by `by` on all sides.
-    pub fn padded(self, by: f64) -> Self {
-        Self { lo: self.lo - DVec3::splat(by), hi: self.hi + DVec3::splat(by) }
-    }
-
-    /// Distance of the farthest corner from the origin.
-    pub fn reach(self) -> f64 {
-        self.largest().length()
-    }
-
-    /// Largest |coordinate| per axis.
-    pub fn largest(self) -> DVec3 {
-        self.lo.abs().max(self.hi.abs())
-    }
-
-    pub fn is_finite(self) -> bool {
-        self.lo.is_finite() && self.hi.is_finite()
-    }
-
-    fn half_area(self) -> f64 {
-        let e = self.hi - self.lo;
-        e.x * e.y + e.y * e.z + e.z * e.x
-    }
-
-    fn centroid(self, axis: usize) -> f64 {
-        0.5 * self.lo[axis] + 0.5 * self.hi[axis]
-    }
-}
 
 /// A ray made ready for slab tests.
 pub(crate) struct Slabs {

@@ -7,21 +7,15 @@
 
 mod boxes;
 pub mod bvh;
-pub mod frame;
 pub mod hit;
 pub mod mesh;
-pub mod motion;
-pub mod offset;
-pub mod ray;
 pub mod shapes;
 pub mod surface;
 pub mod world;
 
-pub use frame::Frame;
+pub use dapple_math as math;
 pub use hit::Hit;
 pub use mesh::Mesh;
-pub use motion::Motion;
-pub use ray::Ray;
 pub use surface::Surface;
 pub use world::{Coincident, Filter, Opaque, PlacePoint, World, WorldBuilder};
 

@@ -2,7 +2,8 @@
 //!
 //! Shapes are surfaces, not solids: they are hit from both sides, and a ray may start on or inside them.
 //! A shape with a non-finite number or a radius that is not positive is never hit.
-use crate::{Frame, Ray, boxes::Aabb, offset::gamma, surface::unit_or};
+use dapple_math::{Aabb, vector::unit_or};
+use dapple_math::{Frame, Ray, offset::gamma};
 use glam::{DVec3, Vec2, Vec3};
 
 /// All points at distance `radius` from `centre`; front side outward.

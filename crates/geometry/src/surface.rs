@@ -2,8 +2,9 @@
 //!
 //! A position is never `o + t·d`: it is rebuilt from the surface itself, so its error does not grow with the
 //! length or the slant of the ray.
-use crate::motion::Pose;
-use crate::offset::{gamma, offset_origin};
+use dapple_math::motion::Pose;
+use dapple_math::offset::{gamma, offset_origin};
+use dapple_math::vector::{round_up, unit_or};
 use glam::{DVec3, Vec3};
 
 /// Position and normals of a hit.
@@ -205,26 +206,6 @@ fn test_error(size: DVec3, n: u32) -> DVec3 {
 /// `n` turned into the hemisphere of `ng`.
 fn facing(n: DVec3, ng: DVec3) -> DVec3 {
     if n.dot(ng) < 0.0 { -n } else { n }
-}
-
-/// `v` made unit, or `other` when `v` is zero or not finite. Scaled first, so nothing under- or overflows.
-pub(crate) fn unit_or(v: DVec3, other: DVec3) -> DVec3 {
-    let largest = v.abs().max_element();
-    if !(largest > 0.0 && v.is_finite()) {
-        return other;
-    }
-    let scaled = v / largest;
-    scaled / scaled.length()
-}
-
-/// To f32, never below the f64 value: a bound stays a bound.
-pub(crate) fn round_up(v: DVec3) -> Vec3 {
-    Vec3::new(up(v.x), up(v.y), up(v.z))
-}
-
-fn up(x: f64) -> f32 {
-    let y = x as f32;
-    if (y as f64) < x { y.next_up() } else { y }
 }
 
 #[cfg(test)]

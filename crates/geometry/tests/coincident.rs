@@ -1,8 +1,9 @@
 //! Which primitives share a place with an emitter: those that lie in its plane over an area, and no neighbours.
 
-use dapple_geometry::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_geometry::shapes::{Disk, Sphere};
-use dapple_geometry::{Coincident, Mesh, Motion, World, WorldBuilder};
+use dapple_geometry::{Coincident, Mesh, World, WorldBuilder};
+use dapple_math::Motion;
+use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::sync::Arc;
 

@@ -1,8 +1,8 @@
 //! Closed meshes let no ray out (watertight test of [Woop 2013] plus conservative boxes), on every kernel, and all
 //! kernels agree bit for bit.
 
-use dapple_geometry::Ray;
 use dapple_geometry::bvh::{Any, Kernel, Tree, TriangleHit};
+use dapple_math::Ray;
 use glam::Vec3;
 
 /// SplitMix64 as numbers in [−1, 1).

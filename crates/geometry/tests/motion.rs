@@ -2,9 +2,10 @@
 //! through the shutter, and transforms that mirror or flatten do no harm (SCIENCE A17–A20).
 mod solids;
 
-use dapple_geometry::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_geometry::shapes::{Shape, Sphere};
-use dapple_geometry::{Mesh, Motion, Opaque, Ray, World, WorldBuilder};
+use dapple_geometry::{Mesh, Opaque, World, WorldBuilder};
+use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs};
+use dapple_math::{Motion, Ray};
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
 use solids::{Noise, cube, leave, sphere};
 use std::f64::consts::{PI, TAU};
@@ -47,7 +48,7 @@ fn vec3(noise: &mut Noise) -> DVec3 {
 
 /// A chain with all kinds of nodes and interpolations.
 fn wild(noise: &mut Noise) -> Motion {
-    fn track<T: dapple_geometry::motion::Value>(
+    fn track<T: dapple_math::motion::Value>(
         noise: &mut Noise,
         mut value: impl FnMut(&mut Noise) -> T,
     ) -> Channel<T> {

@@ -3,7 +3,8 @@
 mod solids;
 
 use dapple_geometry::shapes::{Disk, Sphere};
-use dapple_geometry::{Hit, Mesh, Opaque, Ray, World, WorldBuilder};
+use dapple_geometry::{Hit, Mesh, Opaque, World, WorldBuilder};
+use dapple_math::Ray;
 use glam::Vec3;
 use solids::{Noise, cube, is_convex, leave, sphere};
 

@@ -1,9 +1,10 @@
 //! Exact spheres and disks: right at any size and distance (SCIENCE A14), in any number, with ties and filters.
 mod solids;
 
-use dapple_geometry::motion::Motion;
 use dapple_geometry::shapes::{Disk, Shape, Sphere};
-use dapple_geometry::{Filter, Hit, Mesh, Opaque, Ray, World, WorldBuilder};
+use dapple_geometry::{Filter, Hit, Mesh, Opaque, World, WorldBuilder};
+use dapple_math::Ray;
+use dapple_math::motion::Motion;
 use glam::{DAffine3, DVec3, Vec3};
 use solids::Noise;
 

@@ -3,7 +3,7 @@
 //! `cargo run --release --example tone -p dapple-imaging [chart.png]`
 
 use dapple_imaging::sheet::{self, Cell, Frame};
-use dapple_imaging::{ImageError, Picture, Tone, write};
+use dapple_imaging::{Image, ImageError, Tone, write};
 use glam::Vec3;
 use std::path::PathBuf;
 
@@ -17,8 +17,8 @@ fn hue(turn: f32) -> Vec3 {
     Vec3::new(ramp(0.0), ramp(2.0 / 3.0), ramp(1.0 / 3.0))
 }
 
-fn chart() -> Picture {
-    let mut picture = Picture::filled(WIDTH, ROWS * STRIP, Vec3::ZERO);
+fn chart() -> Image {
+    let mut picture = Image::filled(WIDTH, ROWS * STRIP, Vec3::ZERO);
     for (i, pixel) in picture.pixels.iter_mut().enumerate() {
         let (x, row) = (i % WIDTH, i / WIDTH / STRIP);
         let colour = if row + 1 == ROWS { Vec3::ONE } else { hue(row as f32 / 12.0) };

@@ -18,9 +18,10 @@ pub mod tone;
 pub mod window;
 pub mod write;
 
+pub use dapple_math::{self as math, Image};
 pub use error::ImageError;
 pub use memory::MemoryLimit;
-pub use picture::{Layer, Layers, MetaValue, Picture};
+pub use picture::{Layer, Layers, MetaValue};
 pub use read::{Rgba8, Rgba16, Texels};
 pub use texture::{Channels, Encoding, Interpolation, Sampler, Texture, Wrap};
 pub use tone::{Tone, UnknownTone};

@@ -3,7 +3,7 @@
 //! The rule is stated in [`exposure`]; it needs no scene, knows no camera, and gives the same value for the same picture on
 //! every machine.
 
-use crate::Picture;
+use crate::Image;
 
 /// Share of the lit pixels that are at most as bright as the one that is brought to [`BRIGHT`].
 const PERCENTILE: f64 = 0.9;
@@ -24,7 +24,7 @@ const STEPS: f64 = 100.0;
 /// A pixel is as bright as its largest channel, so that the shading of saturated colours does not end at the display's
 /// white: a blue surface has a fourteenth of the luminance of a white one. The logarithmic mean as a measure of a scene's
 /// key: [Reinhard 2002, eq. 1].
-pub fn exposure(picture: &Picture) -> f32 {
+pub fn exposure(picture: &Image) -> f32 {
     let finite = picture.pixels.iter().filter(|p| p.is_finite());
     let mut lit: Vec<f64> = finite.map(|p| f64::from(p.max_element())).filter(|y| *y > 0.0).collect();
     lit.sort_unstable_by(f64::total_cmp);
@@ -44,7 +44,7 @@ mod tests {
     fn of(parts: &[(f32, usize)]) -> f32 {
         let pixels: Vec<Vec3> =
             parts.iter().flat_map(|(y, n)| std::iter::repeat_n(Vec3::splat(*y), *n)).collect();
-        exposure(&Picture { width: pixels.len(), height: 1, pixels })
+        exposure(&Image { width: pixels.len(), height: 1, pixels })
     }
 
     #[test]
@@ -82,7 +82,7 @@ mod tests {
     fn saturated_colours_are_shown_like_white() {
         let shades = |color: Vec3| {
             let pixels: Vec<Vec3> = (1..=100).map(|i| color * (0.01 * i as f32)).collect();
-            exposure(&Picture { width: pixels.len(), height: 1, pixels })
+            exposure(&Image { width: pixels.len(), height: 1, pixels })
         };
         let white = shades(Vec3::ONE);
         for color in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(0.2, 0.1, 1.0)] {

@@ -1,38 +1,10 @@
 //! What is a picture in memory?
 //!
-//! Linear Rec.709 RGB radiance in f32, row by row from the top left. A [`Picture`] is one colour per pixel;
+//! Linear Rec.709 RGB radiance in f32, row by row from the top left. A [`Image`] is one colour per pixel;
 //! [`Layers`] are what an EXR holds: any number of named channels over the same window.
 
-use glam::{DVec3, Vec3};
-
-/// One linear colour per pixel, row by row from the top left.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// Pixels per row.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// `width * height` colours; pixel (x, y) is at `y * width + x`.
-    pub pixels: Vec<Vec3>,
-}
-
-impl Picture {
-    /// A picture of one colour.
-    pub fn filled(width: usize, height: usize, colour: Vec3) -> Self {
-        Self { width, height, pixels: vec![colour; width * height] }
-    }
-
-    /// The pixel in column `x` and row `y`, which must be inside.
-    pub fn at(&self, x: usize, y: usize) -> Vec3 {
-        self.pixels[y * self.width + x]
-    }
-
-    /// Mean over all pixels, summed in f64; 0 without pixels.
-    pub fn mean(&self) -> Vec3 {
-        let sum: DVec3 = self.pixels.iter().map(|p| p.as_dvec3()).sum();
-        (sum / self.pixels.len().max(1) as f64).as_vec3()
-    }
-}
+use dapple_math::Image;
+use glam::Vec3;
 
 /// Channels that belong together, e.g. name "normal" with channels X, Y, Z. The name "" is the beauty layer with
 /// the channels R, G, B. In the file a channel is called `name.channel`, as Nuke and Blender expect it.
@@ -69,13 +41,13 @@ impl Layers {
 
     /// The layer without a name, or else the first one, as a picture of the data window; see
     /// [`picture`](Self::picture).
-    pub fn beauty(&self) -> Option<Picture> {
+    pub fn beauty(&self) -> Option<Image> {
         self.picture("").or_else(|| self.picture(&self.layers.first()?.name))
     }
 
     /// The data window of the layer `name` as a picture: its R, G, B, or else X, Y, Z, or else Y or its only
     /// channel three times. `None` if there is no such layer or its channels are none of these.
-    pub fn picture(&self, name: &str) -> Option<Picture> {
+    pub fn picture(&self, name: &str) -> Option<Image> {
         let layer = self.layer(name)?;
         let find = |c: &str| layer.channels.iter().find(|(n, _)| n == c).map(|(_, v)| v.as_slice());
         let three = |a, b, c| Some([find(a)?, find(b)?, find(c)?]);
@@ -86,13 +58,13 @@ impl Layers {
         let [r, g, b] =
             three("R", "G", "B").or_else(|| three("X", "Y", "Z")).or_else(|| only.map(|y| [y; 3]))?;
         let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect();
-        Some(Picture { width: self.width, height: self.height, pixels })
+        Some(Image { width: self.width, height: self.height, pixels })
     }
 }
 
 /// A picture as the beauty layer of a file without anything else.
-impl From<&Picture> for Layers {
-    fn from(picture: &Picture) -> Self {
+impl From<&Image> for Layers {
+    fn from(picture: &Image) -> Self {
         let channel =
             |name: &str, i: usize| (name.to_string(), picture.pixels.iter().map(|p| p[i]).collect());
         let beauty =

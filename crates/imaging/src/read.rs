@@ -16,7 +16,7 @@ mod exr;
 #[cfg(feature = "png")]
 mod raster;
 
-use crate::{ImageError, Layers, MemoryLimit, Picture, Windowed};
+use crate::{Image, ImageError, Layers, MemoryLimit, Windowed};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, ErrorKind, Read, Seek};
 use std::path::Path;
@@ -95,13 +95,13 @@ impl From<Rgba16> for Texels {
 
 /// .exr (the display window of the first RGB layer, or else of the first luminance channel Y; black where the file
 /// holds no data), .hdr, .png/.jpg/.webp (sRGB decoded to linear).
-pub fn picture(path: &Path) -> Result<Picture, ImageError> {
+pub fn picture(path: &Path) -> Result<Image, ImageError> {
     picture_within(path, MemoryLimit::NONE)
 }
 
 /// As [`picture`], in as much memory as `limit` grants. An EXR whose data cover less than 1/64 of a frame of more than
 /// 2²² pixels is refused: it would be empty space.
-pub fn picture_within(path: &Path, limit: MemoryLimit) -> Result<Picture, ImageError> {
+pub fn picture_within(path: &Path, limit: MemoryLimit) -> Result<Image, ImageError> {
     let name = path.display().to_string();
     let (kind, file, bytes) = open(path, &name)?;
     let room = Room { limit, file: bytes };
@@ -308,7 +308,7 @@ fn exr_is_grey(file: impl BufRead + Seek, name: &str) -> Result<bool, ImageError
 }
 
 #[cfg(feature = "exr")]
-fn exr_picture(file: impl BufRead + Seek, name: &str, room: Room) -> Result<Picture, ImageError> {
+fn exr_picture(file: impl BufRead + Seek, name: &str, room: Room) -> Result<Image, ImageError> {
     guarded(name, || exr::picture(file, name, room))
 }
 
@@ -353,7 +353,7 @@ fn raster_picture(
     kind: Kind,
     name: &str,
     room: Room,
-) -> Result<Picture, ImageError> {
+) -> Result<Image, ImageError> {
     guarded(name, || raster::picture(file, kind, name, room))
 }
 
@@ -378,7 +378,7 @@ fn exr_is_grey(_: impl BufRead + Seek, name: &str) -> Result<bool, ImageError> {
 }
 
 #[cfg(not(feature = "exr"))]
-fn exr_picture(_: impl BufRead + Seek, name: &str, _: Room) -> Result<Picture, ImageError> {
+fn exr_picture(_: impl BufRead + Seek, name: &str, _: Room) -> Result<Image, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: Kind::Exr.name(), feature: "exr" })
 }
 
@@ -398,7 +398,7 @@ fn raster_is_grey(_: impl BufRead + Seek, kind: Kind, name: &str) -> Result<bool
 }
 
 #[cfg(not(feature = "png"))]
-fn raster_picture(_: impl BufRead + Seek, kind: Kind, name: &str, _: Room) -> Result<Picture, ImageError> {
+fn raster_picture(_: impl BufRead + Seek, kind: Kind, name: &str, _: Room) -> Result<Image, ImageError> {
     Err(ImageError::NotBuiltIn { name: name.to_string(), format: kind.name(), feature: "png" })
 }
 

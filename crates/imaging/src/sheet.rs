@@ -4,7 +4,7 @@
 //! rows as high as the highest one. Light grey on near black, so that neither highlights nor shadows of the pictures
 //! are judged against white paper.
 
-use crate::{Picture, Tone, text, write};
+use crate::{Image, Tone, text, write};
 
 /// 8-bit sRGB code values, red, green, blue, row by row from the top left.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -32,7 +32,7 @@ const GAP: usize = 8;
 
 impl Frame {
     /// A picture through exposure (stops) and tone curve.
-    pub fn of(picture: &Picture, tone: Tone, exposure: f32) -> Self {
+    pub fn of(picture: &Image, tone: Tone, exposure: f32) -> Self {
         Self {
             width: picture.width,
             height: picture.height,

@@ -3,7 +3,7 @@
 //! An EXR says how large the full picture is (the display window) and which pixels of it are there (the data window):
 //! a crop knows where it belongs. What it does not hold is not black, it is not known, and must not be compared.
 
-use crate::{ImageError, Picture};
+use crate::{Image, ImageError};
 
 /// A rectangle of pixels of a full picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,15 +50,15 @@ impl std::fmt::Display for Window {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Windowed {
     /// The pixels of the window alone.
-    pub picture: Picture,
+    pub picture: Image,
     /// Which ones they are.
     pub window: Window,
     /// Width and height of the full picture.
     pub full_size: (usize, usize),
 }
 
-impl From<Picture> for Windowed {
-    fn from(picture: Picture) -> Self {
+impl From<Image> for Windowed {
+    fn from(picture: Image) -> Self {
         let full_size = (picture.width, picture.height);
         Self { picture, window: Window::full(full_size), full_size }
     }
@@ -66,23 +66,23 @@ impl From<Picture> for Windowed {
 
 impl Windowed {
     /// The pixels of `wanted`, if all of them are there.
-    pub fn part(&self, wanted: Window) -> Option<Picture> {
+    pub fn part(&self, wanted: Window) -> Option<Image> {
         if self.window.intersection(&wanted) != Some(wanted) {
             return None;
         }
         let (x, y) = (wanted.x - self.window.x, wanted.y - self.window.y);
         let row = |y: usize| &self.picture.pixels[y * self.picture.width + x..][..wanted.width];
         let pixels = (y..y + wanted.height).flat_map(row).copied().collect();
-        Some(Picture { width: wanted.width, height: wanted.height, pixels })
+        Some(Image { width: wanted.width, height: wanted.height, pixels })
     }
 
     /// As [`covering`](Self::covering); nothing is copied where all is wanted.
-    pub fn into_covering(self, wanted: Window, name: &str) -> Result<Picture, ImageError> {
+    pub fn into_covering(self, wanted: Window, name: &str) -> Result<Image, ImageError> {
         if wanted == self.window { Ok(self.picture) } else { self.covering(wanted, name) }
     }
 
     /// The pixels of `wanted`; an error that calls the picture `name` if some are missing.
-    pub fn covering(&self, wanted: Window, name: &str) -> Result<Picture, ImageError> {
+    pub fn covering(&self, wanted: Window, name: &str) -> Result<Image, ImageError> {
         let (has, full_size) = (self.window, self.full_size);
         let partial = || Partial { name: name.into(), has, wanted, full_size };
         self.part(wanted).ok_or_else(|| ImageError::Partial(Box::new(partial())))
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn parts_are_where_they_belong() {
         let pixels = (0..12).map(|i| Vec3::splat(i as f32)).collect();
-        let picture = Picture { width: 4, height: 3, pixels };
+        let picture = Image { width: 4, height: 3, pixels };
         let window = Window { x: 10, y: 20, width: 4, height: 3 };
         let windowed = Windowed { picture: picture.clone(), window, full_size: (64, 48) };
         assert_eq!(windowed.part(window), Some(picture));

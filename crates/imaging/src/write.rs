@@ -14,7 +14,7 @@ mod png;
 
 pub use file::{elsewhere, replace};
 
-use crate::{ImageError, Layers, Picture, Tone};
+use crate::{Image, ImageError, Layers, Tone};
 use std::path::Path;
 
 /// How many bits an EXR spends on colour.
@@ -102,13 +102,13 @@ pub struct PngOptions<'a> {
 }
 
 /// Writes an 8-bit PNG of [`code_values`]: exposure in stops, tone curve, rounding to nearest.
-pub fn png(path: &Path, picture: &Picture, tone: Tone, exposure: f32) -> Result<(), ImageError> {
+pub fn png(path: &Path, picture: &Image, tone: Tone, exposure: f32) -> Result<(), ImageError> {
     png_with(path, picture, &PngOptions { tone, exposure, ..PngOptions::default() })
 }
 
 /// As [`png`], with all that a PNG can have. The file says that its values are sRGB.
 #[cfg(feature = "png")]
-pub fn png_with(path: &Path, picture: &Picture, options: &PngOptions<'_>) -> Result<(), ImageError> {
+pub fn png_with(path: &Path, picture: &Image, options: &PngOptions<'_>) -> Result<(), ImageError> {
     check_size(path, picture)?;
     let unlike = options.alpha.filter(|alpha| alpha.len() != picture.pixels.len());
     if let Some(alpha) = unlike {
@@ -125,7 +125,7 @@ pub fn png_with(path: &Path, picture: &Picture, options: &PngOptions<'_>) -> Res
 
 /// Writes a PNG; this build leaves the format out, so it always fails.
 #[cfg(not(feature = "png"))]
-pub fn png_with(path: &Path, _picture: &Picture, _options: &PngOptions<'_>) -> Result<(), ImageError> {
+pub fn png_with(path: &Path, _picture: &Image, _options: &PngOptions<'_>) -> Result<(), ImageError> {
     Err(feature_off(path, "PNG", "png"))
 }
 
@@ -144,14 +144,14 @@ pub fn rgb8(path: &Path, _width: usize, _height: usize, _data: Vec<u8>) -> Resul
 
 /// Writes Radiance RGBE: relative error at most 2⁻⁸ of each pixel's largest component; negative and NaN
 /// components become 0, values beyond the format's range its largest, 1.7e38.
-pub fn hdr(path: &Path, picture: &Picture) -> Result<(), ImageError> {
+pub fn hdr(path: &Path, picture: &Image) -> Result<(), ImageError> {
     check_size(path, picture)?;
     replace(path, &hdr::encode(picture))
 }
 
 /// The 8-bit sRGB code values of a picture, red, green, blue, row by row: times 2^`exposure`, through the tone
 /// curve, rounded to nearest.
-pub fn code_values(picture: &Picture, tone: Tone, exposure: f32) -> Vec<u8> {
+pub fn code_values(picture: &Image, tone: Tone, exposure: f32) -> Vec<u8> {
     let scale = libm::exp2f(exposure);
     let byte = |v: f32| (v * 255.0 + 0.5) as u8;
     picture.pixels.iter().flat_map(|&p| tone.apply(p * scale).to_array().map(byte)).collect()
@@ -164,7 +164,7 @@ pub fn check(path: &Path) -> Result<(), ImageError> {
     file::probe(path)
 }
 
-fn check_size(path: &Path, picture: &Picture) -> Result<(), ImageError> {
+fn check_size(path: &Path, picture: &Image) -> Result<(), ImageError> {
     check_count(path, picture.width, picture.height, picture.pixels.len())
 }
 

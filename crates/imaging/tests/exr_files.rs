@@ -2,7 +2,7 @@
 #![cfg(feature = "exr")]
 
 use dapple_imaging::write::Depth;
-use dapple_imaging::{Layer, Layers, MetaValue, Picture, read, write};
+use dapple_imaging::{Image, Layer, Layers, MetaValue, read, write};
 use glam::Vec3;
 use std::path::PathBuf;
 
@@ -200,14 +200,14 @@ fn luminance_and_prefixed_colour_are_found() {
     let layer = |name: &str, channels| Layer { name: name.into(), channels };
     let grey = one(vec![layer("", vec![channel("Y", 0.25)])]);
     write::exr(&path, &grey, Depth::Float).unwrap();
-    assert_eq!(read::picture(&path).unwrap(), Picture::filled(3, 2, Vec3::splat(0.25)));
+    assert_eq!(read::picture(&path).unwrap(), Image::filled(3, 2, Vec3::splat(0.25)));
     assert_eq!(read::channels(&path).unwrap(), "Y");
     let prefixed = one(vec![
         layer("a.depth", vec![channel("Z", 9.0)]),
         layer("view.Combined", vec![channel("R", 1.0), channel("G", 2.0), channel("B", 3.0)]),
     ]);
     write::exr(&path, &prefixed, Depth::Half).unwrap();
-    assert_eq!(read::picture(&path).unwrap(), Picture::filled(3, 2, Vec3::new(1.0, 2.0, 3.0)));
+    assert_eq!(read::picture(&path).unwrap(), Image::filled(3, 2, Vec3::new(1.0, 2.0, 3.0)));
     assert_eq!(read::channels(&path).unwrap(), "RGB");
     let none = one(vec![layer("", vec![channel("Z", 9.0)])]);
     write::exr(&path, &none, Depth::Float).unwrap();

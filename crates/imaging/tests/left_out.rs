@@ -1,7 +1,7 @@
 //! A build without a format says so, on reading, writing and checking alike, and names the feature.
 #![cfg(not(all(feature = "exr", feature = "png")))]
 
-use dapple_imaging::{ImageError, Picture, read, write};
+use dapple_imaging::{Image, ImageError, read, write};
 use glam::Vec3;
 
 fn assert_left_out<T: std::fmt::Debug>(result: Result<T, ImageError>, feature: &str) {
@@ -15,7 +15,7 @@ fn assert_left_out<T: std::fmt::Debug>(result: Result<T, ImageError>, feature: &
 fn exr_says_which_feature_it_wants() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
-    let picture = Picture::filled(2, 2, Vec3::ONE);
+    let picture = Image::filled(2, 2, Vec3::ONE);
     assert_left_out(write::check(&path), "exr");
     assert_left_out(write::exr(&path, &dapple_imaging::Layers::from(&picture), write::Depth::Float), "exr");
     std::fs::write(&path, [0x76, 0x2f, 0x31, 0x01]).unwrap();
@@ -27,7 +27,7 @@ fn exr_says_which_feature_it_wants() {
 #[test]
 fn png_says_which_feature_it_wants() {
     let path = std::path::Path::new("a.png");
-    let picture = Picture::filled(2, 2, Vec3::ONE);
+    let picture = Image::filled(2, 2, Vec3::ONE);
     assert_left_out(write::check(path), "png");
     assert_left_out(write::png(path, &picture, dapple_imaging::Tone::Srgb, 0.0), "png");
     assert_left_out(write::rgb8(path, 1, 1, vec![0; 3]), "png");

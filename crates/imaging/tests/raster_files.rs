@@ -3,7 +3,7 @@
 
 use dapple_imaging::color::{luminance, srgb_to_linear};
 use dapple_imaging::write::{PngDepth, PngOptions};
-use dapple_imaging::{ImageError, Layers, Picture, Rgba8, Rgba16, Texels, Tone, read, write};
+use dapple_imaging::{Image, ImageError, Layers, Rgba8, Rgba16, Texels, Tone, read, write};
 use glam::Vec3;
 use image::{ExtendedColorType as Color, ImageEncoder};
 use std::io::Cursor;
@@ -13,13 +13,13 @@ fn folder() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
 }
 
-fn gradient(width: usize, height: usize, top: f32) -> Picture {
+fn gradient(width: usize, height: usize, top: f32) -> Image {
     let n = width * height;
     let colour = |i: usize| {
         Vec3::new(i as f32 / n as f32, ((i * 7) % n) as f32 / n as f32, ((i * 31) % n) as f32 / n as f32)
             * top
     };
-    Picture { width, height, pixels: (0..n).map(colour).collect() }
+    Image { width, height, pixels: (0..n).map(colour).collect() }
 }
 
 fn png(width: u32, height: u32, data: &[u8], color: Color) -> Vec<u8> {
@@ -68,7 +68,7 @@ fn coverage_is_unassociated_and_sixteen_bits_are_finer() {
     let colour = Vec3::new(0.3, 0.002, 0.9);
     let alpha: Vec<f32> = (0..8).map(|i| i as f32 / 7.0).chain([-0.1, 1.2]).collect();
     let pixels = alpha.iter().map(|a| colour * *a).collect();
-    let picture = Picture { width: 5, height: 2, pixels };
+    let picture = Image { width: 5, height: 2, pixels };
     for depth in [PngDepth::Eight, PngDepth::Sixteen] {
         let options = PngOptions { exposure: 0.1, depth, alpha: Some(&alpha), ..PngOptions::default() };
         write::png_with(&path, &picture, &options).unwrap();
@@ -106,7 +106,7 @@ fn libm_exp2(x: f32) -> f32 {
 #[test]
 fn exposure_is_in_stops() {
     let picture = gradient(8, 8, 0.5);
-    let doubled = Picture { pixels: picture.pixels.iter().map(|p| *p * 4.0).collect(), ..picture.clone() };
+    let doubled = Image { pixels: picture.pixels.iter().map(|p| *p * 4.0).collect(), ..picture.clone() };
     let tones = Tone::ALL.map(|(tone, _)| tone);
     for tone in tones {
         assert_eq!(write::code_values(&picture, tone, 2.0), write::code_values(&doubled, tone, 0.0));
@@ -278,12 +278,12 @@ fn a_failed_write_changes_nothing() {
     let folder = folder();
     let path = folder.path().join("a.png");
     std::fs::write(&path, "precious").unwrap();
-    let wrong = Picture { width: 3, height: 3, pixels: vec![Vec3::ONE; 8] };
+    let wrong = Image { width: 3, height: 3, pixels: vec![Vec3::ONE; 8] };
     for error in [
         write::png(&path, &wrong, Tone::Srgb, 0.0).unwrap_err(),
         write::hdr(&path, &wrong).unwrap_err(),
         write::rgb8(&path, 1, 1, vec![1, 2]).unwrap_err(),
-        write::png(&path, &Picture::filled(0, 0, Vec3::ONE), Tone::Srgb, 0.0).unwrap_err(),
+        write::png(&path, &Image::filled(0, 0, Vec3::ONE), Tone::Srgb, 0.0).unwrap_err(),
     ] {
         assert!(
             matches!(error, ImageError::Inconsistent { .. }) && error.to_string().contains("a.png"),

@@ -7,6 +7,7 @@
 //! Where a light's points and a lobe's directions can both find the same light, they are weighted by the power heuristic
 //! with their counts [Veach 1997, §9.2.2].
 
+use crate::Dimension;
 use crate::direct::{Beam, Sides};
 use crate::distribution::deep::{Branch, DEEP};
 use crate::effects::{Effect, Plans};
@@ -21,10 +22,10 @@ use crate::places::Place;
 use crate::shared_place;
 use crate::vertex::{Around, Scattered, Vertex};
 use crate::visibility::Visibility;
-use dapple_geometry::Ray;
 use dapple_lights::{Aiming, Light, LightSample};
 use dapple_materials::{Lobe, Lobes};
-use dapple_sampling::{Dimension, Key, Pattern, Plan};
+use dapple_math::Ray;
+use dapple_sampling::{Key, Pattern, Plan};
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
 

@@ -2,8 +2,9 @@
 //! light sampling that could have found the same place.
 
 use crate::settings::Strategy;
-use dapple_geometry::{Hit, Ray, Surface};
+use dapple_geometry::{Hit, Surface};
 use dapple_lights::{Aiming, Light, Reached};
+use dapple_math::Ray;
 use dapple_sampling::mis;
 use dapple_scene::Scene;
 use glam::{Vec2, Vec3};

@@ -5,7 +5,8 @@ use crate::medium::{Boundary, MediumStack};
 use crate::shared_place;
 use crate::vertex::Around;
 use crate::visibility::{Query, Visibility};
-use dapple_geometry::{Hit, Ray, Surface};
+use dapple_geometry::{Hit, Surface};
+use dapple_math::Ray;
 use glam::Vec3;
 
 /// Most boundaries that are looked at in one place.

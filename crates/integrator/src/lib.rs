@@ -10,6 +10,7 @@ pub use dapple_geometry as geometry;
 pub use dapple_imaging as imaging;
 pub use dapple_lights as lights;
 pub use dapple_materials as materials;
+pub use dapple_math as math;
 pub use dapple_sampling as sampling;
 pub use dapple_scene as scene;
 
@@ -17,6 +18,7 @@ pub mod aov;
 mod clear;
 mod coverage;
 mod cryptomatte;
+pub mod dimension;
 mod direct;
 mod distribution;
 pub mod effects;
@@ -49,6 +51,7 @@ mod vertex;
 mod visibility;
 
 pub use aov::Aov;
+pub use dimension::Dimension;
 pub use effects::{Combine, Effect, Plans};
 pub use first_hit::Backfaces;
 pub use forecast::{Forecast, forecast};

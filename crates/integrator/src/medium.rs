@@ -8,7 +8,8 @@
 //! A body is entered once per boundary that is met from its front: a second shell within the first has to be left again.
 //! Leaving what was not entered changes nothing; light is refracted there as if the body had been entered.
 
-use dapple_geometry::{Filter, Hit, Ray};
+use dapple_geometry::{Filter, Hit};
+use dapple_math::Ray;
 use dapple_scene::{Body, Scene};
 use glam::Vec3;
 use std::cell::RefCell;

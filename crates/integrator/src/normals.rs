@@ -31,7 +31,8 @@
 
 use crate::kernel::Job;
 use crate::terminator;
-use dapple_geometry::{Frame, Hit, Surface, offset::gamma};
+use dapple_geometry::{Hit, Surface};
+use dapple_math::{Frame, offset::gamma};
 use dapple_scene::Shading;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;

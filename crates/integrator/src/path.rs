@@ -5,6 +5,7 @@
 //! bounce and survives with min(1, max β·η²), without a cap below 1: a cap has infinite variance for bright
 //! materials (measured law in the test suite).
 
+use crate::Dimension;
 use crate::direct::{Aim, Beam, Sides};
 use crate::emission::{self, Arrival, Rival};
 use crate::first_hit::{seen, start};
@@ -16,9 +17,8 @@ use crate::sample::Sample;
 use crate::shared_place;
 use crate::vertex::{Around, Scattered, Vertex};
 use crate::visibility::Visibility;
-use dapple_geometry::Ray;
 use dapple_materials::BsdfSample;
-use dapple_sampling::Dimension;
+use dapple_math::Ray;
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
 

@@ -4,10 +4,11 @@
 //! so that no two places share points (a `grid` has the same everywhere: that is what it is). Paired, each place takes
 //! the point of the pixel's sample, its strata visited in an order that the integral's key permutes.
 
+use crate::Dimension;
 use crate::effects::{Combine, Effect, Plans};
 use crate::settings::Settings;
 use dapple_camera::Camera;
-use dapple_sampling::{Dimension, Key, Pattern, Plan};
+use dapple_sampling::{Key, Pattern, Plan};
 use dapple_scene::Scene;
 use glam::Vec2;
 

@@ -250,9 +250,9 @@ fn unread(scene: &Scene) -> Vec<LeftOut> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Dimension;
     use crate::sample::drawn;
     use dapple_geometry::Mesh;
-    use dapple_sampling::Dimension;
     use dapple_scene::{CameraPose, SceneBuilder, TexturedMaterial};
     use glam::{DAffine3, DVec3, Vec3};
 

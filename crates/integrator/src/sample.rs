@@ -1,11 +1,12 @@
 //! One sample of one pixel: its numbers by name, and its camera ray.
 
+use crate::Dimension;
 use crate::effects::Effect;
 use crate::kernel::Job;
 use crate::places::moves;
 use crate::settings::Settings;
-use dapple_geometry::Ray;
-use dapple_sampling::{Dimension, Key, Pattern, padded_1d, padded_2d};
+use dapple_math::Ray;
+use dapple_sampling::{Key, Pattern, padded_1d, padded_2d};
 use glam::Vec2;
 
 /// The s-th of n samples of a pixel. Every number it uses is a pure function of (key, s, n, depth, dimension).
@@ -99,7 +100,7 @@ impl Job<'_> {
 #[cfg(test)]
 pub(crate) mod drawn {
     //! What tests see of the numbers that are drawn.
-    use dapple_sampling::Dimension;
+    use crate::Dimension;
     use std::cell::RefCell;
 
     thread_local! {

@@ -14,7 +14,8 @@ use crate::medium::MediumStack;
 use crate::shared_place;
 use crate::vertex::{Around, Vertex};
 use crate::visibility::{Query, Visibility};
-use dapple_geometry::{Hit, Ray, Surface};
+use dapple_geometry::{Hit, Surface};
+use dapple_math::Ray;
 use glam::Vec3;
 use std::cell::Cell;
 

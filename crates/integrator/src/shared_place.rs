@@ -12,9 +12,10 @@
 use crate::interface::are_one_place;
 use crate::vertex::Around;
 use crate::visibility::Visibility;
-use dapple_geometry::offset::gamma;
-use dapple_geometry::{Hit, PlacePoint, Ray, Surface};
+use dapple_geometry::{Hit, PlacePoint, Surface};
 use dapple_lights::{LightPoint, LightSample};
+use dapple_math::Ray;
+use dapple_math::offset::gamma;
 use dapple_scene::{Scene, SharedPlaces};
 use glam::Vec3;
 use std::cell::RefCell;

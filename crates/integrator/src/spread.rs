@@ -17,7 +17,8 @@
 //! The price is that shares add up to the number of pixels only nearly: a pixel that alone makes most of the changes
 //! around it is measured by what the picture would be without it.
 
-use dapple_camera::{Film, PixelRect};
+use dapple_camera::Film;
+use dapple_math::PixelRect;
 use dapple_sampling::Key;
 
 /// Samples of every pixel before the shares are decided.

@@ -11,7 +11,8 @@
 
 use crate::vertex::{Around, Vertex};
 use crate::visibility::Visibility;
-use dapple_geometry::{Hit, Ray, Surface, World};
+use dapple_geometry::{Hit, Surface, World};
+use dapple_math::Ray;
 use glam::Vec3;
 
 /// From a hit to the smooth surface above it, on the side of `up`; None where the normals span none that can be told from

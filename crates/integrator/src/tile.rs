@@ -10,7 +10,8 @@ use crate::settings::Settings;
 use crate::spread::Spread;
 use crate::tail::Tail;
 use crate::vertex::Vertex;
-use dapple_camera::{Film, PixelRect};
+use dapple_camera::Film;
+use dapple_math::PixelRect;
 use glam::{DVec3, Vec3};
 
 /// Side of a tile in pixels.

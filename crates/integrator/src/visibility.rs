@@ -4,7 +4,8 @@
 //! ([`Cutout`]). A BLEND surface stops a ray with probability alpha, decided by a hash of the ray's key and the
 //! triangle: passing through is no bounce, costs no depth, and draws no number from another dimension.
 
-use dapple_geometry::{Filter, Hit, Opaque, Ray};
+use dapple_geometry::{Filter, Hit, Opaque};
+use dapple_math::Ray;
 use dapple_sampling::Key;
 use dapple_scene::Scene;
 use glam::Vec3;
@@ -145,11 +146,7 @@ impl CutoutFilter<'_> {
     }
 }
 
-/// A number in [0, 1) from the ray's key and the triangle (finaliser of MurmurHash3, 64 bit).
+/// A number in [0, 1) from the ray's key and the primitive.
 fn unit_hash(bits: u64, hit: &Hit) -> f32 {
-    let mut x =
-        bits ^ ((u64::from(hit.object) << 32) | u64::from(hit.primitive)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    x = (x ^ (x >> 33)).wrapping_mul(0xFF51_AFD7_ED55_8CCD);
-    x = (x ^ (x >> 33)).wrapping_mul(0xC4CE_B9FE_1A85_EC53);
-    ((x ^ (x >> 33)) >> 40) as f32 * (1.0 / 16_777_216.0)
+    Key::hash([bits, (u64::from(hit.object) << 32) | u64::from(hit.primitive)]).unit()
 }

@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use dapple_geometry::bvh::Kernel;
-use dapple_integrator::camera::PixelRect;
+use dapple_integrator::math::PixelRect;
 use dapple_integrator::settings::Strategy;
 use dapple_integrator::{Outcome, Settings};
 use dapple_sampling::{Moments, Pattern};

@@ -111,7 +111,7 @@ fn by_distribution(scene: &Scene, plans: Plans, combine: Combine, points: u32, i
 #[track_caller]
 fn assert_agree(what: &str, a: &Outcome, b: &Outcome) {
     let channel = |o: &Outcome, of: fn(&Vec3) -> f32| -> (Vec<f64>, Vec<f64>) {
-        let all = |p: dapple_imaging::Picture| p.pixels.iter().map(|v| f64::from(of(v))).collect();
+        let all = |p: dapple_imaging::Image| p.pixels.iter().map(|v| f64::from(of(v))).collect();
         (all(o.film.mean()), all(o.film.variance()))
     };
     for (name, of) in [("red", (|v| v.x) as fn(&Vec3) -> f32), ("blue", |v| v.z)] {
@@ -196,17 +196,17 @@ fn without_interreflection_the_sky_still_lights() {
 }
 
 /// 16×8 texels: dim blue, brighter towards the zenith, one bright texel.
-fn sky() -> dapple_imaging::Picture {
+fn sky() -> dapple_imaging::Image {
     let pixels = (0..128).map(|i| {
         let row = i / 16;
         Vec3::splat(0.3 + 0.1 * (8 - row) as f32)
             + if i == 2 * 16 + 5 { Vec3::splat(40.0) } else { Vec3::ZERO }
     });
-    dapple_imaging::Picture { width: 16, height: 8, pixels: pixels.collect() }
+    dapple_imaging::Image { width: 16, height: 8, pixels: pixels.collect() }
 }
 
 /// ∫ L cosθ dω over the upper half, by midpoints.
-fn sky_irradiance(picture: &dapple_imaging::Picture) -> f64 {
+fn sky_irradiance(picture: &dapple_imaging::Image) -> f64 {
     let n = 2000;
     let mut sum = 0.0;
     for i in 0..n {

@@ -4,7 +4,6 @@ mod common;
 
 use common::moving::{AT, SHUTTER, slide};
 use common::*;
-use dapple_geometry::motion::Node;
 use dapple_imaging::Texture;
 use dapple_imaging::read::Rgba8;
 use dapple_imaging::texture::{Encoding, Interpolation, Sampler, Wrap};
@@ -12,6 +11,7 @@ use dapple_integrator::settings::Strategy;
 use dapple_integrator::{Method, Settings};
 use dapple_lights::Environment;
 use dapple_materials::Material;
+use dapple_math::motion::Node;
 use dapple_sampling::Pattern;
 use dapple_scene::{AlphaMode, Scene, SceneBuilder, TextureUse, TexturedMaterial};
 use dapple_testkit::{Rng, closed_form::polygon, z_test};

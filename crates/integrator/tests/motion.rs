@@ -7,12 +7,12 @@ use common::*;
 use dapple_camera::{Projection, Shutter};
 use dapple_geometry::Mesh;
 use dapple_geometry::bvh::Kernel;
-use dapple_geometry::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::settings::Strategy;
 use dapple_integrator::{Backfaces, Effect, Method, Outcome, Plans, Settings};
 use dapple_lights::Environment;
 use dapple_materials::Material;
+use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_scene::{CameraPose, Scene, SceneBuilder, TexturedMaterial};
 use dapple_testkit::{quadrature, z_test};
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
@@ -381,7 +381,7 @@ fn largest_z(a: &Outcome, b: &Outcome) -> f64 {
 #[track_caller]
 fn assert_agree(what: &str, a: &Outcome, b: &Outcome) {
     assert_eq!(a.stats.bad_sample_count + b.stats.bad_sample_count, 0, "{what}");
-    let green = |p: dapple_imaging::Picture| p.pixels.iter().map(|v| f64::from(v.y)).collect::<Vec<_>>();
+    let green = |p: dapple_imaging::Image| p.pixels.iter().map(|v| f64::from(v.y)).collect::<Vec<_>>();
     let [a, b] = [a, b].map(|o| (green(o.film.mean()), green(o.film.variance())));
     let channels = [&a, &b].map(|(mean, variance)| z_test::Channel { mean, variance });
     let tiles = z_test::tiles(channels[0], channels[1], 24, 8, 1e-4);

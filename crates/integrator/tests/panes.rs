@@ -6,7 +6,7 @@ mod common;
 use common::tracers::{Tracer, one_pixel};
 use common::{irradiance_meter, matte, metal, pane, quad};
 use dapple_geometry::bvh::Kernel;
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use dapple_integrator::{Effect, Outcome, Settings, render};
 use dapple_lights::Environment;
 use dapple_sampling::Pattern;
@@ -222,7 +222,7 @@ fn bright_spot() -> Environment {
     let (w, h) = (16, 8);
     let texel = |i: usize| if i / w == 1 { Vec3::splat(9.0) } else { Vec3::splat(0.2) };
     let pixels = (0..w * h).map(texel).collect();
-    Environment::picture(Picture { width: w, height: h, pixels }, 0.0, 1.0, false).unwrap()
+    Environment::picture(Image { width: w, height: h, pixels }, 0.0, 1.0, false).unwrap()
 }
 
 #[test]

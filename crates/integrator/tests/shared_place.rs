@@ -111,7 +111,7 @@ impl Room {
             Lamp::Moving => {
                 let mesh = quad(Vec3::new(-0.2, 0.0, -0.2), Vec3::X * 0.4, Vec3::Z * 0.4);
                 let mut chain = slide(self.at(centre), self.at(centre + DVec3::new(0.3, 0.0, 0.1)));
-                chain.push(dapple_geometry::motion::Node::Fixed(DAffine3::from_quat(self.turn)));
+                chain.push(dapple_math::motion::Node::Fixed(DAffine3::from_quat(self.turn)));
                 builder.moving_mesh("lamp", mesh, chain, emitter);
             }
             Lamp::Point => builder.point_light(self.at(centre), Vec3::splat(3.0), f64::INFINITY),

@@ -4,7 +4,7 @@
 mod common;
 
 use common::*;
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use dapple_integrator::{Combine, Method, Plans, Settings, forecast};
 use dapple_lights::Environment;
 use dapple_materials::{Material, Mirror};
@@ -128,7 +128,7 @@ fn the_plan_of_the_lights_and_the_skys_own_are_the_same_points() {
 fn both_ways_to_the_sky_add_up() {
     let sun = |x, y| if (x, y) == (9, 1) { Vec3::splat(60.0) } else { Vec3::new(0.5, 0.6, 0.7) };
     let pixels = (0..16 * 8).map(|i| sun(i % 16, i / 16)).collect();
-    let picture = Picture { width: 16, height: 8, pixels };
+    let picture = Image { width: 16, height: 8, pixels };
     for mirrored in [false, true] {
         let sky = Environment::picture(picture.clone(), 0.3, 1.0, false).unwrap();
         let scene = shaded(mirrored, sky);

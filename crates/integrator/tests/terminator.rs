@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use dapple_geometry::Mesh;
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use dapple_integrator::settings::Method;
 use dapple_integrator::{Outcome, Settings};
 use dapple_lights::Environment;
@@ -104,7 +104,7 @@ fn light_reaches_what_the_facet_alone_would_hide() {
         let gained = pairs().filter(|(a, b)| a.x > 0.0 && b.x == 0.0).count();
         let lost = pairs().filter(|(a, b)| a.x == 0.0 && b.x > 0.0).count();
         assert!(gained > 10 && 5 * lost < gained, "{gained}, {lost}, {:?}", settings.method);
-        let error = |of: &Picture| {
+        let error = |of: &Image| {
             exact.pixels.iter().zip(&of.pixels).map(|(e, p)| f64::from((e.x - p.x).abs())).sum::<f64>()
         };
         assert!(error(&a) < 0.95 * error(&b), "nearer to the sphere: {} of {}", error(&a), error(&b));

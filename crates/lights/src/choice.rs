@@ -7,7 +7,7 @@ use crate::Light;
 use crate::cluster::{Bounds, mean};
 use crate::lanes::{LANES, Weights};
 use crate::tree::Tree;
-use dapple_sampling::discrete::Choice;
+use dapple_sampling::{Key, discrete::Choice};
 use glam::Vec3;
 
 /// Share of choices that is even over all lights: among few (each weighed alone), and among many.
@@ -183,7 +183,7 @@ fn refined(uc: f32, p: Vec3) -> f64 {
     const STEPS: f64 = (1 << 24) as f64;
     let u = (uc as f64).clamp(0.0, 1.0 - 1.0 / STEPS);
     let words = [uc, p.x, p.y, p.z].map(|x| x.to_bits() as u64);
-    let bits = words.iter().fold(0, |h, w| mix(h ^ w));
+    let bits = Key::hash(words).bits();
     ((u * STEPS).floor() + (bits >> 24) as f64 / (1u64 << 40) as f64) / STEPS
 }
 
@@ -211,12 +211,4 @@ impl Far {
 /// weight/sum; even where nothing has weight.
 fn probability(weight: f64, sum: f64, count: usize) -> f64 {
     if sum > 0.0 { weight / sum } else { 1.0 / count as f64 }
-}
-
-/// Finaliser of splitmix64 [Steele 2014].
-fn mix(mut x: u64) -> u64 {
-    x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
 }

@@ -1,7 +1,7 @@
 //! Aiming at a disk: evenly in area.
 use crate::LightPoint;
 use crate::area::{Aimed, visible};
-use dapple_geometry::Frame;
+use dapple_math::Frame;
 use dapple_sampling::warp;
 use glam::{Vec2, Vec3};
 use std::f64::consts::PI;

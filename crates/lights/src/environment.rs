@@ -5,7 +5,7 @@
 //! turns the surroundings about +Y by the right-hand rule: what was at −Z moves towards −X.
 use crate::LightSample;
 use crate::patch::Patch;
-use dapple_imaging::Picture;
+use dapple_math::Image;
 use dapple_sampling::Grid2d;
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -49,13 +49,8 @@ impl Environment {
     /// `rotation` in radians about +Y; `intensity` multiplies. A texel that is negative or not finite, before or after
     /// multiplication, is an error naming it. A picture of one colour becomes [`Environment::constant`]; an empty one is
     /// black.
-    pub fn picture(
-        picture: Picture,
-        rotation: f32,
-        intensity: f32,
-        filtered: bool,
-    ) -> Result<Self, BadTexel> {
-        let Picture { width, height, mut pixels } = picture;
+    pub fn picture(picture: Image, rotation: f32, intensity: f32, filtered: bool) -> Result<Self, BadTexel> {
+        let Image { width, height, mut pixels } = picture;
         pixels.truncate(width.saturating_mul(height));
         for (i, pixel) in pixels.iter_mut().enumerate() {
             let value = *pixel;
@@ -344,9 +339,9 @@ impl std::error::Error for BadTexel {}
 mod tests {
     use super::*;
 
-    fn picture(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> Picture {
+    fn picture(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> Image {
         let pixels = (0..width * height).map(|i| Vec3::splat(f(i % width, i / width))).collect();
-        Picture { width, height, pixels }
+        Image { width, height, pixels }
     }
 
     #[test]

@@ -27,6 +27,7 @@ mod tree;
 pub use aiming::{Aiming, Reached};
 pub use area::{Area, AreaShape};
 pub use choice::LightChoice;
+pub use dapple_math as math;
 pub use distant::Distant;
 pub use environment::{BadTexel, Environment};
 pub use light::{Light, LightPoint, LightSample};

@@ -7,9 +7,9 @@ use crate::{
     Aiming, Area, AreaShape, Distant, Light, LightPoint, LightSample, Pattern, Patterned, Point, Reached,
     Spot,
 };
-use dapple_geometry::Motion;
-use dapple_geometry::motion::Pose;
-use dapple_geometry::offset::gamma;
+use dapple_math::Motion;
+use dapple_math::motion::Pose;
+use dapple_math::offset::gamma;
 use glam::{DVec3, Vec2, Vec2Swizzles, Vec3};
 use std::sync::Arc;
 

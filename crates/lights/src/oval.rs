@@ -6,7 +6,7 @@
 //! normal in render space.
 use crate::area::{Aimed, visible};
 use crate::{Aiming, Area, AreaShape, LightPoint, LightSample, sphere};
-use dapple_geometry::motion::Pose;
+use dapple_math::motion::Pose;
 use dapple_sampling::warp;
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;

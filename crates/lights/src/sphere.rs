@@ -1,7 +1,7 @@
 //! Aiming at a sphere: evenly in the cone it fills from outside, evenly over all directions from inside.
 use crate::LightPoint;
 use crate::area::{Aimed, visible};
-use dapple_geometry::Frame;
+use dapple_math::Frame;
 use dapple_sampling::warp;
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};

@@ -1,7 +1,7 @@
 //! Which light is chosen: probabilities that add up, that are kept, that do not depend on units, and that find what counts.
 mod support;
-use dapple_imaging::Picture;
 use dapple_lights::{Area, AreaShape, Distant, Environment, Light, LightChoice, Point, Spot};
+use dapple_math::Image;
 use dapple_sampling::{Key, Pattern, point_1d};
 use dapple_testkit::{Rng, chi_square::ChiSquare};
 use glam::Vec3;
@@ -18,7 +18,7 @@ fn lights(near: usize, far: bool, scale: f32) -> Vec<Light> {
     let mut rng = Rng::new(77);
     let mut lights = Vec::new();
     if far {
-        let mut sky = Picture { width: 8, height: 4, pixels: vec![Vec3::splat(0.1); 32] };
+        let mut sky = Image { width: 8, height: 4, pixels: vec![Vec3::splat(0.1); 32] };
         sky.pixels[5] = Vec3::new(10.0, 8.0, 6.0);
         let env = Environment::picture(sky, 0.0, 1.0, false).unwrap();
         let towards = Vec3::new(0.6, 0.8, 0.0);

@@ -1,16 +1,16 @@
 //! Irradiance under environments, by aiming and by cosine-weighted directions together, against closed forms.
 mod support;
-use dapple_imaging::Picture;
 use dapple_lights::{Environment, Light};
+use dapple_math::Image;
 use dapple_sampling::{mis, warp};
 use dapple_testkit::Rng;
 use glam::{DVec3, Mat3, Vec3};
 use std::f64::consts::PI;
 use support::{agree, mean};
 
-fn picture(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> Picture {
+fn picture(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> Image {
     let pixels = (0..width * height).map(|i| Vec3::splat(f(i % width, i / width))).collect();
-    Picture { width, height, pixels }
+    Image { width, height, pixels }
 }
 
 fn frame(n: Vec3) -> Mat3 {

@@ -1,7 +1,7 @@
 //! `sample` follows `pdf`, for every shape from every kind of place; the places reported are where the rays go.
 mod support;
-use dapple_imaging::Picture;
 use dapple_lights::{AreaShape, Environment, Light};
+use dapple_math::Image;
 use dapple_testkit::{
     Rng,
     chi_square::{ChiSquare, Outcome},
@@ -211,9 +211,9 @@ fn ends_of_the_unit_square_are_fine() {
     }
 }
 
-fn picture(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> Picture {
+fn picture(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> Image {
     let pixels = (0..width * height).map(|i| Vec3::splat(f(i % width, i / width))).collect();
-    Picture { width, height, pixels }
+    Image { width, height, pixels }
 }
 
 #[test]

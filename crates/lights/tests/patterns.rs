@@ -1,9 +1,9 @@
 //! Triangles whose emission varies, and round lights that are oval: `sample` follows `pdf`, the integral of the density is
 //! one, and the light is that of quadrature.
-use dapple_geometry::Motion;
-use dapple_geometry::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_lights::pattern::{Emitted, Part, Pattern, Patterned};
 use dapple_lights::{Aiming, Area, AreaShape, Light, Moving, Reached};
+use dapple_math::Motion;
+use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_testkit::{Rng, chi_square::ChiSquare};
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! π four ways: the area of a quarter disk by grid, random, stratified and Sobol points.
 //! `cargo run --release --example pi -p dapple-sampling`
 
-use dapple_sampling::{Dimension, Key, Pattern, point_2d};
+use dapple_sampling::{Key, Pattern, point_2d};
 use std::f64::consts::PI;
 
 const PATTERNS: [Pattern; 4] = [Pattern::Grid, Pattern::Random, Pattern::Stratified, Pattern::Sobol];
@@ -9,7 +9,7 @@ const PATTERNS: [Pattern; 4] = [Pattern::Grid, Pattern::Random, Pattern::Stratif
 /// Root mean square error over 32 keys.
 fn error(pattern: Pattern, n: u32) -> f64 {
     let square = |seed| {
-        let key = Key::pixel(seed, 0, 0).at(0, Dimension::Pixel);
+        let key = Key::pixel(seed, 0, 0).at(0, 0u32);
         let inside = (0..n).filter(|&s| point_2d(pattern, s, n, key).length_squared() < 1.0).count();
         (4.0 * inside as f64 / f64::from(n) - PI).powi(2)
     };

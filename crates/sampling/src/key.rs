@@ -1,7 +1,6 @@
-//! Randomness keyed by name: a pure function of (seed, pixel, branch, depth, dimension), never drawn in sequence.
+//! Randomness keyed by name: a pure function of (seed, pixel, branch, depth, decision), never drawn in sequence.
 
-use crate::Dimension;
-use crate::hash::mix64;
+use crate::hash::{mix64, unit};
 
 /// Names one stream of points. Equal keys give equal points on every machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -19,10 +18,22 @@ impl Key {
         Self(mix64(self.0 ^ (0xB5AD_4ECE_DA1C_E2A9u64.wrapping_add(u64::from(n)).rotate_left(17))))
     }
 
-    /// The key of one decision.
+    /// The key of one decision: `decision` is its number in the caller's table of decisions, below 256.
     #[inline]
-    pub fn at(self, depth: u32, dimension: Dimension) -> Self {
-        Self(mix64(self.0.wrapping_add((u64::from(depth) << 8) | dimension as u64)))
+    pub fn at(self, depth: u32, decision: impl Into<u32>) -> Self {
+        Self(mix64(self.0.wrapping_add((u64::from(depth) << 8) | u64::from(decision.into()))))
+    }
+
+    /// The key named by a sequence of words, for decisions that depend on what was hit or asked for.
+    #[inline]
+    pub fn hash(words: impl IntoIterator<Item = u64>) -> Self {
+        Self(words.into_iter().fold(0, |hash, word| mix64(hash ^ word)))
+    }
+
+    /// One number in [0, 1), a multiple of 2⁻²⁴.
+    #[inline]
+    pub fn unit(self) -> f32 {
+        unit((self.0 >> 32) as u32)
     }
 
     /// 64 well-mixed bits.
@@ -43,7 +54,7 @@ mod tests {
         for x in 0..16 {
             let pixel = Key::pixel(7, x, 3);
             for depth in 0..100 {
-                for d in [Dimension::Pixel, Dimension::Lobe, Dimension::ShadowAlpha] {
+                for d in [0u32, 3, 9] {
                     assert!(seen.insert(pixel.at(depth, d).bits()));
                     assert!(seen.insert(pixel.branch(depth).at(0, d).bits()));
                 }
@@ -51,13 +62,13 @@ mod tests {
         }
     }
 
-    /// Part of the file format, like [`crate::dimension::LAYOUT`]: pinned.
+    /// Part of what replay and merging rest on: pinned.
     #[test]
     fn bits_are_a_promise() {
         assert_eq!(Key::pixel(0, 0, 0).bits(), 12_035_550_249_420_947_055);
-        assert_eq!(Key::pixel(1, 2, 3).at(0, Dimension::Pixel).bits(), 18_106_437_220_738_762_080);
+        assert_eq!(Key::pixel(1, 2, 3).at(0, 0u32).bits(), 18_106_437_220_738_762_080);
         assert_eq!(
-            Key::pixel(u64::MAX, 7, 9).branch(3).at(u32::MAX, Dimension::ShadowAlpha).bits(),
+            Key::pixel(u64::MAX, 7, 9).branch(3).at(u32::MAX, 9u32).bits(),
             11_847_629_566_514_735_717
         );
     }
@@ -65,7 +76,7 @@ mod tests {
     /// Every bit of every part of the name changes half of the bits of the key.
     #[test]
     fn names_avalanche() {
-        let key = |seed, x, y, n, depth| Key::pixel(seed, x, y).branch(n).at(depth, Dimension::Lobe).bits();
+        let key = |seed, x, y, n, depth| Key::pixel(seed, x, y).branch(n).at(depth, 3u32).bits();
         let mut flips = [0u32; 64];
         let trials = 200;
         for t in 0..trials {

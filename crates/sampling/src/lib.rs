@@ -4,7 +4,6 @@
 //! any pixel can be made again alone.
 #![forbid(unsafe_code)]
 
-pub mod dimension;
 pub mod discrete;
 pub mod grid2d;
 mod hash;
@@ -16,7 +15,6 @@ pub mod sobol;
 pub mod stats;
 pub mod warp;
 
-pub use dimension::Dimension;
 pub use discrete::{Choice, Discrete};
 pub use grid2d::{Grid2d, GridSample};
 pub use key::Key;

@@ -3,7 +3,7 @@
 //! The full table (1000 replicas, to N = 2^14) is printed by
 //! `cargo test --release -p dapple-sampling --test convergence -- --ignored --nocapture`.
 
-use dapple_sampling::{Dimension, Key, Pattern, point_1d, point_2d};
+use dapple_sampling::{Key, Pattern, point_1d, point_2d};
 use dapple_testkit::Rng;
 use glam::DVec2;
 use std::f64::consts::{E, PI};
@@ -17,7 +17,7 @@ enum Points {
 use Points::{Of, ShiftedGrid};
 
 fn line(points: Points, s: u32, n: u32, seed: u64) -> f64 {
-    let key = Key::pixel(seed, 0, 0).at(0, Dimension::Time);
+    let key = Key::pixel(seed, 0, 0).at(0, 2u32);
     match points {
         Of(pattern) => f64::from(point_1d(pattern, s, n, key)),
         ShiftedGrid => (f64::from(point_1d(Pattern::Grid, s, n, key)) + Rng::new(seed).f64()).fract(),
@@ -25,7 +25,7 @@ fn line(points: Points, s: u32, n: u32, seed: u64) -> f64 {
 }
 
 fn plane(points: Points, s: u32, n: u32, seed: u64) -> DVec2 {
-    let key = Key::pixel(seed, 0, 0).at(0, Dimension::Pixel);
+    let key = Key::pixel(seed, 0, 0).at(0, 0u32);
     match points {
         Of(pattern) => point_2d(pattern, s, n, key).as_dvec2(),
         ShiftedGrid => {

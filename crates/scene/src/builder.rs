@@ -14,9 +14,10 @@ use crate::{
     moving::{Body, Exposure},
     punctual::Punctual,
 };
-use dapple_geometry::{Mesh, motion::Chain};
+use dapple_geometry::Mesh;
 use dapple_imaging::Texture;
 use dapple_lights::Environment;
+use dapple_math::motion::Chain;
 use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;

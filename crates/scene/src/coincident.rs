@@ -3,11 +3,9 @@
 //! A lamp in the plane of a ceiling, lamps that lie in one another, a point light in a wall, a glass on a table: found
 //! once, when the scene is built. Scenes without any carry nothing, and ask nothing.
 use crate::{Object, Space, emission::AreaLights};
-use dapple_geometry::{
-    Coincident, Hit, World,
-    offset::{UNIT_ROUNDOFF, gamma},
-};
+use dapple_geometry::{Coincident, Hit, World};
 use dapple_lights::{Area, AreaShape, Light};
+use dapple_math::offset::{UNIT_ROUNDOFF, gamma};
 use glam::{DVec3, Vec3};
 
 /// Surfaces and lights that share a place.

@@ -8,9 +8,10 @@
 //! Shadeless (unlit) surfaces are no lights: they are seen, and light nothing.
 use crate::patterns::{Mean, Patterns};
 use crate::{AlphaMode, TextureUse, TexturedMaterial};
-use dapple_geometry::{Coincident, Hit, Motion, World};
+use dapple_geometry::{Coincident, Hit, World};
 use dapple_imaging::Texture;
 use dapple_lights::{Area, AreaShape, Light, Moving};
+use dapple_math::Motion;
 use glam::{DVec3, Vec2, Vec3};
 use std::sync::Arc;
 

@@ -3,7 +3,8 @@
 //! looks straight from the front.
 use crate::builder::CameraPose;
 use dapple_camera::Projection;
-use dapple_geometry::{Opaque, Ray, World};
+use dapple_geometry::{Opaque, World};
+use dapple_math::Ray;
 use glam::{DAffine3, DMat3, DVec3};
 
 /// tan of half the vertical field of view: 40° in all.

@@ -6,9 +6,10 @@ use crate::builder::{Geometry, for_material};
 use crate::emission::{Form, Movement};
 use crate::{Placement, SceneBuilder, Space, TexturedMaterial, bake};
 use dapple_camera::{Camera, Shutter};
-use dapple_geometry::motion::{Chain, Node};
 use dapple_geometry::shapes::{Disk, Shape, Sphere};
-use dapple_geometry::{Mesh, Motion, WorldBuilder};
+use dapple_geometry::{Mesh, WorldBuilder};
+use dapple_math::Motion;
+use dapple_math::motion::{Chain, Node};
 use glam::{DAffine3, DVec3, Vec3};
 use std::{collections::HashMap, sync::Arc};
 

@@ -3,8 +3,8 @@
 //! Units are radiometric, per channel: W/sr and W/m² ([`crate::light_unit`] says how those of a file come to be so).
 //! Irradiance I/d² does not depend on the unit of length, so I goes to render space times scale².
 use crate::{Space, moving::Exposure};
-use dapple_geometry::motion::Chain;
 use dapple_lights::{Distant, Light, Moving, Point, Spot};
+use dapple_math::motion::Chain;
 use glam::{DVec3, Vec3};
 
 #[derive(Clone, Copy, Debug)]

@@ -4,10 +4,11 @@ use crate::{
     emission::{AreaLights, Emitter},
 };
 use dapple_camera::{Camera, Shutter};
-use dapple_geometry::{Frame, Hit, Surface, World};
+use dapple_geometry::{Hit, Surface, World};
 use dapple_imaging::Texture;
 use dapple_lights::{Environment, Light, LightChoice, LightPoint};
 use dapple_materials::Material;
+use dapple_math::Frame;
 use glam::{DVec3, Vec2, Vec3};
 use std::{path::PathBuf, sync::Arc};
 

@@ -4,7 +4,7 @@
 //! that darken towards the floor: every side of an object gets light, and no two sides the same, so its shape shows.
 //! Radiance in the middle of the key light is about 4, of the floor 0.25; the mean over all directions is about 1.
 
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use dapple_lights::Environment;
 use glam::{DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -33,7 +33,7 @@ pub fn studio() -> Environment {
         Vec3::splat(radiance(DVec3::new(sin * libm::sin(phi), cos, -sin * libm::cos(phi))) as f32)
     };
     let pixels = (0..WIDTH * HEIGHT).map(texel).collect();
-    let picture = Picture { width: WIDTH, height: HEIGHT, pixels };
+    let picture = Image { width: WIDTH, height: HEIGHT, pixels };
     // Every texel is a positive number, so there is always a picture.
     Environment::picture(picture, 0.0, 1.0, true).unwrap_or_else(|_| Environment::constant(Vec3::ONE))
 }

@@ -3,7 +3,7 @@
 mod file;
 
 use base64::Engine;
-use dapple_imaging::{Picture, Tone, write};
+use dapple_imaging::{Image, Tone, write};
 use dapple_scene::{Reads, Scene, gltf};
 use file::{File, json};
 use std::path::Path;
@@ -13,7 +13,7 @@ fn png() -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.png");
     let color = |i: usize| glam::Vec3::new(0.1, 0.2, 0.4) * (1.0 + i as f32);
-    let picture = Picture { width: 2, height: 1, pixels: (0..2).map(color).collect() };
+    let picture = Image { width: 2, height: 1, pixels: (0..2).map(color).collect() };
     write::png(&path, &picture, Tone::Srgb, 0.0).unwrap();
     std::fs::read(path).unwrap()
 }

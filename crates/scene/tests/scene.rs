@@ -1,8 +1,9 @@
 //! Scenes built in code, and what they answer at a hit.
 use dapple_camera::Projection;
-use dapple_geometry::{Hit, Mesh, Opaque, Ray, Surface};
+use dapple_geometry::{Hit, Mesh, Opaque, Surface};
 use dapple_imaging::{Interpolation, Sampler, Texture, read::Rgba8, texture::Encoding};
 use dapple_lights::{AreaShape, Environment, Light, LightPoint};
+use dapple_math::Ray;
 use dapple_scene::{
     AlphaMode, CameraPose, Scene, SceneBuilder, TextureUse, TexturedMaterial, builtin, builtin::NAMES,
 };

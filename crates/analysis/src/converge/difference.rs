@@ -6,7 +6,7 @@
 
 use super::Reference;
 use crate::metrics::{self, SizeMismatch};
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 
 /// So many standard errors above 0 a difference is more than noise.
 const SURE: f64 = 4.0;
@@ -36,7 +36,7 @@ pub fn apart(a: &Reference, b: &Reference) -> Result<Apart, SizeMismatch> {
     let ([a1, a2], [b1, b2]) = (halves(a), halves(b));
     metrics::same_size(a1, b1)?;
     let product = |i: usize| {
-        let d = |a: &Picture, b: &Picture| (a.pixels[i] - b.pixels[i]).as_dvec3();
+        let d = |a: &Image, b: &Image| (a.pixels[i] - b.pixels[i]).as_dvec3();
         (d(a1, b1) * d(a2, b2)).element_sum() / 3.0
     };
     let terms: Vec<f64> = (0..a1.pixels.len()).map(product).filter(|t| t.is_finite()).collect();
@@ -52,7 +52,7 @@ pub fn apart(a: &Reference, b: &Reference) -> Result<Apart, SizeMismatch> {
     })
 }
 
-fn halves(reference: &Reference) -> [&Picture; 2] {
+fn halves(reference: &Reference) -> [&Image; 2] {
     match reference {
         Reference::Exact(picture) => [picture, picture],
         Reference::Halves([a, b]) => [a, b],
@@ -65,9 +65,9 @@ mod tests {
     use dapple_testkit::Rng;
     use glam::Vec3;
 
-    fn drawn(level: f64, noise: f64, rng: &mut Rng) -> Picture {
+    fn drawn(level: f64, noise: f64, rng: &mut Rng) -> Image {
         let one = |rng: &mut Rng| Vec3::from([0; 3].map(|_: i32| (level + noise * rng.normal()) as f32));
-        Picture { width: 40, height: 30, pixels: (0..1200).map(|_| one(rng)).collect() }
+        Image { width: 40, height: 30, pixels: (0..1200).map(|_| one(rng)).collect() }
     }
 
     /// A difference of a third of the noise of one pixel is found over 1200 of them; noise alone is not one, at 4 standard
@@ -92,7 +92,7 @@ mod tests {
         let other = Reference::Halves([0; 2].map(|_| drawn(1.0, 0.3, &mut rng)));
         let found = apart(&one, &other).unwrap();
         assert!(found.is_sure() && !found.noise_is_known && (found.mse - 0.09).abs() < 0.02, "{found:?}");
-        let small = Reference::Exact(Picture::filled(2, 2, Vec3::ONE));
+        let small = Reference::Exact(Image::filled(2, 2, Vec3::ONE));
         assert!(apart(&one, &small).is_err());
     }
 }

@@ -3,7 +3,7 @@
 use super::{Reference, Run};
 use crate::curve::{Curve, Point};
 use crate::metrics::SizeMismatch;
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Checkpoint, Progress, render, render_watched};
@@ -26,7 +26,7 @@ pub struct Measurement {
     /// Errors at growing counts.
     pub curve: Curve,
     /// The picture at the largest.
-    pub picture: Option<Picture>,
+    pub picture: Option<Image>,
     /// The largest count rendered; `None` if there is none.
     pub most: Option<u32>,
     /// Whether the curve ends because a further count would be below the reference's own error.
@@ -149,7 +149,7 @@ impl<'a> Found<'a> {
     }
 
     /// Takes one count in; whether to go on.
-    fn add(&mut self, count: u32, seconds: f64, cpu_seconds: f64, picture: Picture) -> bool {
+    fn add(&mut self, count: u32, seconds: f64, cpu_seconds: f64, picture: Image) -> bool {
         let overall = match self.reference.compare(&picture) {
             Ok(comparison) => comparison.overall,
             Err(mismatch) => {

@@ -1,7 +1,7 @@
 //! What should the pictures be?
 
 use crate::metrics::{self, Comparison, Scale, SizeMismatch};
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use dapple_integrator::camera::Camera;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::Scene;
@@ -16,9 +16,9 @@ const SEEDS: [u64; 2] = [0xffff_ffff_0000_0001, 0xffff_ffff_0000_0002];
 #[derive(Clone, Debug)]
 pub enum Reference {
     /// Taken as the truth.
-    Exact(Picture),
+    Exact(Image),
     /// Two independent renders of equal effort.
-    Halves([Picture; 2]),
+    Halves([Image; 2]),
 }
 
 impl Reference {
@@ -59,7 +59,7 @@ impl Reference {
     }
 
     /// The best guess.
-    pub fn picture(&self) -> Picture {
+    pub fn picture(&self) -> Image {
         match self {
             Self::Exact(picture) => picture.clone(),
             Self::Halves([a, b]) => metrics::mean([a, b]),
@@ -81,7 +81,7 @@ impl Reference {
     }
 
     /// The error of a picture, without the reference's own where there are two halves.
-    pub fn compare(&self, image: &Picture) -> Result<Comparison, SizeMismatch> {
+    pub fn compare(&self, image: &Image) -> Result<Comparison, SizeMismatch> {
         match self {
             Self::Exact(picture) => metrics::compare(image, picture, &Scale::default()),
             Self::Halves([a, b]) => metrics::compare_halves(image, [a, b], &Scale::default()),

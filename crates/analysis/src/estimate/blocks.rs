@@ -4,7 +4,7 @@
 //! spread evenly, but it knows where the errors are. Dividing by the probability makes the sum over the picture unbiased
 //! whatever it knows.
 
-use dapple_integrator::camera::PixelRect;
+use dapple_integrator::math::PixelRect;
 use dapple_integrator::sampling::Key;
 use std::collections::BTreeMap;
 use std::sync::Mutex;

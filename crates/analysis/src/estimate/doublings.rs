@@ -1,7 +1,7 @@
 //! The error from how the picture changed when its samples doubled.
 
 use super::{Estimate, level, sum_and_spread};
-use dapple_imaging::Picture;
+use dapple_imaging::Image;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::{Method, Settings};
 
@@ -26,7 +26,7 @@ pub struct Doublings {
     sobol: bool,
     /// The first count whose points are a set of their own.
     whole: u32,
-    last: Option<(u32, Picture)>,
+    last: Option<(u32, Image)>,
     changes: Vec<Change>,
 }
 
@@ -45,7 +45,7 @@ impl Doublings {
     }
 
     /// The picture at a further count.
-    pub fn add(&mut self, samples: u32, picture: Picture) {
+    pub fn add(&mut self, samples: u32, picture: Image) {
         if let Some((from, old)) = &self.last {
             let squares = old.pixels.iter().zip(&picture.pixels).map(|(a, b)| (*b - *a).as_dvec3());
             let (sum, spread) = sum_and_spread(squares.map(|d| d.length_squared()));
@@ -128,7 +128,7 @@ mod tests {
             let mean = |s: &[f64; 3]| s.map(|s| s / f64::from(n));
             let pixels = sum.iter().map(|s| Vec3::from(mean(s).map(|v| 1.0 + v as f32))).collect();
             error = sum.iter().flat_map(mean).map(|v| v * v).sum::<f64>() / (3 * SIDE * SIDE) as f64;
-            doublings.add(count, Picture { width: SIDE, height: SIDE, pixels });
+            doublings.add(count, Image { width: SIDE, height: SIDE, pixels });
         }
         error.sqrt()
     }
@@ -165,7 +165,7 @@ mod tests {
             let doublings = |counts: &[u32]| Doublings {
                 sobol: true,
                 whole: WHOLE,
-                last: Some((2 * counts[counts.len() - 1], Picture::filled(1, 1, Vec3::ONE))),
+                last: Some((2 * counts[counts.len() - 1], Image::filled(1, 1, Vec3::ONE))),
                 changes: counts.iter().map(|n| change(*n)).collect(),
             };
             assert!((doublings(&[16, 32, 64]).rate() - p).abs() < 1e-12);

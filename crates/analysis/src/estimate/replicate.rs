@@ -6,7 +6,8 @@
 
 use super::blocks::{self, Block};
 use super::{Estimate, level, sum_and_spread};
-use dapple_integrator::camera::{Camera, Film, PixelRect};
+use dapple_integrator::camera::{Camera, Film};
+use dapple_integrator::math::PixelRect;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Settings, render_pixels_until};
 use glam::DVec3;

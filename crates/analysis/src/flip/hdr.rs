@@ -1,6 +1,6 @@
 //! Which exposures show all of a picture of high dynamic range?
 
-use dapple_imaging::{Picture, color};
+use dapple_imaging::{Image, color};
 use glam::Vec3;
 
 /// A series of exposures.
@@ -30,7 +30,7 @@ const WHITE: f32 = 0.85;
 /// The exposures between which the brightest and the median pixel of `reference` are shown well, a stop apart or less
 /// [Andersson et al. 2021, §3]. A reference without light, or whose median is black, has less to show: the median's
 /// luminance counts as at least 2⁻²³.
-pub fn exposures(reference: &Picture) -> Exposures {
+pub fn exposures(reference: &Image) -> Exposures {
     let finite = reference.pixels.iter().filter(|p| p.is_finite());
     let mut luminance: Vec<f32> = finite.map(|p| color::luminance(p.max(Vec3::ZERO))).collect();
     luminance.sort_by(f32::total_cmp);

@@ -4,7 +4,7 @@ use super::{Case, Check, Effort, Outcome};
 use crate::estimate::{Verdict, unseen, within};
 use crate::scenes::{glass, matte, of, quad, run, seen};
 use crate::tally::Tally;
-use dapple_integrator::imaging::Picture;
+use dapple_integrator::imaging::Image;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::{Scene, builtin};
 use dapple_integrator::{Settings, peak};
@@ -38,7 +38,7 @@ fn settings(spp: u32, seed: u64) -> Settings {
 }
 
 /// By the picture's own account after 64 samples, and the picture.
-fn judged(scene: &Scene, seed: u64) -> Option<(Verdict, Picture)> {
+fn judged(scene: &Scene, seed: u64) -> Option<(Verdict, Image)> {
     let settings = settings(64, seed);
     let outcome = run(scene, &settings);
     let peak = peak(scene, &scene.cameras[0].camera, &settings);
@@ -69,7 +69,7 @@ fn caustic(effort: Effort) -> Outcome {
 }
 
 /// Relative RMSE.
-fn error(picture: &Picture, reference: &Picture) -> f64 {
+fn error(picture: &Image, reference: &Image) -> f64 {
     let squares =
         picture.pixels.iter().zip(&reference.pixels).map(|(a, b)| (*a - *b).as_dvec3().length_squared());
     let mean = f64::from(reference.mean().element_sum()) / 3.0;

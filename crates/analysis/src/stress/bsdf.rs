@@ -4,12 +4,13 @@ use super::gloss::{albedo, direction};
 use super::{Case, Check, Effort, Outcome};
 use crate::scenes::{ball, cube, glass, matte, of, pixels, run, seen, square};
 use crate::tally::Tally;
+use dapple_integrator::Dimension;
 use dapple_integrator::Settings;
 use dapple_integrator::geometry::Mesh;
-use dapple_integrator::imaging::Picture;
+use dapple_integrator::imaging::Image;
 use dapple_integrator::lights::{Area, AreaShape, Environment, Light};
 use dapple_integrator::materials::{Bsdf, Lobes, Material, fresnel};
-use dapple_integrator::sampling::{Dimension, Key, Pattern, padded_1d, padded_2d, warp};
+use dapple_integrator::sampling::{Key, Pattern, padded_1d, padded_2d, warp};
 use dapple_integrator::scene::{SceneBuilder, SceneError};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
@@ -82,7 +83,7 @@ fn rough_glass(effort: Effort) -> Outcome {
 /// Every direction another colour.
 fn colourful() -> Option<Environment> {
     let value = |i: usize| Vec3::new((i % 37) as f32, (i % 53) as f32, (i % 71) as f32) * 0.02;
-    let picture = Picture { width: 256, height: 128, pixels: (0..256 * 128).map(value).collect() };
+    let picture = Image { width: 256, height: 128, pixels: (0..256 * 128).map(value).collect() };
     Environment::picture(picture, 0.0, 1.0, false).ok()
 }
 

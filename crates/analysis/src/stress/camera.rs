@@ -5,8 +5,9 @@ use crate::noise::Noise;
 use crate::scenes::{pixels, quad, run, seen, shadeless, square};
 use crate::tally::Tally;
 use dapple_integrator::Settings;
-use dapple_integrator::camera::{Aperture, Camera, Lens, PixelRect, Projection};
+use dapple_integrator::camera::{Aperture, Camera, Lens, Projection};
 use dapple_integrator::lights::Environment;
+use dapple_integrator::math::PixelRect;
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 pub(super) const CASES: &[Case] = &[

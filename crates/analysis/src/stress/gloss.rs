@@ -4,8 +4,9 @@ use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
 use crate::scenes::{glass, metal};
 use crate::tally::Tally;
+use dapple_integrator::Dimension;
 use dapple_integrator::materials::{Bsdf, Lobes, Material, microfacet::Ggx};
-use dapple_integrator::sampling::{Dimension, Key, Moments, Pattern, point_1d, point_2d};
+use dapple_integrator::sampling::{Key, Moments, Pattern, point_1d, point_2d};
 use glam::{DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 

@@ -5,7 +5,8 @@ use crate::noise::Noise;
 use crate::scenes::{ball, cube};
 use crate::tally::Tally;
 use dapple_integrator::geometry::shapes::Sphere;
-use dapple_integrator::geometry::{Hit, Mesh, Opaque, Ray, World, WorldBuilder};
+use dapple_integrator::geometry::{Hit, Mesh, Opaque, World, WorldBuilder};
+use dapple_integrator::math::Ray;
 use glam::{DQuat, DVec2, Vec3};
 
 pub(super) const CASES: &[Case] = &[

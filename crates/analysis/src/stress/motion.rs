@@ -6,8 +6,8 @@ use crate::scenes::{ball, quad, run, seen, seen_in_parallel, shadeless};
 use crate::tally::Tally;
 use dapple_integrator::camera::Shutter;
 use dapple_integrator::geometry::Mesh;
-use dapple_integrator::geometry::motion::{Channel, Interpolation, Node, Track, Trs, Value};
-use dapple_integrator::imaging::Picture;
+use dapple_integrator::imaging::Image;
+use dapple_integrator::math::motion::{Channel, Interpolation, Node, Track, Trs, Value};
 use dapple_integrator::sampling::Moments;
 use dapple_integrator::scene::{Scene, SceneError, TexturedMaterial};
 use dapple_integrator::{Effect, Plans, Settings};
@@ -96,8 +96,8 @@ fn refined(tally: &mut Tally, how: &str, off: &[Off; 4]) {
 }
 
 /// No picture, which compares as not a number and fails.
-fn nothing() -> Picture {
-    Picture { width: 0, height: 0, pixels: Vec::new() }
+fn nothing() -> Image {
+    Image { width: 0, height: 0, pixels: Vec::new() }
 }
 
 /// How far a picture of facets is from that of the sphere, in means of the latter.
@@ -115,7 +115,7 @@ struct Off {
 
 impl Off {
     /// Of the pixels `inside`.
-    fn of(exact: &Picture, image: &Picture, side: usize, inside: impl Fn(usize) -> bool) -> Self {
+    fn of(exact: &Image, image: &Image, side: usize, inside: impl Fn(usize) -> bool) -> Self {
         let pairs = exact.pixels.iter().zip(&image.pixels).enumerate();
         let off: Vec<Option<f64>> =
             pairs.map(|(i, (a, b))| inside(i).then_some(f64::from(b.x - a.x))).collect();

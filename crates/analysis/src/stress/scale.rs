@@ -5,8 +5,9 @@ use crate::closed_form::furnace;
 use crate::scenes::{cube, matte, moments, pixels, quad, run, seen, square};
 use crate::tally::Tally;
 use dapple_integrator::Settings;
-use dapple_integrator::geometry::{Mesh, Opaque, Ray};
-use dapple_integrator::imaging::Picture;
+use dapple_integrator::geometry::{Mesh, Opaque};
+use dapple_integrator::imaging::Image;
+use dapple_integrator::math::Ray;
 use dapple_integrator::scene::{CameraPose, Scene, SceneBuilder, SceneError};
 use dapple_integrator::settings::Strategy;
 use glam::{DAffine3, DVec3, Vec3};
@@ -139,7 +140,7 @@ fn each_place(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
 }
 
 /// Root of the mean square, and the largest, of relative changes between two pictures.
-fn changes(a: &Picture, b: &Picture) -> (f64, f64) {
+fn changes(a: &Image, b: &Image) -> (f64, f64) {
     let off: Vec<f64> =
         a.pixels.iter().zip(&b.pixels).map(|(a, b)| f64::from((a.x - b.x) / a.x).abs()).collect();
     let squares: f64 = off.iter().map(|x| x * x).sum();

@@ -5,10 +5,11 @@ use crate::noise::Noise;
 use crate::scenes::{ball, matte, metal, of, quad, run, seen, square};
 use crate::tally::Tally;
 use dapple_integrator::Settings;
-use dapple_integrator::geometry::{Mesh, Opaque, Ray};
-use dapple_integrator::imaging::{Encoding, Interpolation, Picture, Rgba8, Sampler, Texture, Wrap};
+use dapple_integrator::geometry::{Mesh, Opaque};
+use dapple_integrator::imaging::{Encoding, Image, Interpolation, Rgba8, Sampler, Texture, Wrap};
 use dapple_integrator::lights::Environment;
 use dapple_integrator::materials::Material;
+use dapple_integrator::math::Ray;
 use dapple_integrator::sampling::Moments;
 use dapple_integrator::scene::{Scene, SceneError, TextureUse, TexturedMaterial};
 use dapple_integrator::settings::Method;
@@ -122,7 +123,7 @@ fn kept(effort: Effort) -> Outcome {
 }
 
 /// Mean of the pixels, and its standard error.
-fn mean_of(image: &Picture) -> (f64, f64) {
+fn mean_of(image: &Image) -> (f64, f64) {
     let moments: Moments = image.pixels.iter().map(|p| f64::from(p.x)).collect();
     (moments.mean, moments.standard_error())
 }
@@ -215,7 +216,7 @@ fn frames(tally: &mut Tally, scene: &Scene, what: &str, effort: Effort) {
         }
     }
     tally.within(format!("frame: {what}"), worst, 0.0, 1e-5);
-    let image: Picture = run(scene, &square(4, 16)).film.mean();
+    let image: Image = run(scene, &square(4, 16)).film.mean();
     tally.holds(
         format!("picture: {what}"),
         image.pixels.iter().all(|p| p.is_finite() && p.max_element() <= 0.501),

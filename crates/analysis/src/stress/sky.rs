@@ -6,7 +6,7 @@ use crate::scenes::{irradiance, irradiance_meter, matte, moments, quad, run, see
 use crate::tally::Tally;
 use dapple_integrator::Settings;
 use dapple_integrator::geometry::Mesh;
-use dapple_integrator::imaging::Picture;
+use dapple_integrator::imaging::Image;
 use dapple_integrator::lights::{Environment, Light};
 use dapple_integrator::sampling::{Discrete, Moments};
 use dapple_integrator::scene::{SceneBuilder, SceneError, TexturedMaterial};
@@ -58,9 +58,9 @@ fn under(environment: Environment, settings: &Settings) -> Result<Moments, Scene
     Ok(moments(&run(&builder.build()?, settings)))
 }
 
-fn picture(width: usize, height: usize, value: impl Fn(usize, usize) -> f32) -> Picture {
+fn picture(width: usize, height: usize, value: impl Fn(usize, usize) -> f32) -> Image {
     let pixels = (0..width * height).map(|i| Vec3::splat(value(i % width, i / width))).collect();
-    Picture { width, height, pixels }
+    Image { width, height, pixels }
 }
 
 fn sun(effort: Effort) -> Outcome {

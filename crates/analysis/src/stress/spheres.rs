@@ -5,7 +5,8 @@ use crate::noise::Noise;
 use crate::scenes::{matte, moments, run, seen, square};
 use crate::tally::Tally;
 use dapple_integrator::geometry::shapes::Sphere;
-use dapple_integrator::geometry::{Opaque, Ray, WorldBuilder};
+use dapple_integrator::geometry::{Opaque, WorldBuilder};
+use dapple_integrator::math::Ray;
 use dapple_integrator::scene::{Scene, SceneError};
 use glam::{DVec3, Vec3};
 

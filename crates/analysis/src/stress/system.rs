@@ -3,9 +3,9 @@
 use super::{Case, Check, Effort, Outcome};
 use crate::scenes::{irradiance_meter, moments, run, square};
 use crate::tally::Tally;
-use dapple_integrator::camera::PixelRect;
-use dapple_integrator::imaging::Picture;
+use dapple_integrator::imaging::Image;
 use dapple_integrator::lights::Environment;
+use dapple_integrator::math::PixelRect;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::{Scene, builtin};
 use dapple_integrator::settings::Strategy;
@@ -70,7 +70,7 @@ fn ways(side: u32, spp: u32) -> Vec<(String, Settings)> {
     all
 }
 
-fn bits(picture: &Picture) -> Vec<[u32; 3]> {
+fn bits(picture: &Image) -> Vec<[u32; 3]> {
     picture.pixels.iter().map(|p| p.to_array().map(f32::to_bits)).collect()
 }
 
@@ -96,7 +96,7 @@ fn rare() -> Option<Scene> {
     let (w, h) = (64, 64);
     let mut pixels = vec![Vec3::ZERO; w * h];
     pixels[..w].fill(Vec3::ONE);
-    let sky = Environment::picture(Picture { width: w, height: h, pixels }, 0.0, 1.0, false).ok()?;
+    let sky = Environment::picture(Image { width: w, height: h, pixels }, 0.0, 1.0, false).ok()?;
     let mut builder = irradiance_meter();
     builder.environment(sky);
     builder.build().ok()
@@ -138,7 +138,7 @@ fn texels(effort: Effort) -> Outcome {
     let with = |value: f32| {
         let mut pixels = vec![Vec3::splat(0.5); 32 * 16];
         pixels[5 * 32 + 9] = Vec3::new(0.5, value, 0.5);
-        Environment::picture(Picture { width: 32, height: 16, pixels }, 0.0, 1.0, false)
+        Environment::picture(Image { width: 32, height: 16, pixels }, 0.0, 1.0, false)
     };
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0] {
         let refused = with(bad).is_err_and(|e| (e.x, e.y) == (9, 5) && e.to_string().contains("(9, 5)"));

@@ -4,9 +4,10 @@ use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
 use crate::scenes::{ball, cube, glass, matte, of, pixels, quad, run, seen, square};
 use crate::tally::Tally;
-use dapple_integrator::geometry::motion::{Channel, Interpolation, Node, Track, Trs};
-use dapple_integrator::geometry::{Opaque, Ray, WorldBuilder};
+use dapple_integrator::geometry::{Opaque, WorldBuilder};
 use dapple_integrator::lights::Environment;
+use dapple_integrator::math::Ray;
+use dapple_integrator::math::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_integrator::scene::{SceneBuilder, SceneError};
 use dapple_integrator::{Settings, settings::Strategy};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
@@ -164,7 +165,7 @@ fn eye(effort: Effort) -> Outcome {
     if let Ok(scale) = Track::new(vec![0.0, 0.5, 1.0], keys, Interpolation::Linear) {
         let trs = Trs { scale: Channel::Track(Arc::new(scale)), ..Trs::default() };
         let mut builder = WorldBuilder::default();
-        let motion = dapple_integrator::geometry::Motion::new(vec![Node::Trs(trs)], DAffine3::IDENTITY, 0.0);
+        let motion = dapple_integrator::math::Motion::new(vec![Node::Trs(trs)], DAffine3::IDENTITY, 0.0);
         builder.add_moving(cube(1.0, Vec3::ZERO), motion);
         let world = builder.build_for(0.0, 1.0);
         let hit = world.closest(&Ray::new(Vec3::ZERO, Vec3::X), 0.5, &Opaque);

@@ -7,7 +7,8 @@ use crate::scenes::{quad, run, seen_in_parallel, shadeless, square};
 use crate::tally::Tally;
 use dapple_integrator::Settings;
 use dapple_integrator::geometry::bvh::{Any, Tree};
-use dapple_integrator::geometry::{Hit, Mesh, Opaque, Ray, WorldBuilder};
+use dapple_integrator::geometry::{Hit, Mesh, Opaque, WorldBuilder};
+use dapple_integrator::math::Ray;
 use glam::{DAffine3, DVec3, Vec3};
 
 pub(super) const CASES: &[Case] = &[

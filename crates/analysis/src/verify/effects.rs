@@ -6,9 +6,9 @@ use crate::scenes::{matte, metal, of, quad, seen, seen_in_parallel, shadeless};
 use dapple_integrator::Effect;
 use dapple_integrator::camera::{Aperture, Lens, Projection, Shutter};
 use dapple_integrator::geometry::Mesh;
-use dapple_integrator::geometry::motion::{Channel, Interpolation, Node, Track, Trs};
-use dapple_integrator::imaging::Picture;
+use dapple_integrator::imaging::Image;
 use dapple_integrator::lights::Environment;
+use dapple_integrator::math::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_integrator::scene::{CameraPose, SceneBuilder, SceneError};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use std::f64::consts::FRAC_PI_2;
@@ -118,7 +118,7 @@ fn plate_of(alpha: f32, height: f64) -> SceneBuilder {
 
 fn half_mirror() -> Result<Form, SceneError> {
     let mut builder = plate_of(0.36, 1.0);
-    let picture = Picture { width: 2, height: 1, pixels: vec![Vec3::ZERO, Vec3::ONE] };
+    let picture = Image { width: 2, height: 1, pixels: vec![Vec3::ZERO, Vec3::ONE] };
     let sky = Environment::picture(picture, 0.0, 1.0, false);
     builder.environment(sky.unwrap_or(Environment::constant(Vec3::ZERO)));
     let alpha = f64::from(metal(0.36).roughness).powi(2);

@@ -5,7 +5,7 @@ use crate::closed_form::{parallel_disk, parallel_rectangle, perpendicular_rectan
 use crate::scenes::{irradiance_meter, matte, quad};
 use dapple_integrator::Effect;
 use dapple_integrator::geometry::Mesh;
-use dapple_integrator::imaging::Picture;
+use dapple_integrator::imaging::Image;
 use dapple_integrator::lights::Environment;
 use dapple_integrator::scene::{Scene, SceneBuilder, SceneError};
 use glam::{DAffine3, DVec3, Vec3};
@@ -122,7 +122,7 @@ fn under(value: impl Fn(usize) -> f32, rows: usize, tilt: f64) -> Result<Scene, 
     let floor = quad(Vec3::new(-0.05, 0.0, 0.05), Vec3::X * 0.1, Vec3::Z * -0.1);
     builder.mesh("floor", floor, DAffine3::from_rotation_x(tilt), white);
     let pixels = (0..2 * rows).map(|i| Vec3::splat(value(i / 2))).collect();
-    let sky = Environment::picture(Picture { width: 2, height: rows, pixels }, 0.0, 1.0, false);
+    let sky = Environment::picture(Image { width: 2, height: rows, pixels }, 0.0, 1.0, false);
     builder.environment(sky.unwrap_or(Environment::constant(Vec3::ZERO)));
     builder.build()
 }

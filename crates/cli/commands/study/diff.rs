@@ -10,7 +10,7 @@ use dapple_analysis::metrics::{self, Comparison, Measures, Scale, SizeMismatch};
 use dapple_analysis::{flip, heat, ssim};
 use dapple_integrator::imaging::sheet::Frame;
 use dapple_integrator::imaging::{
-    ImageError, Layers, MemoryLimit, Picture, Window, Windowed, color, read, write,
+    Image, ImageError, Layers, MemoryLimit, Window, Windowed, color, read, write,
 };
 use serde_json::{Map, Value, json};
 use std::path::Path;
@@ -57,10 +57,10 @@ fn inputs(arguments: &DiffArgs) -> Inputs {
 
 /// What is compared: the pixels that all files hold.
 struct Pair {
-    image: Picture,
+    image: Image,
     /// The reference, or the mean of its halves.
-    reference: Picture,
-    halves: Option<[Picture; 2]>,
+    reference: Image,
+    halves: Option<[Image; 2]>,
     /// Whether both files hold values for a display, which end at 1.
     display: bool,
     /// Which pixels of the full picture these are.
@@ -157,8 +157,8 @@ fn overlap(
     })
 }
 
-fn parts<const N: usize>(window: Window, of: [Windowed; N]) -> Result<[Picture; N], Failure> {
-    let found: Result<Vec<Picture>, _> = of.into_iter().map(|p| p.into_covering(window, "")).collect();
+fn parts<const N: usize>(window: Window, of: [Windowed; N]) -> Result<[Image; N], Failure> {
+    let found: Result<Vec<Image>, _> = of.into_iter().map(|p| p.into_covering(window, "")).collect();
     found?.try_into().map_err(|_| Failure::Arguments("the pictures could not be cut".into()))
 }
 
@@ -317,7 +317,7 @@ fn check_format(path: &Path) -> Result<(), Failure> {
 fn write_map(path: &Path, pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Result<(), ImageError> {
     if write::Format::of(path)? == write::Format::Exr {
         let difference = pair.image.pixels.iter().zip(&pair.reference.pixels).map(|(a, b)| *a - *b);
-        let picture = Picture { pixels: difference.collect(), ..pair.image };
+        let picture = Image { pixels: difference.collect(), ..pair.image };
         let offset = (pair.window.x as i32, pair.window.y as i32);
         let layers = Layers { offset, full_size: pair.full_size, ..Layers::from(&picture) };
         return write::exr(path, &layers, write::Depth::Float);

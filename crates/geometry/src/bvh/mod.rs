@@ -18,7 +18,7 @@ mod sweep;
 mod traverse;
 mod triangle;
 
-use crate::Ray;
+use dapple_math::Ray;
 use glam::Vec3;
 use memory::Memory;
 

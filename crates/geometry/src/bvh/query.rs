@@ -1,7 +1,7 @@
 //! A ray as traversal takes it: in the units of the tree, and of a length that arithmetic can bear.
 
 use super::Tree;
-use crate::Ray;
+use dapple_math::Ray;
 use glam::Vec3A;
 
 /// Stands for 1/0. The padding alone takes a ray longer to cross than anything is away, unless that is 1e27 times

@@ -20,7 +20,7 @@ use super::simd::prefetch;
 use super::stack::{SMALL_STACK, Stack};
 use super::triangle::{Sheared, intersect};
 use super::{Candidate, Tree, TriangleHit};
-use crate::Ray;
+use dapple_math::Ray;
 use glam::Vec3A;
 use std::mem::MaybeUninit;
 

@@ -3,8 +3,8 @@ use super::objects::{Body, Object, Place, baked};
 use super::{SecondLevel, World};
 use crate::Mesh;
 use crate::bvh::{Kernel, Tree};
-use crate::motion::{Motion, Pose};
 use crate::shapes::{Disk, Shape, Sphere};
+use dapple_math::motion::{Motion, Pose};
 use glam::{DAffine3, Vec3};
 use std::sync::Arc;
 

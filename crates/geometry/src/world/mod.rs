@@ -13,7 +13,8 @@ pub use builder::WorldBuilder;
 pub use coincident::{Coincident, PlacePoint};
 
 use crate::bvh::{Candidate, Kernel, Tree, TriangleHit};
-use crate::{Hit, Ray, Surface};
+use crate::{Hit, Surface};
+use dapple_math::Ray;
 use glam::{DAffine3, Vec2, Vec3, Vec4};
 use objects::{Body, Object};
 use second::SecondLevel;
@@ -119,7 +120,7 @@ impl World {
     fn is_clear(&self, surface: &Surface, time: f32) -> bool {
         [surface.ng, -surface.ng].into_iter().all(|up| {
             let o = surface.origin_towards(up);
-            let at = crate::offset::offset_origin(surface.p, surface.p_error, surface.ng, up);
+            let at = dapple_math::offset::offset_origin(surface.p, surface.p_error, surface.ng, up);
             let across = Ray { o, d: at - o, t_max: 2.0 };
             across.d == Vec3::ZERO || !self.blocked(&across, time, &Opaque)
         })

@@ -1,7 +1,8 @@
 //! What is one object: a body, and where it stands.
-use crate::motion::{Motion, Pose};
 use crate::shapes::{Line, Shape};
-use crate::{Hit, Mesh, Ray, Surface};
+use crate::{Hit, Mesh, Surface};
+use dapple_math::Ray;
+use dapple_math::motion::{Motion, Pose};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -195,7 +196,7 @@ fn triangle(mesh: &Mesh, hit: &Hit) -> ([Vec3; 3], Option<[Vec3; 3]>) {
 fn posed_tangent(pose: &Pose, tangent: Vec4) -> Vec4 {
     let along: DVec3 = pose.to_world.transform_vector3(tangent.truncate().as_dvec3());
     let sign = if pose.is_mirrored() { -tangent.w } else { tangent.w };
-    crate::surface::unit_or(along, DVec3::ZERO).as_vec3().extend(sign)
+    dapple_math::vector::unit_or(along, DVec3::ZERO).as_vec3().extend(sign)
 }
 
 /// `mesh` put into the world: positions, normals and tangents transformed, winding reversed by a mirror so that the

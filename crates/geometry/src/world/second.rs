@@ -1,10 +1,12 @@
 //! What stands beside the flat tree, and how does a ray get there? Shapes, instances, moving objects.
 use super::Filter;
 use super::objects::{Body, Object, Place};
-use crate::boxes::{Aabb, BoxTree};
+use crate::boxes::BoxTree;
 use crate::bvh::{Candidate, Kernel, Tree, TriangleHit};
 use crate::shapes::{Line, Shape};
-use crate::{Hit, Mesh, Ray};
+use crate::{Hit, Mesh};
+use dapple_math::Aabb;
+use dapple_math::Ray;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::ops::ControlFlow;

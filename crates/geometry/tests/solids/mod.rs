@@ -1,6 +1,7 @@
 //! Closed bodies and a source of numbers for the tests of this crate.
 #![allow(dead_code)]
-use dapple_geometry::{Hit, Mesh, Opaque, Ray, World};
+use dapple_geometry::{Hit, Mesh, Opaque, World};
+use dapple_math::Ray;
 use glam::Vec3;
 
 /// SplitMix64 as numbers in [−1, 1).

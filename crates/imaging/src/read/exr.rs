@@ -5,7 +5,7 @@
 //! process down.
 
 use super::{Room, check_size};
-use crate::{ImageError, Layer, Layers, MetaValue, Picture, Windowed, window};
+use crate::{Image, ImageError, Layer, Layers, MetaValue, Windowed, window};
 use exr::block::lines::LineRef;
 use exr::block::reader::{ChunksReader, Reader};
 use exr::meta::header::Header;
@@ -62,7 +62,7 @@ struct Wanted {
     values: Vec<f32>,
 }
 
-pub(super) fn picture(file: impl BufRead + Seek, name: &str, room: Room) -> Result<Picture, ImageError> {
+pub(super) fn picture(file: impl BufRead + Seek, name: &str, room: Room) -> Result<Image, ImageError> {
     let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
     let rgb = colour_channels(reader.headers()).ok_or_else(|| no_colour(reader.headers(), name))?;
     let header = &reader.headers()[rgb[0].0];
@@ -112,13 +112,13 @@ fn colours<R: BufRead + Seek>(
     window: Window,
     name: &str,
     room: Room,
-) -> Result<Picture, ImageError> {
+) -> Result<Image, ImageError> {
     let mut found = rgb.to_vec();
     found.dedup();
     let values = read(reader, &found, window, name, (room, size_of::<Vec3>() as u64))?;
     let (r, g, b) = (&values[0], &values[values.len() / 2], &values[values.len() - 1]);
     let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect();
-    Ok(Picture { width: window.width, height: window.height, pixels })
+    Ok(Image { width: window.width, height: window.height, pixels })
 }
 
 /// Whether the colour of [`picture`] is one luminance channel.

@@ -2,7 +2,7 @@
 
 use super::{Kind, MAX_PIXELS, Rgba8, Rgba16, Room, Texels, check_size};
 use crate::color::{decode_f64, srgb_table};
-use crate::{ImageError, Picture};
+use crate::{Image, ImageError};
 use glam::Vec3;
 use image::codecs::hdr::HdrDecoder;
 use image::codecs::jpeg::JpegDecoder;
@@ -22,7 +22,7 @@ pub(super) fn picture(
     kind: Kind,
     name: &str,
     room: Room,
-) -> Result<Picture, ImageError> {
+) -> Result<Image, ImageError> {
     let decoded = decode(decoder(file, kind, name)?, name, room, PICTURE_BYTES)?;
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let pixels = match decoded {
@@ -37,7 +37,7 @@ pub(super) fn picture(
             image.into_rgb8().pixels().map(linear).collect()
         }
     };
-    Ok(Picture { width, height, pixels })
+    Ok(Image { width, height, pixels })
 }
 
 /// Whether the file holds grey, with alpha or without, as its header says.

@@ -3,14 +3,14 @@
 //! Own code, because the exponent has to come from the bits of the float (a logarithm differs between machines)
 //! and mantissas are rounded to nearest (truncation would darken every picture by half a step, 0.2–0.4 %).
 
-use crate::Picture;
+use crate::Image;
 use glam::Vec3;
 
 /// Rows of these widths are run-length encoded, others are written plainly, as the format asks.
 const RUN_WIDTHS: std::ops::RangeInclusive<usize> = 8..=32_767;
 
 /// The caller has checked that the pixels are as many as the size says.
-pub(super) fn encode(picture: &Picture) -> Vec<u8> {
+pub(super) fn encode(picture: &Image) -> Vec<u8> {
     let (width, height) = (picture.width, picture.height);
     let mut out = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
     for row in picture.pixels.chunks(width.max(1)) {

@@ -1,7 +1,7 @@
 //! PNG through the `image` crate (pure Rust deflate: the same bytes everywhere), with the chunks that it does not write.
 
 use super::{PngDepth, PngOptions};
-use crate::{ImageError, Picture};
+use crate::{Image, ImageError};
 use glam::Vec3;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// The code values of a picture, each by `code` from [0, 1], row by row: red, green, blue, and alpha if there is one.
 pub(super) fn of<const N: usize>(
-    picture: &Picture,
+    picture: &Image,
     options: &PngOptions<'_>,
     code: impl Fn(f32) -> [u8; N],
 ) -> Vec<u8> {

@@ -13,7 +13,7 @@ use crate::medium::MediumStack;
 use crate::path::Follow;
 use crate::places::Place;
 use crate::visibility::Visibility;
-use dapple_geometry::Ray;
+use dapple_math::Ray;
 use glam::{DVec3, Vec3};
 
 /// Scattering events after which the stack no longer grows with each of them.

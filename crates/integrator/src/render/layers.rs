@@ -4,8 +4,9 @@ use crate::aov::Aov;
 use crate::cryptomatte::{Matte, names_of_ids};
 use crate::kernel::Job;
 use crate::tile::Tile;
-use dapple_camera::{Film, PixelRect};
-use dapple_imaging::{Layer, Layers, MetaValue, Picture};
+use dapple_camera::Film;
+use dapple_imaging::{Image, Layer, Layers, MetaValue};
+use dapple_math::PixelRect;
 use glam::DVec3;
 use std::collections::BTreeSet;
 
@@ -173,7 +174,7 @@ fn depth(job: &Job<'_>, at: Option<DVec3>) -> f32 {
     (-from_camera.dot(job.camera.backward.as_dvec3()) / job.scene.space.scale) as f32
 }
 
-fn rgb(name: &str, picture: &Picture) -> Layer {
+fn rgb(name: &str, picture: &Image) -> Layer {
     let all: Vec<DVec3> = picture.pixels.iter().map(|p| p.as_dvec3()).collect();
     vector(name.into(), ["R", "G", "B"], &all)
 }

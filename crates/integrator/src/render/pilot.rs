@@ -3,7 +3,8 @@
 use crate::settings::Settings;
 use crate::spread::{PILOT, Spread};
 use crate::tile::Tile;
-use dapple_camera::{Film, PixelRect};
+use dapple_camera::Film;
+use dapple_math::PixelRect;
 use std::sync::Arc;
 
 /// Watches the passes of a render until it is known where samples go.

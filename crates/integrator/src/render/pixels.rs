@@ -4,7 +4,8 @@ use super::{each_tile, thread_count, watch};
 use crate::kernel::{self, Job};
 use crate::settings::Settings;
 use crate::tile::Tile;
-use dapple_camera::{Camera, PixelRect};
+use dapple_camera::Camera;
+use dapple_math::PixelRect;
 use dapple_scene::Scene;
 use glam::DVec3;
 

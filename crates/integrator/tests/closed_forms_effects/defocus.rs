@@ -71,7 +71,7 @@ fn edge_beside_a_grid_on_the_lens() {
     }
 }
 
-/// Picture of 40×40 pixels; the patch is 3 pixels wide, its blur 20.
+/// Image of 40×40 pixels; the patch is 3 pixels wide, its blur 20.
 const SIZE: f64 = 40.0;
 const PATCH: f64 = 3.0;
 const BLUR: f64 = 20.0;

@@ -1,7 +1,7 @@
 //! Things that move while the shutter is open.
 
 use dapple_camera::Shutter;
-use dapple_geometry::motion::{Channel, Interpolation, Node, Track, Trs, Value};
+use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs, Value};
 use glam::DVec3;
 use std::sync::Arc;
 

@@ -19,10 +19,10 @@ use crate::{
 use dapple_camera::Camera;
 use dapple_geometry::{
     Mesh, World, WorldBuilder,
-    motion::Chain,
     shapes::{Disk, Sphere},
 };
 use dapple_lights::{Environment, Light, LightChoice};
+use dapple_math::motion::Chain;
 use glam::{DAffine3, Vec3, Vec4};
 use std::sync::Arc;
 

@@ -4,7 +4,8 @@ use crate::{
     emission::Form,
     moving::{Body, Exposure},
 };
-use dapple_geometry::{Mesh, motion::Chain};
+use dapple_geometry::Mesh;
+use dapple_math::motion::Chain;
 use glam::{DVec3, Vec3};
 use std::{collections::HashSet, sync::Arc};
 

@@ -4,7 +4,7 @@
 //! of a node, the first one counts.
 use super::document::{Document, label};
 use crate::SceneError;
-use dapple_geometry::motion::{Interpolation, Track, TrackError, Value};
+use dapple_math::motion::{Interpolation, Track, TrackError, Value};
 use glam::{DQuat, DVec3, DVec4};
 use gltf::json::{
     self, Index,

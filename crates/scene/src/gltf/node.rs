@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{Placement, SceneError};
 use dapple_camera::camera::axes;
-use dapple_geometry::motion::{self, Chain, Channel, Trs};
+use dapple_math::motion::{self, Chain, Channel, Trs};
 use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
 use serde_json::Value;
 use std::{collections::HashMap, sync::Arc};

@@ -10,10 +10,8 @@ use super::{
 use crate::light_unit::TakenUnit;
 use crate::{CameraPose, Placement, SceneBuilder, SceneError, Unread};
 use dapple_camera::{Clip, Projection, camera::axes};
-use dapple_geometry::{
-    Mesh,
-    motion::{self, Chain},
-};
+use dapple_geometry::Mesh;
+use dapple_math::motion::{self, Chain};
 use glam::{DAffine3, DVec3, Vec3};
 use gltf::json::{
     self, Index, camera, extensions::scene::khr_lights_punctual as punctual, validation::Checked,

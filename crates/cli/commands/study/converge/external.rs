@@ -16,7 +16,7 @@ use command::Took;
 use dapple_analysis::converge::Reference;
 use dapple_analysis::curve::{Curve, Point};
 use dapple_analysis::results::{ReferenceRecord, Results, RunRecord, Seed};
-use dapple_integrator::imaging::Picture;
+use dapple_integrator::imaging::Image;
 use startup::{RUNS, Startup};
 
 /// Share of its time in which a renderer's speed is measured, by pictures of ever more samples. A reference of two pictures
@@ -150,7 +150,7 @@ impl Task<'_> {
     fn reference(&self, session: &Session<'_>, spp: u32) -> Result<Reference, Failure> {
         let half = |i: u32| {
             let seed = session.first_seed() + HALVES + i;
-            Ok::<Picture, Failure>(self.external.render(session, self.scene, spp, seed)?.0)
+            Ok::<Image, Failure>(self.external.render(session, self.scene, spp, seed)?.0)
         };
         let first = half(0)?;
         if !self.external.has_seeds() {
@@ -232,7 +232,7 @@ impl Task<'_> {
         most: u32,
         startup: &Startup,
         reference: &Reference,
-    ) -> Result<(Curve, Picture), Failure> {
+    ) -> Result<(Curve, Image), Failure> {
         let mut points = Vec::new();
         let mut spp = 1;
         loop {

@@ -9,7 +9,7 @@ use dapple_analysis::report::{self, Shown};
 use dapple_analysis::results::{ReferenceRecord, Results, SCHEMA};
 use dapple_analysis::{flip, heat};
 use dapple_integrator::imaging::sheet::Frame;
-use dapple_integrator::imaging::{ImageError, Layers, Picture, Tone, read, write};
+use dapple_integrator::imaging::{Image, ImageError, Layers, Tone, read, write};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -211,8 +211,8 @@ impl Folder {
     /// A reference as it lies here, if it is whole.
     pub fn reference(&self, record: &ReferenceRecord) -> Option<Reference> {
         let files = record.files.iter().filter(|f| f.ends_with(".exr"));
-        let pictures: Option<Vec<Picture>> = files.map(|f| read::picture(&self.place(f)).ok()).collect();
-        match <[Picture; 2]>::try_from(pictures?) {
+        let pictures: Option<Vec<Image>> = files.map(|f| read::picture(&self.place(f)).ok()).collect();
+        match <[Image; 2]>::try_from(pictures?) {
             Ok(halves) => Some(Reference::Halves(halves)),
             Err(one) => one.into_iter().next().map(Reference::Exact),
         }
@@ -222,8 +222,8 @@ impl Folder {
     pub fn put_picture(
         &self,
         name: &str,
-        picture: &Picture,
-        reference: &Picture,
+        picture: &Image,
+        reference: &Image,
     ) -> Result<(Vec<String>, Option<f64>), Failure> {
         let names = ["picture.exr", "picture.png", "errors.png"].map(|end| format!("{name}-{end}"));
         self.put_exr(&names[0], picture);
@@ -236,14 +236,14 @@ impl Folder {
         Ok((names.to_vec(), flip))
     }
 
-    fn put_exr(&self, name: &str, picture: &Picture) {
+    fn put_exr(&self, name: &str, picture: &Image) {
         if cfg!(feature = "exr") {
             let layers = Layers::from(picture);
             self.put(name, |path| write::exr(path, &layers, write::Depth::Float));
         }
     }
 
-    fn put_png(&self, name: &str, picture: &Picture) {
+    fn put_png(&self, name: &str, picture: &Image) {
         if cfg!(feature = "png") {
             self.put(name, |path| write::png(path, picture, self.tone, self.stops));
         }

@@ -4,8 +4,8 @@ use crate::error::Failure;
 use dapple_analysis::converge::Reference as Pictures;
 use dapple_analysis::metrics::SizeMismatch;
 use dapple_integrator::Settings;
-use dapple_integrator::camera::PixelRect;
-use dapple_integrator::imaging::{MemoryLimit, Picture, Window, Windowed, read};
+use dapple_integrator::imaging::{Image, MemoryLimit, Window, Windowed, read};
+use dapple_integrator::math::PixelRect;
 use std::path::Path;
 
 /// So many standard deviations of what the reference's noise does to a squared error, errors are not told.
@@ -31,7 +31,7 @@ pub enum Error {
 
 impl Reference {
     /// Two independent halves.
-    pub fn of(halves: [Picture; 2], said: String) -> Self {
+    pub fn of(halves: [Image; 2], said: String) -> Self {
         Self { pictures: Pictures::Halves(halves), said }
     }
 
@@ -61,7 +61,7 @@ impl Reference {
     }
 
     /// The error of a cell.
-    pub fn error(&self, picture: &Picture) -> Result<Error, SizeMismatch> {
+    pub fn error(&self, picture: &Image) -> Result<Error, SizeMismatch> {
         let found = self.pictures.compare(picture)?.overall;
         // A product of two independent noises of variance 2v has the standard deviation 2v; this is the mean of many.
         let numbers = (3 * picture.pixels.len()) as f64;
@@ -101,7 +101,7 @@ impl<'a> Given<'a> {
 }
 
 /// The pixels `rect` of a file of the full picture, which is `size` large, or a file that is just as large as they are.
-fn fitting(path: &Path, file: &Windowed, rect: PixelRect, size: (u32, u32)) -> Result<Picture, Failure> {
+fn fitting(path: &Path, file: &Windowed, rect: PixelRect, size: (u32, u32)) -> Result<Image, Failure> {
     let (width, height) = (rect.width() as usize, rect.height() as usize);
     let wanted = match file.full_size {
         full if full == (size.0 as usize, size.1 as usize) => {
@@ -121,20 +121,20 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    fn noisy(level: f32, noise: f32, seed: u32) -> Picture {
+    fn noisy(level: f32, noise: f32, seed: u32) -> Image {
         // ±1 by a hash of the pixel.
         let sign = |i: u32| {
             if (i.wrapping_mul(0x9E37_79B9) ^ seed).count_ones().is_multiple_of(2) { 1.0 } else { -1.0 }
         };
         let pixels = (0..4096).map(|i| Vec3::splat(level + noise * sign(i ^ (seed << 16)))).collect();
-        Picture { width: 64, height: 64, pixels }
+        Image { width: 64, height: 64, pixels }
     }
 
     #[test]
     fn crops_are_taken_where_they_belong() {
         let rect = PixelRect { x0: 8, y0: 4, x1: 24, y1: 12 };
         let of = |full: (usize, usize), window: Window| {
-            let picture = Picture::filled(window.width, window.height, Vec3::ONE);
+            let picture = Image::filled(window.width, window.height, Vec3::ONE);
             let file = Windowed { picture, window, full_size: full };
             fitting(Path::new("r.exr"), &file, rect, (64, 64)).map(|p| (p.width, p.height))
         };

@@ -12,7 +12,7 @@ use super::memory::Memory;
 use super::node::Child;
 use super::traverse::walk;
 use super::{Candidate, Kernel, Tree, TriangleHit};
-use crate::Ray;
+use dapple_math::Ray;
 
 /// Whether this machine can run a kernel.
 pub(super) fn runs(kernel: Kernel) -> bool {

@@ -1,5 +1,5 @@
 //! Do two surfaces lie in one place over an area, not only along a line where they cross or meet?
-use crate::boxes::Aabb;
+use dapple_math::Aabb;
 use glam::DVec3;
 
 /// What a primitive or a point occupies, and the bound of the error of its coordinates per axis.

@@ -7,11 +7,12 @@
 //! render, and right.
 use super::outline::{Outline, Polygon, Shape as Form, are_apart};
 use super::{Coincident, NONE, WHOLE, World};
-use crate::boxes::Aabb;
-use crate::offset::gamma;
+use crate::Hit;
 use crate::shapes::Shape;
 use crate::world::objects::{Body, Object, Place};
-use crate::{Frame, Hit, Ray};
+use dapple_math::Aabb;
+use dapple_math::offset::gamma;
+use dapple_math::{Frame, Ray};
 use glam::{DVec3, Vec3};
 
 /// Boxes are grown by this part of their farthest coordinate: more than the error bounds of two surfaces.

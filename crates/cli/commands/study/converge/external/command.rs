@@ -4,7 +4,7 @@ use super::super::Session;
 use super::super::folder::plain;
 use crate::error::{self, Failure};
 use crate::{machine, memory};
-use dapple_integrator::imaging::{Picture, Window, read};
+use dapple_integrator::imaging::{Image, Window, read};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -57,7 +57,7 @@ impl External {
         scene: &str,
         spp: u32,
         seed: u32,
-    ) -> Result<(Picture, Took), Failure> {
+    ) -> Result<(Image, Took), Failure> {
         let file = |end: &str| session.folder.file(&format!("{}-{}{end}", plain(scene), plain(&self.name)));
         let (out, time) = (file(".exr"), file(".time"));
         let mut line = self.command.replace("{scene}", scene);

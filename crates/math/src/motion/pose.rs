@@ -4,8 +4,8 @@
 //! A transform that flattens (one scale 0) has no inverse. It is given a thickness of 2⁻⁶⁰ of its size instead
 //! (*approximation*, without visible effect: far below the rounding of any f32 coordinate). The flattened object then
 //! stays visible, its triangles are found by the same tree, and its normals are right.
-use crate::boxes::Aabb;
-use crate::surface::unit_or;
+use crate::Aabb;
+use crate::vector::unit_or;
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Object space to render space and back, at one instant.
@@ -71,7 +71,7 @@ impl Pose {
     }
 
     /// Box around the transformed box.
-    pub(crate) fn bounds(&self, b: Aabb) -> Aabb {
+    pub fn bounds(&self, b: Aabb) -> Aabb {
         transformed(&self.to_world, b)
     }
 }

@@ -27,7 +27,7 @@ impl Ray {
     }
 
     /// `o + t·d`, rounded. Good for a look, not for shading: positions come from
-    /// [`World::surface`](crate::World::surface), which knows its error.
+    /// the surface that was hit, which knows its error.
     pub fn at(&self, t: f32) -> Vec3 {
         self.o + self.d * t
     }

@@ -43,3 +43,9 @@ pub enum Dimension {
     /// Where a diffuse lobe that is not followed looks for the environment (2-D).
     Sky = 10,
 }
+
+impl From<Dimension> for u32 {
+    fn from(dimension: Dimension) -> Self {
+        dimension as Self
+    }
+}

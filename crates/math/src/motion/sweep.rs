@@ -7,7 +7,7 @@
 use super::pose::transformed;
 use super::track::{Interpolation, Track, Value};
 use super::{Channel, Link, Motion, Trs};
-use crate::boxes::Aabb;
+use crate::Aabb;
 use glam::{DAffine3, DQuat, DVec3};
 use std::f64::consts::PI;
 
@@ -32,7 +32,7 @@ impl Motion {
     }
 
     /// Box that the content of `local` stays in from `open` to `close` (seconds within the shutter).
-    pub(crate) fn bounds_within(&self, local: Aabb, open: f64, close: f64) -> Aabb {
+    pub fn bounds_within(&self, local: Aabb, open: f64, close: f64) -> Aabb {
         let times = self.steps(self.offset + open, self.offset + close);
         let over = |t: &[f64]| self.links.iter().rev().fold(local, |b, link| link.bounds(b, t[0], t[1]));
         times.windows(2).map(over).fold(Aabb::EMPTY, Aabb::union)

@@ -1,10 +1,11 @@
 //! Lights that move: where they are aimed at is where rays meet them, at the same time.
 
-use dapple_geometry::motion::{Channel, Interpolation, Node, Track, Trs};
-use dapple_geometry::offset::offset_origin;
 use dapple_geometry::shapes::{Disk, Shape, Sphere};
-use dapple_geometry::{Mesh, Motion, Opaque, Ray, World, WorldBuilder};
+use dapple_geometry::{Mesh, Opaque, World, WorldBuilder};
 use dapple_lights::{Aiming, Area, AreaShape, Distant, Light, LightChoice, LightSample, Moving, Point, Spot};
+use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs};
+use dapple_math::offset::offset_origin;
+use dapple_math::{Motion, Ray};
 use dapple_testkit::Rng;
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use std::sync::Arc;

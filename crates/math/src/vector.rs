@@ -1,0 +1,25 @@
+//! Small helpers over glam vectors.
+
+use glam::{DVec3, Vec3};
+
+/// `v` made unit, or `other` when `v` is zero or not finite. Scaled first, so nothing under- or overflows.
+#[must_use]
+pub fn unit_or(v: DVec3, other: DVec3) -> DVec3 {
+    let largest = v.abs().max_element();
+    if !(largest > 0.0 && v.is_finite()) {
+        return other;
+    }
+    let scaled = v / largest;
+    scaled / scaled.length()
+}
+
+/// To f32, never below the f64 value: a bound stays a bound.
+#[must_use]
+pub fn round_up(v: DVec3) -> Vec3 {
+    Vec3::new(up(v.x), up(v.y), up(v.z))
+}
+
+fn up(x: f64) -> f32 {
+    let y = x as f32;
+    if (y as f64) < x { y.next_up() } else { y }
+}
