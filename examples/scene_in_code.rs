@@ -18,7 +18,7 @@ use std::path::Path;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = scene()?;
-    let settings = Settings { size: (480, 320), spp: Some(64), ..Settings::default() };
+    let settings = Settings { size: (480, 320), ..Settings::default() }.with_spp(64);
     let outcome = render(&scene, &scene.cameras[0].camera, &settings, &|p: Progress| {
         eprint!("\r{:3.0} %", 100.0 * p.fraction);
         ControlFlow::Continue(())

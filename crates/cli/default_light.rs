@@ -51,20 +51,18 @@ pub fn is_wanted(scene: &Scene, camera: &Camera, backfaces: Backfaces) -> bool {
     let aovs = vec![Aov::Albedo, Aov::ObjectId];
     let glance = Settings {
         size: GLANCE,
-        spp: Some(1),
         max_bounces: 1,
-        threads: Some(1),
         backfaces,
         aovs,
         ..Settings::default()
-    };
+}.with_threads(1).with_spp(1);
     let (picture, surfaces) = look(&glance);
     let black = Image::filled(picture.width, picture.height, Vec3::ZERO);
     if shares(&picture, &black, &surfaces).is_some_and(|(lit, _)| lit > CLEARLY) {
         return false;
     }
     let whole =
-        Settings { size: SIZE, spp: Some(SAMPLES), max_bounces: Settings::default().max_bounces, ..glance };
+        Settings { size: SIZE, max_bounces: Settings::default().max_bounces, ..glance }.with_spp(SAMPLES);
     let (emitted, surfaces) = look(&Settings { max_bounces: 0, ..whole.clone() });
     is_dark(&look(&whole).0, &emitted, &surfaces)
 }

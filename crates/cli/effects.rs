@@ -7,7 +7,7 @@ use dapple_integrator::camera::{Aperture, Camera, Lens};
 use dapple_integrator::first_hit::centre_depth;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Combine, Effect, Method, Plans, Settings, forecast};
+use dapple_integrator::{Combine, Effect, MethodKind, Plans, Settings, forecast};
 use std::io::{BufRead, IsTerminal};
 
 /// Scattering events that the distribution tracer follows, where the path tracer follows more.
@@ -79,17 +79,17 @@ pub fn lay(options: &RenderOptions, settings: &mut Settings) -> Result<(), Failu
             *plans.of_mut(effect) = plan;
         }
     }
-    if let (Method::Distribution, None, Some(spp)) = (settings.method, effects.pixel, options.spp) {
+    if let (MethodKind::Distribution, None, Some(spp)) = (settings.kind(), effects.pixel, options.spp) {
         plans.pixel = Plan::new(spp, Pattern::Stratified);
     }
-    if combine == Combine::Paired && settings.method == Method::Distribution {
+    if combine == Combine::Paired && settings.kind() == MethodKind::Distribution {
         check_paired(effects, plans.pixel)?;
     }
     settings.plans = plans;
-    settings.combine = combine;
+    settings.set_combine(combine);
     settings.secondary = effects.secondary.unwrap_or(1);
     settings.ambient = effects.ambient.map_or(glam::Vec3::ZERO, |c| c.0);
-    if settings.method == Method::Distribution {
+    if settings.kind() == MethodKind::Distribution {
         settings.max_bounces = options.max_bounces.unwrap_or(DISTRIBUTION_BOUNCES);
     }
     Ok(())
@@ -115,7 +115,7 @@ pub fn note_idle(options: &RenderOptions, settings: &Settings, scene: &Scene, ca
     let effects = &options.effects;
     let say = |what: &str, why: &str| report::say(&format!("note: {what} is left out: {why}"));
     let present = dapple_integrator::forecast::present_in(scene, camera, settings);
-    let path = settings.method == Method::Path;
+    let path = settings.kind() == MethodKind::Path;
     for (effect, name) in Effect::ALL {
         match effects.plan(effect) {
             None => {}
@@ -155,7 +155,7 @@ pub fn confirm(
     scene: &Scene,
     camera: &Camera,
 ) -> Result<(), Failure> {
-    if settings.method == Method::Path {
+    if settings.kind() == MethodKind::Path {
         return Ok(());
     }
     let rays = forecast(scene, camera, settings).total();

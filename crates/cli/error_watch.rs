@@ -122,7 +122,7 @@ impl<'a> ErrorWatch<'a> {
             held: None,
             told: false,
             seconds: Cell::new(0.0),
-            deadline: settings.time_limit.and_then(|limit| Instant::now().checked_add(limit)),
+            deadline: settings.limits.time.and_then(|limit| Instant::now().checked_add(limit)),
         })
     }
 
@@ -219,7 +219,7 @@ impl<'a> ErrorWatch<'a> {
         let found = match self.way {
             Way::Within => within(film, self.confidence(self.looks)),
             Way::Replicate if self.is_whole(spp) => {
-                let settings = Settings { spread: spread.cloned(), ..self.settings.clone() };
+                let settings = self.settings.clone().with_path(|p| p.spread = spread.cloned());
                 let confidence = self.confidence(self.looks);
                 let deadline = self.deadline;
                 let stop = || interrupt::asked() || late(deadline);

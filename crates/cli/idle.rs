@@ -5,7 +5,7 @@ use crate::load;
 use crate::options::RenderOptions;
 use dapple_integrator::lights::Light;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Combine, Effect, Method, Settings};
+use dapple_integrator::{Combine, Effect, MethodKind, Settings};
 use std::path::Path;
 
 /// What has nothing to do, each with why.
@@ -55,23 +55,23 @@ fn of_method(options: &RenderOptions, settings: &Settings) -> Idle {
         }
     };
     let effects = &options.effects;
-    match settings.method {
-        Method::Path => {
+    match settings.kind() {
+        MethodKind::Path => {
             let why = "the path tracer has one plan for all effects; see --method distribution";
             say(effects.combine.is_some(), "--combine", why);
             say(effects.secondary.is_some(), "--secondary", why);
         }
-        Method::Distribution => {
+        MethodKind::Distribution => {
             let why = "the distribution tracer follows all of its rays; see --max-bounces";
             say(RenderOptions::is(options.no_roulette), "--no-roulette", why);
-            let paired = settings.combine == Combine::Paired;
+            let paired = settings.combine() == Combine::Paired;
             let why = "paired, every integral has one point per pixel sample";
             say(effects.secondary.is_some() && paired, "--secondary", why);
         }
     }
     let centre = settings.plans.is_off(Effect::Pixel);
     say(options.filter.is_some() && centre, "--filter", "--pixel 0 looks at pixel centres alone");
-    let limited = options.max_bounces == Some(0) && settings.method == Method::Path;
+    let limited = options.max_bounces == Some(0) && settings.kind() == MethodKind::Path;
     say(RenderOptions::is(options.no_roulette) && limited, "--no-roulette", "no path is followed");
     idle
 }
@@ -129,8 +129,8 @@ mod tests {
         let mut options = RenderOptions::default();
         let typed: Vec<std::ffi::OsString> = typed.iter().map(Into::into).collect();
         options.lay(&typed).unwrap();
-        let mut settings = Settings { method: options.method.unwrap_or_default(), ..Settings::default() };
-        settings.combine = options.effects.combine.unwrap_or_default();
+        let mut settings = Settings::default().with_method(options.method.unwrap_or_default());
+        settings.set_combine(options.effects.combine.unwrap_or_default());
         settings.plans.pixel = options.effects.pixel.unwrap_or(Plan::new(1, Default::default()));
         let scene = builtin::builtin("cornell").unwrap().build().unwrap();
         let found = of_render(&options, &settings, &scene);

@@ -59,7 +59,7 @@ impl Ledger {
             not_finite: Line { count: stats.bad_sample_count, energy: None },
             depth_cut: stats.ledger.depth.into(),
             faint: stats.ledger.faint.into(),
-            roulette_off: !settings.roulette,
+            roulette_off: !settings.roulette(),
             ambient,
             nested: stats.ledger.nested.into(),
             panes: stats.ledger.panes.into(),

@@ -61,8 +61,8 @@ pub fn against_general(source: &Source, options: &RenderOptions) -> Result<Measu
         let loaded = load::load(source, options)?;
         let view = load::camera(&loaded.scene, options)?;
         let mut settings = render::settings(options, &view)?;
-        settings.spp = Some(settings.spp.unwrap_or(SPP).min(SPP));
-        settings.time_limit = None;
+        settings.set_spp(Some(settings.spp().unwrap_or(SPP).min(SPP)));
+        settings.limits.time = None;
         setups.push((loaded, view, settings));
     }
     let mut seconds = [Vec::new(), Vec::new()];

@@ -9,7 +9,7 @@ use dapple_integrator::camera::{Camera, Projection, Shutter};
 use dapple_integrator::imaging::picture::MetaValue;
 use dapple_integrator::sampling::Plan;
 use dapple_integrator::scene::{NamedCamera, Scene, Space};
-use dapple_integrator::{Combine, Effect, Method, Settings, Stats};
+use dapple_integrator::{Combine, Effect, MethodKind, Settings, Stats};
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
 /// All attributes of a render.
@@ -44,10 +44,10 @@ fn settings_text(
 ) -> String {
     let (w, h) = settings.size;
     let mut lines = vec![
-        format!("method = \"{}\"", values::method_name(settings.method)),
+        format!("method = \"{}\"", values::method_name(settings.kind())),
         format!("seed = {}", settings.seed),
         format!("max-bounces = {}", settings.max_bounces),
-        format!("no-roulette = {}", !settings.roulette),
+        format!("no-roulette = {}", !settings.roulette()),
         format!("filter = \"{}\"", settings.filter),
         format!("backfaces = \"{}\"", settings.backfaces),
         format!("size = \"{w}x{h}\""),
@@ -58,21 +58,21 @@ fn settings_text(
         lines.push(format!("camera = {}", quoted(options.camera.as_deref().unwrap_or(&view.name))));
     }
     lines.extend(options.view.lines());
-    match settings.method {
-        Method::Path => {
+    match settings.kind() {
+        MethodKind::Path => {
             // Of a first round that was not finished: the samples that some pixels have.
             lines.push(format!("spp = {}", stats.spp.max(1)));
             lines.push(format!("pattern = \"{}\"", settings.pattern));
-            lines.push(format!("adaptive = {}", settings.adaptive));
+            lines.push(format!("adaptive = {}", settings.adaptive()));
         }
-        Method::Distribution => {
-            lines.push(format!("combine = \"{}\"", settings.combine));
+        MethodKind::Distribution => {
+            lines.push(format!("combine = \"{}\"", settings.combine()));
             lines.push(format!("secondary = {}", settings.secondary));
         }
     }
     for (effect, name) in Effect::ALL {
         let plan = plan_of(settings, effect);
-        if settings.method == Method::Distribution || plan.count() == 0 {
+        if settings.kind() == MethodKind::Distribution || plan.count() == 0 {
             lines.push(format!("{name} = \"{plan}\""));
         }
     }
@@ -148,7 +148,7 @@ fn quoted(text: &str) -> String {
 /// The plan as the render ran it: paired, every integral has as many points as the pixel.
 fn plan_of(settings: &Settings, effect: Effect) -> Plan {
     let (plan, n) = (settings.plans.of(effect), settings.plans.pixel.count().max(1));
-    let paired = settings.method == Method::Distribution && settings.combine == Combine::Paired;
+    let paired = settings.kind() == MethodKind::Distribution && settings.combine() == Combine::Paired;
     if paired && plan.count() > 0 && plan.count() != n { Plan::new(n, plan.pattern) } else { plan }
 }
 

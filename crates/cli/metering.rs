@@ -10,7 +10,7 @@ use dapple_integrator::camera::Camera;
 use dapple_integrator::imaging::metering;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Method, Settings, render};
+use dapple_integrator::{MethodKind, Settings, render};
 use std::ops::ControlFlow;
 
 /// The longer side of the metered picture, in pixels, and its samples per pixel.
@@ -60,20 +60,15 @@ fn small(settings: &Settings) -> Settings {
     let scale = SIDE / width.max(height);
     let side = |length: f64| (length * scale).round().max(1.0) as u32;
     Settings {
-        method: Method::Path,
         size: (side(width), side(height)),
         crop: None,
-        spp: Some(SAMPLES),
-        time_limit: None,
         pattern: Pattern::Sobol,
         seed: 0,
         aovs: Vec::new(),
         picture: true,
         general: false,
-        adaptive: false,
-        spread: None,
         ..settings.clone()
-    }
+}.with_method(MethodKind::Path).with_time_limit(None).with_spp(SAMPLES).with_path(|p| p.adaptive = false).with_path(|p| p.spread = None)
 }
 
 #[cfg(test)]
@@ -105,8 +100,8 @@ mod tests {
         let crop = dapple_integrator::math::PixelRect { x0: 0, y0: 0, x1: 3, y1: 2 };
         for other in [
             Settings { crop: Some(crop), ..plain.clone() },
-            Settings { spp: Some(1), seed: 7, pattern: Pattern::Random, ..plain.clone() },
-            Settings { threads: Some(1), method: Method::Distribution, ..plain.clone() },
+            Settings { seed: 7, pattern: Pattern::Random, ..plain.clone() }.with_spp(1),
+            plain.clone().with_method(MethodKind::Distribution).with_threads(1),
             Settings { size: (400, 400), ..plain.clone() },
         ] {
             assert_eq!(meter(&other), at);

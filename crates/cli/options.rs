@@ -16,7 +16,7 @@ use dapple_integrator::imaging::Tone;
 use dapple_integrator::imaging::write::PngDepth;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::{LightUnit, Reads};
-use dapple_integrator::{Aov, Backfaces, Combine, Method};
+use dapple_integrator::{Aov, Backfaces, Combine, MethodKind};
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -98,7 +98,7 @@ pub struct RenderOptions {
 
     /// Which tracer: path or distribution [default: path]
     #[arg(long, value_name = "NAME", value_parser = values::method, help_heading = "Sampling")]
-    pub method: Option<Method>,
+    pub method: Option<MethodKind>,
     /// Samples per pixel [default: 64, or as many as --time-limit allows or --error-limit needs]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
     pub spp: Option<u32>,

@@ -6,7 +6,7 @@ use crate::load::Loaded;
 use crate::machine;
 use crate::output::{Outputs, Written};
 use crate::saving;
-use dapple_integrator::{Effect, Method, Settings, Stats};
+use dapple_integrator::{Effect, MethodKind, Settings, Stats};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -107,7 +107,7 @@ impl Report {
         known: &Known,
         (outputs, written): (&Outputs, &Written),
     ) -> Self {
-        let is_path = settings.method == Method::Path;
+        let is_path = settings.kind() == MethodKind::Path;
         let plans = Effect::ALL
             .iter()
             .map(|(effect, name)| (name.to_string(), settings.plans.of(*effect).to_string()));
@@ -137,9 +137,9 @@ impl Report {
             error_seconds: known.seconds,
             seed: settings.seed,
             threads: stats.threads,
-            method: crate::values::method_name(settings.method),
+            method: crate::values::method_name(settings.kind()),
             pattern: is_path.then(|| settings.pattern.to_string()),
-            combine: (!is_path).then(|| settings.combine.to_string()),
+            combine: (!is_path).then(|| settings.combine().to_string()),
             plans: plans.filter(|_| !is_path).collect(),
             version: env!("CARGO_PKG_VERSION"),
             exposure: outputs.exposure(),

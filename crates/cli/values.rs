@@ -6,7 +6,7 @@ use dapple_integrator::imaging::Tone;
 use dapple_integrator::imaging::write::PngDepth;
 use dapple_integrator::math::PixelRect;
 use dapple_integrator::sampling::plan::MAX_COUNT;
-use dapple_integrator::{Effect, Method};
+use dapple_integrator::{Effect, MethodKind};
 use glam::Vec3;
 use std::str::FromStr;
 use std::time::Duration;
@@ -226,10 +226,10 @@ pub fn point_count(s: &str) -> Result<u32, String> {
 }
 
 /// `path` or `distribution`.
-pub fn method(s: &str) -> Result<Method, String> {
+pub fn method(s: &str) -> Result<MethodKind, String> {
     match aliases::canonical(s, aliases::METHODS).as_str() {
-        "path" => Ok(Method::Path),
-        "distribution" => Ok(Method::Distribution),
+        "path" => Ok(MethodKind::Path),
+        "distribution" => Ok(MethodKind::Distribution),
         _ => Err("expected path or distribution".into()),
     }
 }
@@ -243,10 +243,10 @@ pub fn effect(s: &str) -> Result<Effect, String> {
 }
 
 /// The name under which [`method`] reads it.
-pub fn method_name(method: Method) -> &'static str {
+pub fn method_name(method: MethodKind) -> &'static str {
     match method {
-        Method::Path => "path",
-        Method::Distribution => "distribution",
+        MethodKind::Path => "path",
+        MethodKind::Distribution => "distribution",
     }
 }
 
@@ -349,7 +349,7 @@ mod tests {
 
     #[test]
     fn names_round_trip() {
-        for m in [Method::Path, Method::Distribution] {
+        for m in [MethodKind::Path, MethodKind::Distribution] {
             assert_eq!(method(method_name(m)), Ok(m));
         }
         assert!(method("rays").is_err());

@@ -3,7 +3,7 @@
 use crate::load::Loaded;
 use crate::output::Outputs;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Effect, Method, Settings};
+use dapple_integrator::{Effect, MethodKind, Settings};
 
 /// A scene that has been read and built.
 pub fn scene(loaded: &Loaded) -> String {
@@ -32,35 +32,35 @@ pub fn render(settings: &Settings) -> String {
     let part = settings.crop.map_or(String::new(), |c| {
         format!(", of which {}x{} from ({}, {}) are rendered", c.width(), c.height(), c.x0, c.y0)
     });
-    let threads = settings.threads.map_or(String::new(), |n| format!(" on {}", counted_always(n, "thread")));
+    let threads = settings.limits.threads.map_or(String::new(), |n| format!(" on {}", counted_always(n, "thread")));
     format!(
         "Rendering {width}x{height} pixels{part}, {}; paths of up to {}; {} filter; seed {}{threads}{}.",
         estimator(settings),
         counted_always(settings.max_bounces as usize, "scattering event"),
         settings.filter,
         settings.seed,
-        settings.time_limit.map_or(String::new(), |limit| format!("; for at most {} s", limit.as_secs_f64())),
+        settings.limits.time.map_or(String::new(), |limit| format!("; for at most {} s", limit.as_secs_f64())),
     )
 }
 
 /// How the integrals are estimated.
 fn estimator(settings: &Settings) -> String {
-    match settings.method {
-        Method::Path => {
-            let roulette = if settings.roulette { "with" } else { "without" };
-            let spp = match settings.spp {
+    match settings.kind() {
+        MethodKind::Path => {
+            let roulette = if settings.roulette() { "with" } else { "without" };
+            let spp = match settings.spp() {
                 Some(n) => format!("{} per pixel", counted_always(n as usize, "sample")),
                 None => "as many samples per pixel as there is time for".into(),
             };
-            let adaptive = if settings.adaptive { ", more where the error is" } else { "" };
+            let adaptive = if settings.adaptive() { ", more where the error is" } else { "" };
             format!(
                 "by the path tracer {roulette} Russian roulette: {spp}{adaptive}, placed by the {} pattern",
                 settings.pattern
             )
         }
-        Method::Distribution => {
+        MethodKind::Distribution => {
             let plans = Effect::ALL.map(|(effect, name)| format!("{name} {}", settings.plans.of(effect)));
-            format!("by the distribution tracer: {} points, {}", settings.combine, plans.join(", "))
+            format!("by the distribution tracer: {} points, {}", settings.combine(), plans.join(", "))
         }
     }
 }

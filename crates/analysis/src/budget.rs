@@ -21,7 +21,7 @@ use dapple_integrator::camera::Camera;
 use dapple_integrator::forecast::present_in;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Combine, Effect, Method, Plans, Settings, Variances};
+use dapple_integrator::{Combine, Effect, MethodKind, Plans, Settings, Variances};
 use pilot::Pilot;
 use std::time::{Duration, Instant};
 pub use wanted::NARROW;
@@ -91,13 +91,11 @@ pub fn budget(
     let wanted = Wanted { limit, confidence, start, time };
     let variances = wanted.variances(&pilot, &present);
     let shares = shares(&variances, &present, confidence);
-    let tree = Settings { method: Method::Distribution, ..settings.clone() };
+    let tree = settings.clone().with_method(MethodKind::Distribution);
     let tree = Settings {
-        combine: Combine::Nested,
-        secondary: 1,
         plans: plans(&tree.plans, &sum(&variances)),
         ..tree
-    };
+}.with_distribution(|d| d.combine = Combine::Nested).with_distribution(|d| d.secondary = 1);
     let predictions = vec![wanted.path(&pilot, settings), wanted.tree(&pilot, &tree, &present)];
     Budget { error_limit: limit, mean: pilot.mean, effects: shares, predictions }
 }

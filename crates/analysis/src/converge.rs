@@ -19,7 +19,7 @@ pub use reference::Reference;
 
 use dapple_integrator::camera::Camera;
 use dapple_integrator::sampling::{Pattern, Plan};
-use dapple_integrator::{Effect, Method, Settings};
+use dapple_integrator::{Effect, MethodKind, Settings};
 
 /// A method whose error is looked at.
 #[derive(Clone, Debug)]
@@ -38,34 +38,34 @@ impl Run {
     /// Whether the first n points are the same however many follow: then one render shows all counts.
     pub fn is_sequence(&self) -> bool {
         let sequence = matches!(self.settings.pattern, Pattern::Sobol | Pattern::Random);
-        self.settings.method == Method::Path && sequence
+        self.settings.kind() == MethodKind::Path && sequence
     }
 
     /// From one count to the next: two-dimensional grids stay square.
     pub fn growth(&self) -> u32 {
-        if self.settings.method == Method::Distribution { 4 } else { 2 }
+        if self.settings.kind() == MethodKind::Distribution { 4 } else { 2 }
     }
 
     /// What grows.
     pub fn varied(&self) -> String {
-        match self.settings.method {
-            Method::Path => "spp".into(),
-            Method::Distribution => self.vary.to_string(),
+        match self.settings.kind() {
+            MethodKind::Path => "spp".into(),
+            MethodKind::Distribution => self.vary.to_string(),
         }
     }
 
     /// The points' pattern: of the path, or of the integral that varies.
     pub fn pattern(&self) -> Pattern {
-        match self.settings.method {
-            Method::Path => self.settings.pattern,
-            Method::Distribution => self.settings.plans.of(self.vary).pattern,
+        match self.settings.kind() {
+            MethodKind::Path => self.settings.pattern,
+            MethodKind::Distribution => self.settings.plans.of(self.vary).pattern,
         }
     }
 
     /// The settings for `count` samples of independent render `seed`.
     pub fn settings(&self, count: u32, seed: u64) -> Settings {
-        let mut settings = Settings { seed, spp: Some(count), time_limit: None, ..self.settings.clone() };
-        if settings.method == Method::Distribution {
+        let mut settings = Settings { seed, ..self.settings.clone() }.with_time_limit(None).with_spp(count);
+        if settings.kind() == MethodKind::Distribution {
             let pattern = self.pattern();
             *settings.plans.of_mut(self.vary) = Plan::new(count, pattern);
         }

@@ -31,7 +31,7 @@ pub use verdict::{SHARE, Verdict};
 use crate::statistics;
 use dapple_integrator::camera::Film;
 use dapple_integrator::sampling::Pattern;
-use dapple_integrator::{Effect, Method, Settings};
+use dapple_integrator::{Effect, MethodKind, Settings};
 
 /// A picture's error by its own account, as relative RMSE.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -76,13 +76,13 @@ impl Way {
     /// For the points of `settings`.
     pub fn of(settings: &Settings) -> Self {
         let grid = |e| settings.plans.of(e).pattern == Pattern::Grid && !settings.plans.is_off(e);
-        match (settings.method, settings.pattern) {
+        match (settings.kind(), settings.pattern) {
             _ if !settings.picture => Self::None,
-            (Method::Path, Pattern::Random) => Self::Within,
-            (Method::Path, Pattern::Grid) => Self::None,
-            (Method::Path, _) => Self::Replicate,
-            (Method::Distribution, _) if Effect::ALL.iter().any(|(e, _)| grid(*e)) => Self::None,
-            (Method::Distribution, _) => Self::Replicate,
+            (MethodKind::Path, Pattern::Random) => Self::Within,
+            (MethodKind::Path, Pattern::Grid) => Self::None,
+            (MethodKind::Path, _) => Self::Replicate,
+            (MethodKind::Distribution, _) if Effect::ALL.iter().any(|(e, _)| grid(*e)) => Self::None,
+            (MethodKind::Distribution, _) => Self::Replicate,
         }
     }
 }

@@ -116,7 +116,7 @@ pub(crate) fn irradiance_meter() -> SceneBuilder {
 
 /// A square picture.
 pub(crate) fn square(side: u32, spp: u32) -> Settings {
-    Settings { size: (side, side), spp: Some(spp), ..Settings::default() }
+    Settings { size: (side, side), ..Settings::default() }.with_spp(spp)
 }
 
 /// The picture of the scene's first camera.

@@ -14,7 +14,7 @@ use dapple_integrator::geometry::Mesh;
 use dapple_integrator::imaging::Image;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::{CameraPose, Scene, SceneBuilder, TexturedMaterial};
-use dapple_integrator::{Effect, Method, Plans, Settings, render};
+use dapple_integrator::{Effect, MethodKind, Plans, Settings, render};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use std::ops::ControlFlow;
 
@@ -104,27 +104,24 @@ fn seen(p: [f64; 2]) -> Vec<[f64; 2]> {
     kept
 }
 
-fn settings(method: Method, pattern: Pattern, count: u32) -> Settings {
+fn settings(method: MethodKind, pattern: Pattern, count: u32) -> Settings {
     let light = Plan::new(count, pattern);
     let plans = Plans { pixel: Plan::OFF, light, diffuse: Plan::OFF, ..Plans::default() };
     let spp = Some(count);
     Settings {
-        method,
         pattern,
         plans,
-        spp,
         max_bounces: 1,
         size: (SIDE, SIDE),
-        threads: Some(2),
         ..Settings::default()
-    }
+}.with_method(method).with_threads(2).with_spp(spp)
 }
 
 /// The slope from 16 to 1024 points, over seeds.
 fn fitted(
     scene: &Scene,
     reference: &Reference,
-    method: Method,
+    method: MethodKind,
     pattern: Pattern,
 ) -> dapple_analysis::statistics::Interval {
     let run = Run {
@@ -149,7 +146,7 @@ fn slopes_are_those_of_theory() {
         for (pattern, expected) in
             [(Pattern::Random, random), (Pattern::Stratified, stratified), (Pattern::Sobol, sobol)]
         {
-            for method in [Method::Path, Method::Distribution] {
+            for method in [MethodKind::Path, MethodKind::Distribution] {
                 let found = fitted(&scene, &reference, method, pattern);
                 println!("screen {screen}, {method:?}, {pattern}: {found:?}, expected {expected}");
                 // The table's own tolerance; the interval must be narrow enough to tell the rates apart.
@@ -169,10 +166,10 @@ fn stated_errors_are_the_true_ones() {
     for screen in [false, true] {
         let (scene, exact) = (scene(screen), exact(screen));
         for (method, pattern) in [
-            (Method::Path, Pattern::Random),
-            (Method::Path, Pattern::Stratified),
-            (Method::Path, Pattern::Sobol),
-            (Method::Distribution, Pattern::Stratified),
+            (MethodKind::Path, Pattern::Random),
+            (MethodKind::Path, Pattern::Stratified),
+            (MethodKind::Path, Pattern::Sobol),
+            (MethodKind::Distribution, Pattern::Stratified),
         ] {
             let (mut stated, mut truth, mut held) = (0.0, 0.0, 0);
             for seed in 0..40 {

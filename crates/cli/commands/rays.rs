@@ -7,7 +7,7 @@ use crate::options::RenderOptions;
 use crate::{effects, report, settings_file, values};
 use clap::ArgMatches;
 use dapple_integrator::forecast::{Forecast, Row, present_in};
-use dapple_integrator::{Effect, Method, Settings, forecast};
+use dapple_integrator::{Effect, MethodKind, Settings, forecast};
 use serde_json::{Value, json};
 
 /// The columns of a row, with the names of the effects they belong to.
@@ -64,20 +64,20 @@ impl Told<'_> {
     }
 
     fn method(&self) -> String {
-        let name = values::method_name(self.settings.method);
-        match self.settings.method {
-            Method::Path if self.settings.spp.is_none() => format!("{name}, for one sample per pixel"),
-            Method::Path => name.into(),
-            Method::Distribution => format!("{name}, {}", self.settings.combine),
+        let name = values::method_name(self.settings.kind());
+        match self.settings.kind() {
+            MethodKind::Path if self.settings.spp().is_none() => format!("{name}, for one sample per pixel"),
+            MethodKind::Path => name.into(),
+            MethodKind::Distribution => format!("{name}, {}", self.settings.combine()),
         }
     }
 
     /// Where the camera rays come from, and what the scene does not have.
     fn outer(&self) -> String {
         let [pixel, lens, time] = self.forecast.outer;
-        let points = match self.settings.method {
-            Method::Path => format!("{pixel} samples"),
-            Method::Distribution => format!("{pixel} pixel x {lens} lens x {time} time"),
+        let points = match self.settings.kind() {
+            MethodKind::Path => format!("{pixel} samples"),
+            MethodKind::Distribution => format!("{pixel} pixel x {lens} lens x {time} time"),
         };
         let rays = self.forecast.rows.first().map_or(0.0, |row| row.arriving);
         let absent = Effect::ALL.into_iter().filter(|(effect, _)| !self.present.contains(effect));
@@ -91,9 +91,9 @@ impl Told<'_> {
     /// The columns that belong to the method.
     fn columns(&self) -> Vec<&'static str> {
         let path = |name: &&str| matches!(*name, "light" | "path");
-        match self.settings.method {
-            Method::Path => COLUMNS.into_iter().filter(path).collect(),
-            Method::Distribution => COLUMNS.into_iter().filter(|name| *name != "path").collect(),
+        match self.settings.kind() {
+            MethodKind::Path => COLUMNS.into_iter().filter(path).collect(),
+            MethodKind::Distribution => COLUMNS.into_iter().filter(|name| *name != "path").collect(),
         }
     }
 
@@ -110,12 +110,12 @@ impl Told<'_> {
             self.columns().into_iter().for_each(|name| line[name] = json!(cell(row, name)));
             line
         });
-        let combine = match self.settings.method {
-            Method::Path => Value::Null,
-            Method::Distribution => self.settings.combine.to_string().into(),
+        let combine = match self.settings.kind() {
+            MethodKind::Path => Value::Null,
+            MethodKind::Distribution => self.settings.combine().to_string().into(),
         };
         json!({
-            "method": values::method_name(self.settings.method), "combine": combine,
+            "method": values::method_name(self.settings.kind()), "combine": combine,
             "outer": { "pixel": pixel, "lens": lens, "time": time },
             "depths": depths.collect::<Vec<_>>(), "deeper": self.forecast.deeper,
             "rays_per_pixel": self.forecast.total(), "is_upper_bound": true, "width": w, "height": h,

@@ -14,7 +14,7 @@ use crate::{effects, interrupt, machine, metadata, metering, retrace, settings_f
 use clap::ArgMatches;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
-use dapple_integrator::{Method, Outcome, Settings, Stats, render_watched};
+use dapple_integrator::{MethodKind, Outcome, Settings, Stats, render_watched};
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -73,16 +73,11 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
     let size = load::size(options, view);
     let default = Settings::default();
     let mut settings = Settings {
-        method: options.method.unwrap_or_default(),
         size: (size.width, size.height),
         crop: load::rect(options, size)?,
-        spp: options.samples(),
-        time_limit: options.time_limit,
         pattern: options.pattern.unwrap_or_default(),
         max_bounces: options.max_bounces.unwrap_or(default.max_bounces),
-        roulette: !RenderOptions::is(options.no_roulette),
         seed: options.seed.unwrap_or(0),
-        threads: Some(machine::threads(options.threads)),
         filter: options.filter.unwrap_or_default(),
         aovs: options.aov.clone().unwrap_or_default(),
         picture: options.shows_picture(),
@@ -92,14 +87,13 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         transparent_shadows: RenderOptions::is(options.transparent_shadows),
         transparent: RenderOptions::is(options.transparent),
         backfaces: options.backfaces(),
-        adaptive: RenderOptions::is(options.adaptive),
         ..default
-    };
+}.with_method(options.method.unwrap_or_default()).with_time_limit(options.time_limit).with_threads(machine::threads(options.threads)).with_spp(options.samples()).with_path(|p| p.roulette = !RenderOptions::is(options.no_roulette)).with_path(|p| p.adaptive = RenderOptions::is(options.adaptive));
     check_adaptive(&settings)?;
     effects::lay(options, &mut settings)?;
-    if settings.method == Method::Distribution && options.error_limit.is_some() {
+    if settings.kind() == MethodKind::Distribution && options.error_limit.is_some() {
         // It goes over its points again only while there is time.
-        settings.time_limit = settings.time_limit.or(Some(CENTURY));
+        settings.limits.time = settings.limits.time.or(Some(CENTURY));
     }
     Ok(settings)
 }
@@ -120,8 +114,8 @@ fn check_log(options: &RenderOptions) -> Result<(), Failure> {
 fn check_adaptive(settings: &Settings) -> Result<(), Failure> {
     let refuse = |why: &str| Err(Failure::Arguments(format!("--adaptive: {why}")));
     match settings.pattern {
-        _ if !settings.adaptive => Ok(()),
-        _ if settings.method == Method::Distribution => {
+        _ if !settings.adaptive() => Ok(()),
+        _ if settings.kind() == MethodKind::Distribution => {
             refuse("the distribution tracer gives every pixel its plans' points; use --method path")
         }
         Pattern::Stratified | Pattern::Grid => {
@@ -191,8 +185,8 @@ fn draw(
 /// The settings with what of the time limit is for rendering: the rest is needed to measure the error.
 fn in_time(settings: &Settings, options: &RenderOptions) -> Settings {
     let share = if tells_error(options) { ErrorWatch::share_of_time(settings) } else { 0.0 };
-    let time_limit = settings.time_limit.map(|limit| limit.mul_f64(1.0 - share));
-    Settings { time_limit, ..settings.clone() }
+    let time_limit = settings.limits.time.map(|limit| limit.mul_f64(1.0 - share));
+    settings.clone().with_time_limit(time_limit)
 }
 
 /// Whether anyone hears of the error: to find it out takes time.

@@ -2,23 +2,20 @@
 //! of. Prints the mean, so that nothing can be left out.
 
 use dapple_integrator::scene::builtin;
-use dapple_integrator::{Method, Settings, render};
+use dapple_integrator::{MethodKind, Settings, render};
 use std::ops::ControlFlow;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let method = match std::env::args().nth(1).as_deref() {
-        Some("distribution") => Method::Distribution,
-        _ => Method::Path,
+        Some("distribution") => MethodKind::Distribution,
+        _ => MethodKind::Path,
     };
     let scene = builtin::builtin("cornell").ok_or("no such scene")?.build()?;
     let settings = Settings {
-        method,
         size: (24, 24),
-        spp: Some(64),
-        threads: Some(1),
         max_bounces: 4,
         ..Settings::default()
-    };
+}.with_method(method).with_threads(1).with_spp(64);
     let outcome = render(&scene, &scene.cameras[0].camera, &settings, &|_| ControlFlow::Continue(()));
     println!("{}", outcome.film.mean().mean());
     Ok(())

@@ -5,7 +5,7 @@ use crate::distribution::light_plan;
 use crate::effects::Effect;
 use crate::kernel::Job;
 use crate::kinds::{Kinds, Width};
-use crate::settings::{Method, Settings};
+use crate::settings::{MethodKind, Settings};
 use dapple_camera::Camera;
 use dapple_lights::Light;
 use dapple_sampling::Plan;
@@ -83,14 +83,14 @@ pub fn present_in(scene: &Scene, camera: &Camera, settings: &Settings) -> Vec<Ef
 /// The forecast for these settings.
 pub fn forecast(scene: &Scene, camera: &Camera, settings: &Settings) -> Forecast {
     let job = Job::new(scene, camera, settings);
-    match settings.method {
-        Method::Path => of_paths(settings, scene),
-        Method::Distribution => of_trees(&job),
+    match settings.kind() {
+        MethodKind::Path => of_paths(settings, scene),
+        MethodKind::Distribution => of_trees(&job),
     }
 }
 
 fn of_paths(settings: &Settings, scene: &Scene) -> Forecast {
-    let n = f64::from(settings.spp.unwrap_or(1));
+    let n = f64::from(settings.spp().unwrap_or(1));
     let aims = if scene.light_choice.is_some() { n } else { 0.0 };
     let bounces = settings.bounces();
     let rows = (0..=bounces.min(LISTED)).map(|depth| match depth {
@@ -98,7 +98,7 @@ fn of_paths(settings: &Settings, scene: &Scene) -> Forecast {
         _ => Row { arriving: n, light: aims, path: n, ..Row::default() },
     });
     let deeper = f64::from(bounces.saturating_sub(LISTED + 1)) * (aims + n);
-    Forecast { outer: [settings.spp.unwrap_or(1), 1, 1], rows: rows.collect(), deeper }
+    Forecast { outer: [settings.spp().unwrap_or(1), 1, 1], rows: rows.collect(), deeper }
 }
 
 fn of_trees(job: &Job<'_>) -> Forecast {

@@ -9,7 +9,7 @@ use crate::needs::Needs;
 use crate::path::{self, Follow};
 use crate::places::Integrals;
 use crate::sample::Sample;
-use crate::settings::{Method, Settings};
+use crate::settings::{MethodKind, Settings};
 use crate::tile::FirstHit;
 use crate::visibility::{Cutout, Solid, Visibility};
 use dapple_camera::{Aperture, Camera, Lens};
@@ -154,22 +154,22 @@ pub(crate) fn choose(job: &Job<'_>) -> (Kernel, &'static str) {
             || job.settings.transparent
             || job.settings.aovs.iter().any(|aov| aov.needs_first_hit()));
     if job.is_plain() && !watched {
-        return match (job.settings.method, alpha) {
-            (Method::Path, false) => (path_plain, "path"),
-            (Method::Path, true) => (path_plain_alpha, "path+alpha"),
-            (Method::Distribution, false) => (distribution_plain, "distribution"),
-            (Method::Distribution, true) => (distribution_plain_alpha, "distribution+alpha"),
+        return match (job.settings.kind(), alpha) {
+            (MethodKind::Path, false) => (path_plain, "path"),
+            (MethodKind::Path, true) => (path_plain_alpha, "path+alpha"),
+            (MethodKind::Distribution, false) => (distribution_plain, "distribution"),
+            (MethodKind::Distribution, true) => (distribution_plain_alpha, "distribution+alpha"),
         };
     }
-    match (job.settings.method, alpha, watched) {
-        (Method::Path, false, false) => (path_solid, "path"),
-        (Method::Path, false, true) => (path_solid_watched, "path+first-hit"),
-        (Method::Path, true, false) => (path_alpha, "path+alpha"),
-        (Method::Path, true, true) => (path_alpha_watched, "path+alpha+first-hit"),
-        (Method::Distribution, false, false) => (distribution_solid, "distribution"),
-        (Method::Distribution, false, true) => (distribution_solid_watched, "distribution+first-hit"),
-        (Method::Distribution, true, false) => (distribution_alpha, "distribution+alpha"),
-        (Method::Distribution, true, true) => (distribution_alpha_watched, "distribution+alpha+first-hit"),
+    match (job.settings.kind(), alpha, watched) {
+        (MethodKind::Path, false, false) => (path_solid, "path"),
+        (MethodKind::Path, false, true) => (path_solid_watched, "path+first-hit"),
+        (MethodKind::Path, true, false) => (path_alpha, "path+alpha"),
+        (MethodKind::Path, true, true) => (path_alpha_watched, "path+alpha+first-hit"),
+        (MethodKind::Distribution, false, false) => (distribution_solid, "distribution"),
+        (MethodKind::Distribution, false, true) => (distribution_solid_watched, "distribution+first-hit"),
+        (MethodKind::Distribution, true, false) => (distribution_alpha, "distribution+alpha"),
+        (MethodKind::Distribution, true, true) => (distribution_alpha_watched, "distribution+alpha+first-hit"),
     }
 }
 
@@ -221,11 +221,11 @@ pub(crate) fn followed<F: Follow>(
     follow: &mut F,
     rays: &mut u64,
 ) -> (Vec3, f32) {
-    match (job.settings.method, job.asks_alpha()) {
-        (Method::Path, false) => path_sample(job, solid(job), pixel, index, follow, rays),
-        (Method::Path, true) => path_sample(job, cutout::<false>(job), pixel, index, follow, rays),
-        (Method::Distribution, false) => pixel_point(job, solid(job), pixel, index, follow, rays),
-        (Method::Distribution, true) => pixel_point(job, cutout::<false>(job), pixel, index, follow, rays),
+    match (job.settings.kind(), job.asks_alpha()) {
+        (MethodKind::Path, false) => path_sample(job, solid(job), pixel, index, follow, rays),
+        (MethodKind::Path, true) => path_sample(job, cutout::<false>(job), pixel, index, follow, rays),
+        (MethodKind::Distribution, false) => pixel_point(job, solid(job), pixel, index, follow, rays),
+        (MethodKind::Distribution, true) => pixel_point(job, cutout::<false>(job), pixel, index, follow, rays),
     }
 }
 

@@ -63,7 +63,7 @@ pub use render::{
     render_watched,
 };
 pub use replay::{PathVertex, replay};
-pub use settings::{Method, Settings};
+pub use settings::{DistributionSettings, Limits, MethodKind, MethodKind, PathSettings, Settings};
 pub use spread::{PILOT, Spread};
 pub use tail::Tail;
 pub use variances::{Variances, variances};

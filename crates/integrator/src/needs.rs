@@ -50,7 +50,7 @@ impl Needs {
             light_point: aimed.iter().any(has_points),
             lobe: scatters && kinds.iter().any(|k| k.count() > 1),
             direction: scatters && kinds.iter().any(Kinds::spreads),
-            roulette: settings.roulette && settings.bounces() > ROULETTE_FROM,
+            roulette: settings.roulette() && settings.bounces() > ROULETTE_FROM,
         }
     }
 

@@ -153,7 +153,7 @@ pub(crate) fn li<V: Visibility, F: Follow>(
             return radiance;
         }
         ray = if V::PLAIN { next.ray } else { state.arrival.ending(next.ray) };
-        if settings.roulette
+        if settings.roulette()
             && depth >= ROULETTE_FROM
             && !state.survives(sample.point_1d(depth, Dimension::Roulette))
         {

@@ -36,7 +36,7 @@ impl Integrals {
     /// tend to the truth.
     pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Self {
         let n = settings.plans.pixel.count().max(1);
-        let paired = settings.combine == Combine::Paired;
+        let paired = settings.combine() == Combine::Paired;
         let present = |effect| match effect {
             Effect::Lens => camera.lens.is_some_and(|lens| lens.radius > 0.0),
             Effect::Time => moves(scene),
@@ -60,7 +60,7 @@ impl Integrals {
         Self {
             first,
             below,
-            combine: settings.combine,
+            combine: settings.combine(),
             sky: [sky, lower(sky)],
             unfollowed: first.is_off(Effect::Diffuse),
         }
@@ -234,7 +234,7 @@ mod tests {
         settings.plans.light = Plan::new(9, Pattern::Grid);
         settings.plans.diffuse = Plan::new(4, Pattern::Sobol);
         let integrals = |secondary, combine| {
-            let settings = Settings { secondary, combine, ..settings.clone() };
+            let settings = settings.clone().with_distribution(|d| d.combine = combine).with_distribution(|d| d.secondary = secondary);
             Integrals::new(&scene, &scene.cameras[0].camera, &settings)
         };
         let nested = integrals(1, Combine::Nested);

@@ -7,7 +7,7 @@ use crate::effects::{Combine, Effect};
 use crate::first_hit::Backfaces;
 use crate::kernel::{self, Job};
 use crate::kinds::{Kinds, Width};
-use crate::settings::{Method, Settings};
+use crate::settings::{MethodKind, Settings};
 use crate::tile::FirstHits;
 use dapple_camera::Camera;
 use dapple_lights::Light;
@@ -35,7 +35,7 @@ pub struct LeftOut {
 #[derive(Clone, Debug)]
 pub struct RenderPlan {
     /// Which tracer.
-    pub method: Method,
+    pub method: MethodKind,
     /// Sample kernel and traversal kernel.
     pub kernel: String,
     /// Decisions once per camera ray.
@@ -69,7 +69,7 @@ pub fn plan(scene: &Scene, camera: &Camera, settings: &Settings) -> RenderPlan {
     let watched = name.contains("first-hit");
     let triangles = scene.survey.triangles;
     RenderPlan {
-        method: settings.method,
+        method: settings.kind(),
         kernel: format!("{name}/{}", scene.world.kernel().name()),
         camera: camera_decisions(&job),
         bounce: bounce_decisions(&job),
@@ -94,7 +94,7 @@ fn camera_decisions(job: &Job<'_>) -> Vec<Decision> {
 
 fn bounce_decisions(job: &Job<'_>) -> Vec<Decision> {
     let n = &job.needs;
-    let path = job.settings.method == Method::Path;
+    let path = job.settings.kind() == MethodKind::Path;
     let sky = job.has_no_interreflection() && job.scene.environment.is_some();
     chosen(&[
         (n.lobe && path, "lobe", 1),
@@ -132,11 +132,11 @@ fn lights(job: &Job<'_>) -> String {
 
 fn aimed(job: &Job<'_>) -> String {
     let count = job.scene.lights.len();
-    match (job.needs.next_event, job.settings.method) {
+    match (job.needs.next_event, job.settings.kind()) {
         (false, _) => "found by rays alone".into(),
-        (true, Method::Distribution) => format!("each of {count} aimed at"),
-        (true, Method::Path) if !job.needs.light_choice => "the one light aimed at".into(),
-        (true, Method::Path) => format!("one of {count} aimed at, chosen by what it could send"),
+        (true, MethodKind::Distribution) => format!("each of {count} aimed at"),
+        (true, MethodKind::Path) if !job.needs.light_choice => "the one light aimed at".into(),
+        (true, MethodKind::Path) => format!("one of {count} aimed at, chosen by what it could send"),
     }
 }
 
@@ -178,13 +178,13 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
     );
     leave(job.asks_alpha(), "alpha tests", "every surface is solid");
     leave(n.next_event, "next-event estimation and its dimensions", no_next_event(job, kinds));
-    if n.next_event && job.settings.method == Method::Path {
+    if n.next_event && job.settings.kind() == MethodKind::Path {
         leave(n.light_choice, "light-choice dimension, light tree", "there is one light to aim at");
     }
     if n.next_event {
         leave(n.light_point, "light-point dimension", "every light is a point");
     }
-    if job.settings.method == Method::Path {
+    if job.settings.kind() == MethodKind::Path {
         leave(n.lobe, "lobe dimension", "every surface has one lobe");
         leave(n.roulette, "roulette dimension", "paths end before it begins, or it is switched off");
     }
@@ -207,7 +207,7 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
     );
     leave(watched, "first-hit buffers", "no layer asks for them");
     leave(
-        job.settings.combine == Combine::Paired,
+        job.settings.combine() == Combine::Paired,
         "pairing of strata",
         "integrals are nested, or there is one",
     );

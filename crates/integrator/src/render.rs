@@ -227,7 +227,7 @@ fn finish(job: &Job<'_>, tiles: Vec<Tile>, mut stats: Stats, spread: Option<Arc<
 
 #[cfg(feature = "parallel")]
 fn thread_count(settings: &Settings) -> usize {
-    settings.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into)).max(1)
+    settings.limits.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into)).max(1)
 }
 
 #[cfg(not(feature = "parallel"))]

@@ -8,43 +8,96 @@ use dapple_camera::Filter;
 use dapple_math::PixelRect;
 use dapple_sampling::{Pattern, Plan};
 use glam::Vec3;
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Who sums over what.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The integrator that renders, with the settings that it alone has.
+#[derive(Clone, Debug)]
 pub enum Method {
     /// The whole path is randomised, all integrals at once.
+    Path(PathSettings),
+    /// Every effect is an explicit integral with its own sample count and estimator.
+    Distribution(DistributionSettings),
+}
+
+/// Which integrator renders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MethodKind {
+    /// The path tracer.
     #[default]
     Path,
-    /// Every effect is an explicit integral with its own sample count and estimator.
+    /// The distribution ray tracer.
     Distribution,
+}
+
+/// Settings of the path tracer alone.
+#[derive(Clone, Debug)]
+pub struct PathSettings {
+    /// Sample indices of every pixel. A range that ends at `u32::MAX` has no end: time or the caller stops the render.
+    pub samples: Range<u32>,
+    /// Russian roulette; without it paths end only at `max_bounces` or when they carry nothing.
+    pub roulette: bool,
+    /// With `Sobol` or `Random` points: after the first [`crate::PILOT`] samples, further ones go where the error is. The
+    /// number of samples is then the mean over the image.
+    pub adaptive: bool,
+    /// Shares of the samples that another render decided on; then `adaptive` has nothing to decide.
+    pub spread: Option<Arc<Spread>>,
+}
+
+impl Default for PathSettings {
+    fn default() -> Self {
+        Self { samples: 0..64, roulette: true, adaptive: false, spread: None }
+    }
+}
+
+/// Settings of the distribution ray tracer alone; the points of its integrals are in [`Settings::plans`].
+#[derive(Clone, Debug)]
+pub struct DistributionSettings {
+    /// A round takes every pixel once through all points of its plan; further rounds have points of their own. A range
+    /// that ends at `u32::MAX` has no end.
+    pub rounds: Range<u32>,
+    /// Points over the environment where `plans.light` is off, which leaves the environment as it is. Else the environment
+    /// has the light's points.
+    pub sky: Plan,
+    /// How the integrals are put together.
+    pub combine: Combine,
+    /// Points of each integral below the first hit, nested.
+    pub secondary: u32,
+}
+
+impl Default for DistributionSettings {
+    fn default() -> Self {
+        Self { rounds: 0..1, sky: Plans::default().light, combine: Combine::Nested, secondary: 1 }
+    }
+}
+
+/// What ends a render before it has all samples, and what it may use. Changes no bit of what every pixel has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Limits {
+    /// Stop after this long, within a sample; what is kept is what all pixels have (see [`mod@crate::render`]).
+    pub time: Option<Duration>,
+    /// Worker threads; `None` = all the system grants.
+    pub threads: Option<usize>,
 }
 
 /// What to render and how; `Settings::default()` is the command line's default at 512×512.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// Which tracer.
+    /// Which integrator, with what it alone needs.
     pub method: Method,
+    /// Time and threads.
+    pub limits: Limits,
     /// Full picture, in pixels.
     pub size: (u32, u32),
     /// Part of the picture to render; its pixels equal the full picture's.
     pub crop: Option<PixelRect>,
-    /// Samples per pixel of the path tracer. `None`: no limit (then `time_limit` must be set). The distribution tracer
-    /// goes over its points once, or again and again while `time_limit` lasts.
-    pub spp: Option<u32>,
-    /// Stop after this long, within a sample; what is kept is what all pixels have (see [`mod@crate::render`]).
-    pub time_limit: Option<Duration>,
     /// How the points of each dimension are laid out.
     pub pattern: Pattern,
     /// Scattering events: 0 = emitters seen directly, 1 = direct light.
     pub max_bounces: u32,
-    /// Russian roulette; without it paths end only at `max_bounces` or when they carry nothing.
-    pub roulette: bool,
     /// Which of the independent renders.
     pub seed: u64,
-    /// Worker threads; `None` = all the system grants. Changes no bit of the picture.
-    pub threads: Option<usize>,
     /// Pixel filter.
     pub filter: Filter,
     /// Extra layers.
@@ -60,15 +113,8 @@ pub struct Settings {
     /// Which rays meet the back faces of single-sided materials.
     pub backfaces: Backfaces,
     /// Points of each of the distribution tracer's integrals; those with none are off in both tracers. The path tracer
-    /// takes `spp` samples of all at once, the distribution tracer as many as the pixel has points.
+    /// takes its samples of all at once, the distribution tracer as many as the pixel has points.
     pub plans: Plans,
-    /// The distribution tracer's points over the environment where `plans.light` is off, which leaves the environment as
-    /// it is. Else the environment has the light's points.
-    pub sky: Plan,
-    /// How the distribution tracer's integrals are put together.
-    pub combine: Combine,
-    /// Points of each integral below the first hit, nested.
-    pub secondary: u32,
     /// Constant radiance that diffuse surfaces get from all around when interreflection is off. *Approximation*: stands
     /// in for the light that would have come by way of other surfaces.
     pub ambient: Vec3,
@@ -88,11 +134,6 @@ pub struct Settings {
     pub transparent_shadows: bool,
     /// Which of the two strategies for direct light take part; for tests and teaching.
     pub strategy: Strategy,
-    /// Path tracer with `Sobol` or `Random` points: after the first [`crate::PILOT`] samples, further ones go where the
-    /// error is. `spp` is then their mean over the picture.
-    pub adaptive: bool,
-    /// Shares of the samples that another render decided on; then `adaptive` has nothing to decide.
-    pub spread: Option<Arc<Spread>>,
 }
 
 /// How light that falls directly on a surface is found.
@@ -110,38 +151,128 @@ pub enum Strategy {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            method: Method::Path,
+            method: Method::Path(PathSettings::default()),
+            limits: Limits::default(),
             size: (512, 512),
             crop: None,
-            spp: Some(64),
-            time_limit: None,
             pattern: Pattern::Sobol,
             max_bounces: 16,
-            roulette: true,
             seed: 0,
-            threads: None,
             filter: Filter::default(),
             aovs: Vec::new(),
             picture: true,
             transparent: false,
             backfaces: Backfaces::Camera,
             plans: Plans::default(),
-            sky: Plans::default().light,
-            combine: Combine::Nested,
-            secondary: 1,
             ambient: Vec3::ZERO,
             general: false,
             clamp: None,
             soft_terminator: true,
             transparent_shadows: false,
             strategy: Strategy::Both,
-            adaptive: false,
-            spread: None,
         }
     }
 }
 
 impl Settings {
+    /// Defaults of the distribution ray tracer.
+    pub fn distribution() -> Self {
+        Self { method: Method::Distribution(DistributionSettings::default()), ..Self::default() }
+    }
+
+    /// Which integrator renders.
+    pub fn kind(&self) -> MethodKind {
+        match self.method {
+            Method::Path(_) => MethodKind::Path,
+            Method::Distribution(_) => MethodKind::Distribution,
+        }
+    }
+
+    /// Settings of the path tracer, if that renders.
+    pub fn path_tracer(&self) -> Option<&PathSettings> {
+        match &self.method {
+            Method::Path(path) => Some(path),
+            Method::Distribution(_) => None,
+        }
+    }
+
+    /// As [`path_tracer`](Self::path_tracer), to be changed.
+    pub fn path_tracer_mut(&mut self) -> Option<&mut PathSettings> {
+        match &mut self.method {
+            Method::Path(path) => Some(path),
+            Method::Distribution(_) => None,
+        }
+    }
+
+    /// Settings of the distribution ray tracer, if that renders.
+    pub fn distribution_tracer(&self) -> Option<&DistributionSettings> {
+        match &self.method {
+            Method::Path(_) => None,
+            Method::Distribution(distribution) => Some(distribution),
+        }
+    }
+
+    /// As [`distribution_tracer`](Self::distribution_tracer), to be changed.
+    pub fn distribution_tracer_mut(&mut self) -> Option<&mut DistributionSettings> {
+        match &mut self.method {
+            Method::Path(_) => None,
+            Method::Distribution(distribution) => Some(distribution),
+        }
+    }
+
+    /// The same with another integrator, which gets its defaults; nothing changes if it renders already.
+    #[must_use]
+    pub fn with_method(mut self, kind: MethodKind) -> Self {
+        if self.kind() != kind {
+            self.method = match kind {
+                MethodKind::Path => Method::Path(PathSettings::default()),
+                MethodKind::Distribution => Method::Distribution(DistributionSettings::default()),
+            };
+        }
+        self
+    }
+
+    /// The same with so many samples per pixel of the path tracer, `None` without end. Those of the distribution tracer
+    /// follow from [`Settings::plans`]: there this changes nothing.
+    #[must_use]
+    pub fn with_spp(mut self, spp: impl Into<Option<u32>>) -> Self {
+        if let Some(path) = self.path_tracer_mut() {
+            path.samples = 0..spp.into().unwrap_or(u32::MAX);
+        }
+        self
+    }
+
+    /// The same, stopped after so long. The distribution tracer then takes as many rounds as there is time for.
+    #[must_use]
+    pub fn with_time_limit(mut self, time: impl Into<Option<Duration>>) -> Self {
+        self.limits.time = time.into();
+        let is_limited = self.limits.time.is_some();
+        if let Some(distribution) = self.distribution_tracer_mut() {
+            distribution.rounds = if is_limited { 0..u32::MAX } else { 0..1 };
+        }
+        self
+    }
+
+    /// The same on so many threads, `None` on all that the system grants.
+    #[must_use]
+    pub fn with_threads(mut self, threads: impl Into<Option<usize>>) -> Self {
+        self.limits.threads = threads.into();
+        self
+    }
+
+    /// The same with changes to the path tracer's settings, if that renders.
+    #[must_use]
+    pub fn with_path(mut self, change: impl FnOnce(&mut PathSettings)) -> Self {
+        self.path_tracer_mut().map(change);
+        self
+    }
+
+    /// The same with changes to the distribution tracer's settings, if that renders.
+    #[must_use]
+    pub fn with_distribution(mut self, change: impl FnOnce(&mut DistributionSettings)) -> Self {
+        self.distribution_tracer_mut().map(change);
+        self
+    }
     /// The pixels to render: the crop, or the whole picture.
     pub fn rect(&self) -> PixelRect {
         self.crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: self.size.0, y1: self.size.1 })
@@ -155,28 +286,60 @@ impl Settings {
     /// Samples after which every pixel's estimate is whole: a distribution tracer's strata come in order.
     pub fn round(&self) -> u32 {
         match self.method {
-            Method::Path => 1,
-            Method::Distribution => self.plans.pixel.count().max(1),
+            Method::Path(_) => 1,
+            Method::Distribution(_) => self.plans.pixel.count().max(1),
         }
     }
 
-    /// Most samples per pixel, `None` without limit.
-    pub fn samples(&self) -> Option<u32> {
-        match self.method {
-            Method::Distribution if self.time_limit.is_none() => Some(self.round()),
-            Method::Distribution => None,
-            Method::Path => self.spp,
+    /// Sample indices of every pixel; without end if it ends at `u32::MAX`.
+    pub fn sample_range(&self) -> Range<u32> {
+        match &self.method {
+            Method::Path(path) => path.samples.clone(),
+            Method::Distribution(distribution) => {
+                let Range { start, end } = distribution.rounds;
+                start.saturating_mul(self.round())..end.saturating_mul(self.round())
+            }
         }
+    }
+
+    /// The end of [`sample_range`](Self::sample_range), `None` without end.
+    pub fn samples(&self) -> Option<u32> {
+        Some(self.sample_range().end).filter(|end| *end < u32::MAX)
+    }
+
+    /// Samples per pixel of the path tracer; `None` without end and of the distribution tracer.
+    pub fn spp(&self) -> Option<u32> {
+        self.path_tracer().and_then(|_| self.samples())
+    }
+
+    /// Whether paths end by Russian roulette.
+    pub fn roulette(&self) -> bool {
+        self.path_tracer().is_some_and(|path| path.roulette)
+    }
+
+    /// Whether samples are to go where the error is.
+    pub fn adaptive(&self) -> bool {
+        self.path_tracer().is_some_and(|path| path.adaptive)
+    }
+
+    /// Shares of the samples that another render decided on.
+    pub fn spread(&self) -> Option<&Arc<Spread>> {
+        self.path_tracer().and_then(|path| path.spread.as_ref())
+    }
+
+    /// How the distribution tracer's integrals are put together.
+    pub fn combine(&self) -> Combine {
+        self.distribution_tracer().map_or(Combine::Nested, |distribution| distribution.combine)
     }
 
     /// Whether samples go where the error is.
     pub(crate) fn is_adaptive(&self) -> bool {
         let sequence = matches!(self.pattern, Pattern::Sobol | Pattern::Random);
-        self.adaptive && self.method == Method::Path && sequence && self.spread.is_none()
+        self.adaptive() && sequence && self.spread().is_none()
     }
 
     /// Points per block of the pattern: the sample count, or a fixed block when only time limits the render.
     pub(crate) fn block(&self) -> u32 {
-        self.spp.unwrap_or(16).max(1)
+        self.spp().unwrap_or(16).max(1)
     }
 }

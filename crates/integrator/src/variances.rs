@@ -8,7 +8,7 @@
 
 use crate::effects::{Effect, Plans};
 use crate::kernel::{self, Job};
-use crate::settings::{Method, Settings};
+use crate::settings::{MethodKind, Settings};
 use crate::tile::FirstHit;
 use dapple_camera::Camera;
 use dapple_math::PixelRect;
@@ -76,12 +76,9 @@ pub fn variances(
 fn one_each(settings: &Settings) -> Settings {
     let plans = settings.plans.map(|_, _| Plan::new(1, Pattern::Random));
     Settings {
-        method: Method::Distribution,
-        combine: Default::default(),
-        secondary: 1,
         plans,
         ..settings.clone()
-    }
+}.with_method(MethodKind::Distribution).with_distribution(|d| d.combine = Default::default()).with_distribution(|d| d.secondary = 1)
 }
 
 fn two_of(settings: &Settings, effect: Effect) -> Settings {

@@ -46,11 +46,11 @@ fn differences(scene: &Scene, pattern: Pattern, spp: u32, seeds: u64) -> (Moment
     for seed in 0..seeds {
         let size = (SIDE, SIDE);
         let settings =
-            Settings { size, seed, pattern, max_bounces: 0, threads: Some(1), ..Settings::default() };
-        let pilot = Settings { adaptive: true, spp: Some(dapple_integrator::PILOT), ..settings.clone() };
+            Settings { size, seed, pattern, max_bounces: 0, ..Settings::default() }.with_threads(1);
+        let pilot = settings.clone().with_spp(dapple_integrator::PILOT).with_path(|p| p.adaptive = true);
         let spread = render(scene, camera, &pilot, &|_| ControlFlow::Continue(())).spread;
         let star = |spread| {
-            let settings = Settings { spp: Some(spp), spread, ..settings.clone() };
+            let settings = settings.clone().with_spp(spp).with_path(|p| p.spread = spread);
             render_pixels(scene, camera, &settings, spp, &[STAR])[0].x
         };
         let (adaptive, alike) = (star(spread), star(None));

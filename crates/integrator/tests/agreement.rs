@@ -36,13 +36,12 @@ fn plates() -> Scene {
 fn by_strategy(scene: &Scene, strategy: Strategy, seed: u64) -> Outcome {
     let settings = Settings {
         size: (48, 32),
-        spp: Some(1024),
         seed,
         strategy,
         max_bounces: 2,
         pattern: Pattern::Random,
         ..Settings::default()
-    };
+}.with_spp(1024);
     run(scene, &settings)
 }
 
@@ -110,7 +109,7 @@ fn bits(outcome: &Outcome) -> Vec<[u32; 3]> {
 fn threads_change_no_bit() {
     let scene = plates();
     let settings =
-        |threads| Settings { size: (70, 37), spp: Some(5), threads: Some(threads), ..Settings::default() };
+        |threads| Settings { size: (70, 37), ..Settings::default() }.with_threads(threads).with_spp(5);
     let one = bits(&run(&scene, &settings(1)));
     assert_eq!(one, bits(&run(&scene, &settings(2))));
     assert_eq!(one, bits(&run(&scene, &settings(7))));
@@ -120,7 +119,7 @@ fn threads_change_no_bit() {
 fn a_crop_has_the_full_pictures_pixels() {
     let scene = plates();
     for pattern in [Pattern::Sobol, Pattern::Stratified] {
-        let settings = Settings { size: (64, 48), spp: Some(4), pattern, ..Settings::default() };
+        let settings = Settings { size: (64, 48), pattern, ..Settings::default() }.with_spp(4);
         let full = run(&scene, &settings).film.mean();
         let crop = PixelRect { x0: 11, y0: 7, x1: 43, y1: 30 };
         let part = run(&scene, &Settings { crop: Some(crop), ..settings }).film.mean();
@@ -134,7 +133,7 @@ fn a_crop_has_the_full_pictures_pixels() {
 #[test]
 fn watching_the_first_hit_changes_no_bit() {
     let scene = plates();
-    let settings = Settings { size: (40, 30), spp: Some(3), ..Settings::default() };
+    let settings = Settings { size: (40, 30), ..Settings::default() }.with_spp(3);
     let aovs = dapple_integrator::Aov::ALL.map(|(aov, _)| aov).to_vec();
     let watched = run(&scene, &Settings { aovs, ..settings.clone() });
     assert_eq!(bits(&run(&scene, &settings)), bits(&watched));
@@ -145,7 +144,7 @@ fn watching_the_first_hit_changes_no_bit() {
 #[test]
 fn every_traversal_kernel_gives_the_same_picture() {
     let mut scene = plates();
-    let settings = Settings { size: (40, 30), spp: Some(3), ..Settings::default() };
+    let settings = Settings { size: (40, 30), ..Settings::default() }.with_spp(3);
     let expected = bits(&run(&scene, &settings));
     for kernel in Kernel::available() {
         scene.world = scene.world.with_kernel(kernel);
@@ -156,7 +155,7 @@ fn every_traversal_kernel_gives_the_same_picture() {
 #[test]
 fn replay_returns_the_sample_of_the_render() {
     let scene = plates();
-    let settings = Settings { size: (20, 16), spp: Some(1), ..Settings::default() };
+    let settings = Settings { size: (20, 16), ..Settings::default() }.with_spp(1);
     let picture = run(&scene, &settings).film.mean();
     for (x, y) in [(3, 4), (10, 12), (19, 15)] {
         let (_, radiance) = dapple_integrator::replay(&scene, &scene.cameras[0].camera, &settings, (x, y), 0);

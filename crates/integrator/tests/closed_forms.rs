@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use std::f64::consts::PI;
 
 fn settings(side: u32, spp: u32) -> Settings {
-    Settings { size: (side, side), spp: Some(spp), ..Settings::default() }
+    Settings { size: (side, side), ..Settings::default() }.with_spp(spp)
 }
 
 /// Every wall emits 1 and reflects half: L = 1/(1 − ½) = 2 whatever the size and the place (SCIENCE A01, A02).
@@ -25,7 +25,7 @@ fn furnace(scale: f64, offset: f64, mesh_offset: f32) {
     builder.mesh("cube", cube, transform, wall);
     let scene = builder.build().unwrap();
     // Depth 40 leaves 2^-41 of the light out.
-    let settings = Settings { max_bounces: 40, roulette: false, ..settings(24, 64) };
+    let settings = Settings { max_bounces: 40, ..settings(24, 64) }.with_path(|p| p.roulette = false);
     assert_close(
         &format!("furnace of size {scale} at {offset} + {mesh_offset}"),
         &run(&scene, &settings),

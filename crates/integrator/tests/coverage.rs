@@ -5,7 +5,7 @@ mod common;
 use common::{matte, quad, run, seen, shadeless};
 use dapple_imaging::{Layers, MetaValue};
 use dapple_integrator::camera::{Aperture, Filter, Lens};
-use dapple_integrator::{Aov, Method, Outcome, Settings, render, replay};
+use dapple_integrator::{Aov, MethodKind, Outcome, Settings, render, replay};
 use dapple_lights::Environment;
 use dapple_materials::Material;
 use dapple_sampling::Plan;
@@ -58,8 +58,8 @@ fn scene() -> Scene {
 }
 
 fn methods() -> [Settings; 2] {
-    let path = Settings { size: (20, 16), spp: Some(9), max_bounces: 3, ..Settings::default() };
-    let mut tree = Settings { method: Method::Distribution, ..path.clone() };
+    let path = Settings { size: (20, 16), max_bounces: 3, ..Settings::default() }.with_spp(9);
+    let mut tree = path.clone().with_method(MethodKind::Distribution);
     tree.plans.pixel = "3x3".parse().unwrap();
     tree.plans.lens = Plan::new(4, dapple_sampling::Pattern::Sobol);
     tree.plans.light = Plan::new(1, dapple_sampling::Pattern::Sobol);
@@ -142,7 +142,7 @@ fn a_veil_covers_by_its_alpha() {
 #[test]
 fn replay_sees_no_backdrop() {
     let scene = scene();
-    for settings in methods().map(|s| Settings { transparent: true, spp: Some(1), ..s }) {
+    for settings in methods().map(|s| Settings { transparent: true, ..s }.with_spp(1)) {
         let (camera, pixel) = (&scene.cameras[0].camera, (19, 0));
         assert_eq!(replay(&scene, camera, &settings, pixel, 0).1, Vec3::ZERO);
         let shown = Settings { transparent: false, ..settings };
@@ -220,7 +220,7 @@ fn cryptomatte_holds_exact_shares_of_the_samples() {
             let mut settings = Settings { aovs: vec![Aov::Cryptomatte], size: (7, 5), ..settings };
             if scene.objects.len() > 10 {
                 // Enough samples to meet more than six strips.
-                (settings.spp, settings.plans.pixel) = (Some(36), "6x6".parse().unwrap());
+                (settings.spp(), settings.plans.pixel) = (Some(36), "6x6".parse().unwrap());
             }
             let outcome = run(&scene, &settings);
             let manifests = manifests(&outcome.layers);
@@ -285,7 +285,7 @@ fn what_is_taken_back_covers_nothing() {
     let (scene, [path, _]) = (scene(), methods());
     let settings = Settings { transparent: true, aovs: vec![Aov::Cryptomatte], ..path };
     let none = render(&scene, &scene.cameras[0].camera, &settings, &|_| ControlFlow::Continue(()));
-    let again = Settings { spp: None, ..settings.clone() };
+    let again = settings.clone().with_spp(None);
     let some = dapple_integrator::render_watched(
         &scene,
         &scene.cameras[0].camera,

@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use dapple_integrator::{Method, Outcome, Plans, Settings, forecast, render};
+use dapple_integrator::{MethodKind, Outcome, Plans, Settings, forecast, render};
 use dapple_lights::Environment;
 use dapple_materials::{Material, Mirror};
 use dapple_sampling::{Pattern, Plan};
@@ -27,19 +27,15 @@ fn hall_of_mirrors(kr: f32, emission: f32) -> Scene {
     builder.build().unwrap()
 }
 
-fn settings(method: Method, threads: usize, max_bounces: u32) -> Settings {
+fn settings(method: MethodKind, threads: usize, max_bounces: u32) -> Settings {
     let plans = Plans { pixel: Plan::new(1, Pattern::Stratified), ..Plans::default() };
     let (spp, roulette) = (Some(1), false);
     Settings {
-        method,
         size: (2, 2),
-        spp,
-        roulette,
         max_bounces,
-        threads: Some(threads),
         plans,
         ..Settings::default()
-    }
+}.with_method(method).with_threads(threads).with_spp(spp).with_path(|p| p.roulette = roulette)
 }
 
 /// On a thread whose stack has a megabyte.
@@ -61,7 +57,7 @@ fn ten_thousand_bounces_between_mirrors() {
     let scene = hall_of_mirrors(kr, emission);
     for bounces in [63, 64, 65, 66, 130, 10_000] {
         let exact = f64::from(emission) * (1.0 - f64::from(kr).powi(bounces + 1)) / (1.0 - f64::from(kr));
-        for method in [Method::Path, Method::Distribution] {
+        for method in [MethodKind::Path, MethodKind::Distribution] {
             for threads in [1, 2] {
                 let settings = settings(method, threads, bounces as u32);
                 let outcome = on_a_small_stack(|| run(&scene, &settings));
@@ -101,12 +97,12 @@ fn branches_of_a_deep_tree_are_all_there() {
     }
     builder.environment(Environment::constant(Vec3::ONE));
     let scene = builder.build().unwrap();
-    let few = run(&scene, &settings(Method::Distribution, 1, 40));
+    let few = run(&scene, &settings(MethodKind::Distribution, 1, 40));
     assert!(
         values(&few).iter().all(|v| *v < 0.99),
         "the panes let out too much for the test to mean anything"
     );
-    let all = on_a_small_stack(|| run(&scene, &settings(Method::Distribution, 1, 3000)));
+    let all = on_a_small_stack(|| run(&scene, &settings(MethodKind::Distribution, 1, 3000)));
     assert!(values(&all).iter().all(|v| (v - 1.0).abs() < 1e-4), "{:?}", values(&all));
     assert!(all.stats.rays > 4 * 2 * 200, "{} rays", all.stats.rays);
 }
@@ -127,8 +123,8 @@ fn a_tree_without_end_takes_a_small_stack() {
     builder.mesh("room", inward_cube(), DAffine3::IDENTITY, wall);
     let scene = builder.build().unwrap();
     for threads in [1, 2] {
-        let mut settings = settings(Method::Distribution, threads, u32::MAX);
-        settings.time_limit = Some(Duration::from_millis(300));
+        let mut settings = settings(MethodKind::Distribution, threads, u32::MAX);
+        settings.limits.time = Some(Duration::from_millis(300));
         let outcome = on_a_small_stack(|| run(&scene, &settings));
         assert_eq!((outcome.stats.spp, outcome.stats.timed_out), (0, true));
         assert!(outcome.stats.rays > 1000);
@@ -139,7 +135,7 @@ fn a_tree_without_end_takes_a_small_stack() {
 #[test]
 fn endless_chains_end_when_told() {
     let scene = hall_of_mirrors(1.0, 1e-6);
-    for method in [Method::Path, Method::Distribution] {
+    for method in [MethodKind::Path, MethodKind::Distribution] {
         for threads in [1, 2] {
             let settings = settings(method, threads, u32::MAX);
             let start = Instant::now();
@@ -160,7 +156,7 @@ fn endless_chains_end_when_told() {
 fn forecasts_of_deep_trees_are_short() {
     let scene = hall_of_mirrors(1.0, 0.0);
     for bounces in [999, 1000, 1001, 1002, 5000, u32::MAX] {
-        for method in [Method::Path, Method::Distribution] {
+        for method in [MethodKind::Path, MethodKind::Distribution] {
             let settings = settings(method, 1, bounces);
             let found = forecast(&scene, &scene.cameras[0].camera, &settings);
             assert_eq!(found.total(), f64::from(bounces) + 1.0, "{method:?}, {bounces} bounces");

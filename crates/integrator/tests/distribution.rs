@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use dapple_integrator::camera::{Aperture, Lens};
-use dapple_integrator::{Combine, Effect, Method, Outcome, Plans, Settings, render};
+use dapple_integrator::{Combine, Effect, MethodKind, Outcome, Plans, Settings, render};
 use dapple_lights::Environment;
 use dapple_materials::{Material, Mirror};
 use dapple_sampling::{Pattern, Plan};
@@ -75,14 +75,13 @@ fn off(effects: &[Effect]) -> Plans {
 fn by_path(scene: &Scene, plans: Plans) -> Outcome {
     let settings = Settings {
         size: (16, 12),
-        spp: Some(3000),
         pattern: Pattern::Random,
         max_bounces: 3,
         seed: 7,
         plans,
         ambient: Vec3::splat(0.2),
         ..Settings::default()
-    };
+}.with_spp(3000);
     draw(scene, &settings)
 }
 
@@ -96,15 +95,13 @@ fn by_distribution(scene: &Scene, plans: Plans, combine: Combine, points: u32, i
     }
     plans.pixel = Plan::new(points, Pattern::Random);
     let settings = Settings {
-        method: Method::Distribution,
         size: (16, 12),
         max_bounces: 3,
         seed: 8,
         plans,
-        combine,
         ambient: Vec3::splat(0.2),
         ..Settings::default()
-    };
+}.with_method(MethodKind::Distribution).with_distribution(|d| d.combine = combine);
     draw(scene, &settings)
 }
 
@@ -174,18 +171,16 @@ fn without_interreflection_the_sky_still_lights() {
     builder.environment(Environment::picture(picture.clone(), 0.0, 1.0, false).unwrap());
     let scene = builder.build().unwrap();
     let exact = sky_irradiance(&picture);
-    for method in [Method::Path, Method::Distribution] {
+    for method in [MethodKind::Path, MethodKind::Distribution] {
         let mut plans = off(&[Effect::Diffuse]);
         plans.pixel = Plan::new(4096, Pattern::Random);
         let settings = Settings {
-            method,
             plans,
             size: (4, 4),
-            spp: Some(20_000),
             pattern: Pattern::Random,
             max_bounces: 3,
             ..Settings::default()
-        };
+}.with_method(method).with_spp(20_000);
         let outcome = draw(&scene, &settings);
         let (mean, error) = mean_and_error(&outcome);
         assert!(
@@ -235,13 +230,13 @@ fn a_grid_is_a_set_of_point_lights() {
             let d2 = s.length_squared();
             exact += 7.0 * 0.3 / f64::from(cells * cells) * s.y * s.y / (d2 * d2);
         }
-        for method in [Method::Distribution, Method::Path] {
-            if method == Method::Path && n > 0 {
+        for method in [MethodKind::Distribution, MethodKind::Path] {
+            if method == MethodKind::Path && n > 0 {
                 continue;
             }
             let mut plans = off(&[Effect::Diffuse, Effect::Pixel]);
             plans.light = Plan { nx: n, ny: n, pattern: Pattern::Grid };
-            let settings = Settings { method, plans, size: (1, 1), max_bounces: 1, ..Settings::default() };
+            let settings = Settings { plans, size: (1, 1), max_bounces: 1, ..Settings::default() }.with_method(method);
             let got = f64::from(draw(&scene, &settings).film.mean().at(0, 0).x) * std::f64::consts::PI;
             assert!((got / exact - 1.0).abs() < 2e-5, "{method:?} {n}: {got} {exact}");
         }
@@ -257,13 +252,11 @@ fn rays_are_forecast() {
     plans.lens = Plan::new(3, Pattern::Random);
     for combine in [Combine::Nested, Combine::Paired] {
         let settings = Settings {
-            method: Method::Distribution,
             size: (16, 12),
             max_bounces: 3,
             plans,
-            combine,
             ..Settings::default()
-        };
+}.with_method(MethodKind::Distribution).with_distribution(|d| d.combine = combine);
         let traced = draw(&scene, &settings).stats.rays as f64 / (16.0 * 12.0);
         let forecast = dapple_integrator::forecast(&scene, camera, &settings).total();
         assert!(traced <= forecast && traced > 0.02 * forecast, "{combine}: {traced} of {forecast}");
@@ -278,7 +271,7 @@ fn rays_are_forecast() {
         ..plans
     };
     let settings =
-        Settings { method: Method::Distribution, size: (4, 4), max_bounces: 2, plans, ..Settings::default() };
+        Settings { size: (4, 4), max_bounces: 2, plans, ..Settings::default() }.with_method(MethodKind::Distribution);
     let traced = draw(&room, &settings).stats.rays as f64 / 16.0;
     let forecast = dapple_integrator::forecast(&room, &room.cameras[0].camera, &settings).total();
     // Nothing is left but the light in whose plane a point lies: one wall of six.
@@ -292,12 +285,10 @@ fn threads_and_crops_change_no_bit() {
         o.film.mean().pixels.iter().map(|p| p.to_array().map(f32::to_bits)).collect()
     };
     let settings = Settings {
-        method: Method::Distribution,
         size: (20, 16),
-        threads: Some(1),
         plans: Plans { pixel: Plan::new(2, Pattern::Stratified), ..Plans::default() },
         ..Settings::default()
-    };
+}.with_method(MethodKind::Distribution).with_threads(1);
     let one = draw(&scene, &settings);
     assert_eq!(bits(&one), bits(&draw(&scene, &Settings { threads: Some(5), ..settings.clone() })));
     let (_, radiance) = dapple_integrator::replay(

@@ -8,7 +8,7 @@ use dapple_imaging::Texture;
 use dapple_imaging::read::Rgba8;
 use dapple_imaging::texture::{Encoding, Interpolation, Sampler, Wrap};
 use dapple_integrator::settings::Strategy;
-use dapple_integrator::{Method, Settings};
+use dapple_integrator::{MethodKind, Settings};
 use dapple_lights::Environment;
 use dapple_materials::Material;
 use dapple_math::motion::Node;
@@ -17,7 +17,7 @@ use dapple_scene::{AlphaMode, Scene, SceneBuilder, TextureUse, TexturedMaterial}
 use dapple_testkit::{Rng, closed_form::polygon, z_test};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-const METHODS: [Method; 2] = [Method::Path, Method::Distribution];
+const METHODS: [MethodKind; 2] = [MethodKind::Path, MethodKind::Distribution];
 
 fn texture(
     width: usize,
@@ -64,7 +64,7 @@ fn one_lit_texel_of_many() {
         let exact = 0.01 * polygon(&corners.map(|p| DVec3::new(p.x, -p.z, p.y))).abs();
         for method in METHODS {
             let settings =
-                Settings { method, size: (8, 8), spp: Some(64), max_bounces: 1, ..Settings::default() };
+                Settings { size: (8, 8), max_bounces: 1, ..Settings::default() }.with_method(method).with_spp(64);
             let (mean, error) = mean_and_error(&run(&scene, &settings));
             let what = format!("case {case}, texel {x} {y}, {method:?}: {mean} ± {error}, exact {exact}");
             assert!(error < 0.02 * exact, "{what}");
@@ -95,14 +95,12 @@ fn strategies_agree(what: &str, scene: &Scene) {
         .flat_map(|method| strategies.map(|strategy| (method, strategy)))
         .map(|(method, strategy)| {
             let mut settings = Settings {
-                method,
                 strategy,
                 size: (16, 12),
-                spp: Some(300),
                 pattern: Pattern::Random,
                 max_bounces: 1,
                 ..Settings::default()
-            };
+}.with_method(method).with_spp(300);
             for plan in [&mut settings.plans.light, &mut settings.plans.diffuse, &mut settings.plans.glossy] {
                 (plan.nx, plan.ny, plan.pattern) = (4, 4, Pattern::Random);
             }
@@ -241,7 +239,7 @@ fn shadeless_surfaces_light_nothing() {
             let scene = builder.build().unwrap();
             for method in METHODS {
                 let settings =
-                    Settings { method, size: (24, 8), spp: Some(16), max_bounces: 4, ..Settings::default() };
+                    Settings { size: (24, 8), max_bounces: 4, ..Settings::default() }.with_method(method).with_spp(16);
                 let (mean, _) = mean_and_error(&run(&scene, &settings));
                 assert_eq!(mean, 0.0, "{roughness:?}, mirror {by_mirror}, {method:?}");
             }
@@ -274,7 +272,7 @@ fn shadeless_surfaces_are_seen() {
         let scene = builder.build().unwrap();
         for method in METHODS {
             let settings =
-                Settings { method, size: (4, 4), spp: Some(16), max_bounces: 3, ..Settings::default() };
+                Settings { size: (4, 4), max_bounces: 3, ..Settings::default() }.with_method(method).with_spp(16);
             let (mean, _) = mean_and_error(&run(&scene, &settings));
             assert!((mean - 0.7).abs() < 1e-5, "case {which}, {method:?}: {mean}");
         }

@@ -259,7 +259,7 @@ fn an_inner_boundary_reflects_by_the_ratio_of_both_indices() {
             let settings = Settings { max_bounces: 1, ..straight(Tracer::Nested) };
             let seen = f64::from(means(&scene, &scene.cameras[0].camera, &settings).film.mean().pixels[0].x);
             assert!((seen - exact).abs() < 1e-5, "{n1} {n2} {slope}: {seen}, exact {exact}");
-            let many = Settings { spp: Some(20_000), max_bounces: 1, ..straight(Tracer::Path) };
+            let many = Settings { max_bounces: 1, ..straight(Tracer::Path) }.with_spp(20_000);
             let outcome = means(&scene, &scene.cameras[0].camera, &many);
             let (seen, error) =
                 (f64::from(outcome.film.mean().pixels[0].x), outcome.film.variance().pixels[0].x.sqrt());

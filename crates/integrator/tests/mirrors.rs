@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use dapple_integrator::Settings;
-use dapple_integrator::settings::Method;
+use dapple_integrator::settings::MethodKind;
 use dapple_scene::{CameraPose, Scene, SceneBuilder};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::PI;
@@ -32,9 +32,9 @@ fn a_light_of_a_hundred_thousandth_keeps_its_flux_in_a_mirror() {
         [DQuat::IDENTITY, DQuat::from_rotation_z(0.3), DQuat::from_axis_angle(DVec3::ONE.normalize(), 0.8)];
     for turn in turns {
         let scene = seen_in_a_mirror(turn, 1.0);
-        for method in [Method::Path, Method::Distribution] {
+        for method in [MethodKind::Path, MethodKind::Distribution] {
             let settings =
-                Settings { method, size: (SIDE, SIDE), spp: Some(64), max_bounces: 1, ..Settings::default() };
+                Settings { size: (SIDE, SIDE), max_bounces: 1, ..Settings::default() }.with_method(method).with_spp(64);
             let pixels = run(&scene, &settings).film.mean().pixels;
             let sum: f64 = pixels.iter().map(|p| f64::from(p.y)).sum();
             let radius = RADIUS / (FAR + 1.0) * f64::from(SIDE) / YFOV;

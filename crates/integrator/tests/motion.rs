@@ -9,7 +9,7 @@ use dapple_geometry::Mesh;
 use dapple_geometry::bvh::Kernel;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::settings::Strategy;
-use dapple_integrator::{Backfaces, Effect, Method, Outcome, Plans, Settings};
+use dapple_integrator::{Backfaces, Effect, MethodKind, Outcome, Plans, Settings};
 use dapple_lights::Environment;
 use dapple_materials::Material;
 use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs};
@@ -45,7 +45,7 @@ fn flat_view(from: DVec3, forward: DVec3, up: DVec3, height: f64) -> SceneBuilde
 }
 
 fn settings(size: (u32, u32), spp: u32) -> Settings {
-    Settings { size, spp: Some(spp), pattern: Pattern::Random, ..Settings::default() }
+    Settings { size, pattern: Pattern::Random, ..Settings::default() }.with_spp(spp)
 }
 
 /// The distribution tracer, four instants at each of so many points of a pixel; all independent, so that its error is no
@@ -53,7 +53,7 @@ fn settings(size: (u32, u32), spp: u32) -> Settings {
 fn distribution(size: (u32, u32), points: u32) -> Settings {
     let random = |n| Plan::new(n, Pattern::Random);
     let plans = Plans { pixel: random(points), time: random(4), light: random(1), ..Plans::default() };
-    Settings { method: Method::Distribution, plans, spp: Some(points), ..settings(size, 1) }
+    Settings { plans, ..settings(size, 1) }.with_method(MethodKind::Distribution).with_spp(points)
 }
 
 /// G of SCIENCE A17: the integral to x of the coverage of a box from 0 to w that moves by Δ.
@@ -221,7 +221,7 @@ fn the_shadow_of_a_moving_plate_is_the_same_trapezoid() {
     let lit = 2.0 * 0.6 / PI;
     for settings in [settings((8, 4), 8000), distribution((8, 4), 2000)] {
         let shown = run(&scene, &settings);
-        let what = format!("shadow, {:?}", settings.method);
+        let what = format!("shadow, {:?}", settings.kind());
         assert_columns(&what, &shown, lit, |x| 1.0 - (streak(x + 1.0, w, delta) - streak(x, w, delta)));
     }
 }
@@ -248,7 +248,7 @@ fn the_mirror_image_of_a_moving_plate_is_the_same_trapezoid() {
     let scene = builder.build().unwrap();
     for settings in [settings((8, 4), 8000), distribution((8, 4), 2000)] {
         let shown = run(&scene, &settings);
-        let what = format!("mirror, {:?}", settings.method);
+        let what = format!("mirror, {:?}", settings.kind());
         assert_columns(&what, &shown, kr, |x| streak(x + 1.0, w, delta) - streak(x, w, delta));
     }
 }
@@ -262,7 +262,7 @@ fn meter() -> SceneBuilder {
 
 #[test]
 fn irradiance_under_lights_that_move() {
-    let settings = |side, spp| Settings { size: (side, side), spp: Some(spp), ..Settings::default() };
+    let settings = |side, spp| Settings { size: (side, side), ..Settings::default() }.with_spp(spp);
     // ∫ I h/(x² + h²)^{3/2} dx / 2a from −a to a = I/(h·√(a² + h²)).
     let (a, h) = (1.5, 0.8);
     let mut builder = meter();
@@ -310,7 +310,7 @@ fn irradiance_under_a_quad_that_moves() {
     let exact = 5.0 * quadrature::line(at, -a, a, 1e-8) / (2.0 * a);
     for strategy in [Strategy::Both, Strategy::LightOnly] {
         let settings =
-            Settings { size: (24, 24), spp: Some(256), strategy, max_bounces: 1, ..Settings::default() };
+            Settings { size: (24, 24), strategy, max_bounces: 1, ..Settings::default() }.with_spp(256);
         assert_close("moving quad", &run(&scene, &settings), exact);
     }
     let settings = Settings { max_bounces: 1, ..distribution((24, 24), 64) };
@@ -402,8 +402,8 @@ fn both_tracers_see_the_same_motion() {
         glossy: random(1),
         ..Plans::default()
     };
-    let method = Method::Distribution;
-    let distribution = Settings { method, plans, spp: Some(64), max_bounces: 2, ..settings((24, 16), 1) };
+    let method = MethodKind::Distribution;
+    let distribution = Settings { plans, max_bounces: 2, ..settings((24, 16), 1) }.with_method(method).with_spp(64);
     assert_agree("tracers", &path, &run(&scene, &distribution));
 }
 
@@ -447,7 +447,7 @@ fn bits(outcome: &Outcome) -> Vec<[u32; 3]> {
 fn threads_and_kernels_change_no_bit_of_motion() {
     let mut scene = restless_lamps();
     let settings =
-        |threads| Settings { size: (70, 37), spp: Some(5), threads: Some(threads), ..Settings::default() };
+        |threads| Settings { size: (70, 37), ..Settings::default() }.with_threads(threads).with_spp(5);
     let one = bits(&run(&scene, &settings(1)));
     assert_eq!(one, bits(&run(&scene, &settings(2))));
     for kernel in Kernel::available() {
@@ -478,7 +478,7 @@ fn an_open_shutter_over_things_at_rest_changes_no_bit() {
         builder.mesh("lamp", quad(Vec3::new(-1.0, 3.0, -1.0), Vec3::X, Vec3::Z), DAffine3::IDENTITY, lamp);
         builder.build().unwrap()
     };
-    let settings = Settings { size: (40, 30), spp: Some(4), ..Settings::default() };
+    let settings = Settings { size: (40, 30), ..Settings::default() }.with_spp(4);
     let closed = run(&build(None), &settings);
     for shutter in [SHUTTER, Shutter { open: 1.0, close: 1.0 }, Shutter { open: -3.0, close: 1e4 }] {
         let scene = build(Some(shutter));
@@ -506,11 +506,9 @@ fn a_moving_furnace_at_every_scale() {
         let scene = builder.build().unwrap();
         let settings = Settings {
             size: (16, 16),
-            spp: Some(64),
             max_bounces: 40,
-            roulette: false,
             ..Settings::default()
-        };
+}.with_spp(64).with_path(|p| p.roulette = false);
         assert_close(&format!("moving furnace of size {scale} at {offset}"), &run(&scene, &settings), 2.0);
     }
 }

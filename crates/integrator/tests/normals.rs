@@ -6,7 +6,7 @@ use common::*;
 use dapple_geometry::Mesh;
 use dapple_imaging::{Encoding, Interpolation, Rgba8, Sampler, Texture, Wrap};
 use dapple_integrator::Settings;
-use dapple_integrator::settings::{Method, Strategy};
+use dapple_integrator::settings::{MethodKind, Strategy};
 use dapple_lights::Environment;
 use dapple_materials::Material;
 use dapple_sampling::Pattern;
@@ -73,7 +73,7 @@ fn pane(roughness: f32) -> TexturedMaterial {
     TexturedMaterial { name: format!("pane {roughness}"), base, ..TexturedMaterial::default() }
 }
 
-const METHODS: [Method; 2] = [Method::Path, Method::Distribution];
+const METHODS: [MethodKind; 2] = [MethodKind::Path, MethodKind::Distribution];
 
 /// Materials that send on all light that arrives; those of roughness 0.1 all but 2 % towards 85°.
 #[test]
@@ -95,12 +95,10 @@ fn a_furnace_keeps_its_light_at_every_tilt_view_and_azimuth() {
                     {
                         let scene = furnace(material, leaning(tilt, azimuth), by, view);
                         let settings = Settings {
-                            method,
                             size: (3, 3),
-                            spp: Some(64),
                             max_bounces: 4,
                             ..Settings::default()
-                        };
+}.with_method(method).with_spp(64);
                         let (mean, error) = mean_and_error(&run(&scene, &settings));
                         let what =
                             format!("{} {tilt}° {azimuth}° from {view}° {by:?} {method:?}", material.name);
@@ -116,7 +114,7 @@ fn a_furnace_keeps_its_light_at_every_tilt_view_and_azimuth() {
 /// What rough lobes lose by single scattering is what they lose without the map, at every roughness.
 #[test]
 fn a_map_neither_takes_light_nor_gives_any() {
-    let settings = Settings { size: (4, 4), spp: Some(512), max_bounces: 2, ..Settings::default() };
+    let settings = Settings { size: (4, 4), max_bounces: 2, ..Settings::default() }.with_spp(512);
     let mean = |scene: &Scene| mean_and_error(&run(scene, &settings));
     for material in
         [metal(Vec3::ONE, 0.3), metal(Vec3::ONE, 0.6), metal(Vec3::ONE, 1.0), pane(0.4), plastic()]
@@ -144,7 +142,7 @@ fn no_light_is_reflected_twice() {
     for by in [By::Map, By::Vertices] {
         for tilt in [30.0, 50.0, 60.0] {
             let scene = furnace(&metal(Vec3::splat(0.9), 0.0), leaning(tilt, 0.0), by, 0.0);
-            let settings = Settings { size: (3, 3), spp: Some(16), ..Settings::default() };
+            let settings = Settings { size: (3, 3), ..Settings::default() }.with_spp(16);
             let (mean, _) = mean_and_error(&run(&scene, &settings));
             // Schlick's F at an angle of 60° is 0.003 higher.
             assert!((0.8999..0.9035).contains(&mean), "{tilt} {by:?}: {mean}");
@@ -169,23 +167,21 @@ fn light_and_bsdf_sampling_see_the_same_surface() {
             let scene = builder.build().unwrap();
             let one = |strategy, method, seed| {
                 let settings = Settings {
-                    method,
                     size: (8, 8),
-                    spp: Some(256),
                     max_bounces: 1,
                     pattern: Pattern::Random,
                     strategy,
                     seed,
                     ..Settings::default()
-                };
+}.with_method(method).with_spp(256);
                 mean_and_error(&run(&scene, &settings))
             };
-            let (both, sigma) = one(Strategy::Both, Method::Path, 1);
+            let (both, sigma) = one(Strategy::Both, MethodKind::Path, 1);
             assert!(both > 1e-3 && sigma < 0.04 * both, "{both} ± {sigma}");
             for (strategy, method, seed) in [
-                (Strategy::LightOnly, Method::Path, 2),
-                (Strategy::BsdfOnly, Method::Path, 3),
-                (Strategy::Both, Method::Distribution, 4),
+                (Strategy::LightOnly, MethodKind::Path, 2),
+                (Strategy::BsdfOnly, MethodKind::Path, 3),
+                (Strategy::Both, MethodKind::Distribution, 4),
             ] {
                 let (other, error) = one(strategy, method, seed);
                 let z = (other - both) / sigma.hypot(error);
@@ -212,12 +208,10 @@ fn nothing_leaks_through_an_opaque_surface() {
                 let scene = builder.build().unwrap();
                 for method in METHODS {
                     let settings = Settings {
-                        method,
                         size: (4, 4),
-                        spp: Some(64),
                         max_bounces: 2,
                         ..Settings::default()
-                    };
+}.with_method(method).with_spp(64);
                     let (mean, _) = mean_and_error(&run(&scene, &settings));
                     assert_eq!(mean, 0.0, "{} {tilt}° {azimuth}° {view}° {by:?} {method:?}", material.name);
                 }
@@ -239,7 +233,7 @@ fn normals_of_the_facet_keep_every_bit() {
         builder.mesh("floor", floor, DAffine3::IDENTITY, material);
         builder.point_light(DVec3::new(1.0, 1.0, 0.0), Vec3::ONE, f64::INFINITY);
         builder.environment(Environment::constant(Vec3::ONE));
-        let settings = Settings { size: (16, 16), spp: Some(8), ..Settings::default() };
+        let settings = Settings { size: (16, 16), ..Settings::default() }.with_spp(8);
         run(&builder.build().unwrap(), &settings).film.mean().pixels
     };
     assert_eq!(render(false, 0.0), render(true, 0.0));
@@ -254,7 +248,7 @@ fn a_leaning_normal_has_no_hard_terminator() {
         add_floor(&mut builder, 0.1, matte(1.0, 0.0), leaning(40.0, 0.0), By::Map);
         let (s, c) = elevation.to_radians().sin_cos();
         builder.point_light(DVec3::new(c, s, 0.0) * 1e3, Vec3::splat(1e6), f64::INFINITY);
-        let settings = Settings { size: (2, 2), spp: Some(4), max_bounces: 1, ..Settings::default() };
+        let settings = Settings { size: (2, 2), max_bounces: 1, ..Settings::default() }.with_spp(4);
         mean_and_error(&run(&builder.build().unwrap(), &settings)).0 * std::f64::consts::PI
     };
     let mut last = 0.0;
@@ -294,14 +288,12 @@ fn a_body_with_smooth_normals_keeps_its_light() {
             builder.environment(Environment::constant(Vec3::ONE));
             let settings = Settings {
                 size: (24, 24),
-                spp: Some(64),
                 max_bounces: 300,
-                roulette: false,
                 soft_terminator,
                 // What is turned inside out is seen from behind.
                 backfaces: dapple_integrator::Backfaces::Shown,
                 ..Settings::default()
-            };
+}.with_spp(64).with_path(|p| p.roulette = false);
             let pixels = run(&builder.build().unwrap(), &settings).film.mean().pixels;
             let (least, most) =
                 pixels.iter().fold((1.0f32, 0.0f32), |(low, high), p| (low.min(p.x), high.max(p.x)));

@@ -175,7 +175,6 @@ fn measure(scene: &Scene, tracer: Tracer, settings: &Settings) -> (f64, f64) {
     );
     let settings = Settings {
         size: (12, 12),
-        spp: Some(64),
         plans: dapple_integrator::Plans {
             pixel: dapple_sampling::Plan { nx: 8, ny: 8, pattern: Pattern::Random },
             ..one.plans
@@ -184,7 +183,7 @@ fn measure(scene: &Scene, tracer: Tracer, settings: &Settings) -> (f64, f64) {
         max_bounces: settings.max_bounces,
         transparent_shadows: settings.transparent_shadows,
         ..one
-    };
+}.with_spp(64);
     common::mean_and_error(&run(scene, &settings))
 }
 
@@ -312,7 +311,7 @@ fn only_lights_and_surfaces_that_can_are_said_to_lose_light() {
             builder.point_light(DVec3::Y * 5.0, Vec3::ZERO, f64::INFINITY);
         });
         let settings =
-            Settings { transparent_shadows: transparent, size: (1, 1), spp: Some(1), ..Settings::default() };
+            Settings { transparent_shadows: transparent, size: (1, 1), ..Settings::default() }.with_spp(1);
         run(&scene, &settings).stats.ledger.lights_unreachable
     };
     assert_eq!(count(pane(1.5, false, Vec3::ONE), 3, false), 3);

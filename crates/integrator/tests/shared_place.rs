@@ -10,7 +10,7 @@ use common::moving::{AT, SHUTTER, slide};
 use common::{matte, metal, quad, run};
 use dapple_geometry::Mesh;
 use dapple_integrator::camera::Projection;
-use dapple_integrator::{Effect, Method, Outcome, Settings};
+use dapple_integrator::{Effect, MethodKind, Outcome, Settings};
 use dapple_lights::Environment;
 use dapple_sampling::{Pattern, Plan};
 use dapple_scene::{AlphaMode, CameraPose, Scene, SceneBuilder, TexturedMaterial};
@@ -191,16 +191,13 @@ fn rooms() -> Vec<Room> {
     all
 }
 
-fn settings(method: Method, spp: u32) -> Settings {
+fn settings(method: MethodKind, spp: u32) -> Settings {
     let mut settings = Settings {
-        method,
         size: (4, 4),
-        spp: Some(spp),
         pattern: Pattern::Random,
         max_bounces: 2,
-        threads: Some(1),
         ..Settings::default()
-    };
+}.with_method(method).with_threads(1).with_spp(spp);
     settings.plans.light = Plan::new(2, Pattern::Random);
     settings.plans.pixel = Plan::new(spp, Pattern::Random);
     settings
@@ -222,7 +219,7 @@ fn assert_same(what: &str, a: &Scene, b: &Scene, settings: &Settings) {
     }
 }
 
-fn compare_with_raised_ceiling(method: Method, change: impl Fn(&mut Settings)) {
+fn compare_with_raised_ceiling(method: MethodKind, change: impl Fn(&mut Settings)) {
     let mut settings = settings(method, 8);
     change(&mut settings);
     for room in rooms() {
@@ -241,26 +238,26 @@ fn compare_with_raised_ceiling(method: Method, change: impl Fn(&mut Settings)) {
 
 #[test]
 fn a_lamp_in_the_plane_of_a_ceiling_shines_as_below_it_on_paths() {
-    compare_with_raised_ceiling(Method::Path, |_| {});
+    compare_with_raised_ceiling(MethodKind::Path, |_| {});
 }
 
 #[test]
 fn a_lamp_in_the_plane_of_a_ceiling_shines_as_below_it_in_the_distribution_tracer() {
-    compare_with_raised_ceiling(Method::Distribution, |settings| settings.max_bounces = 1);
+    compare_with_raised_ceiling(MethodKind::Distribution, |settings| settings.max_bounces = 1);
 }
 
 #[test]
 fn a_lamp_in_the_plane_of_a_ceiling_shines_as_below_it_from_its_centroid() {
-    compare_with_raised_ceiling(Method::Path, |settings| *settings.plans.of_mut(Effect::Light) = Plan::OFF);
+    compare_with_raised_ceiling(MethodKind::Path, |settings| *settings.plans.of_mut(Effect::Light) = Plan::OFF);
 }
 
 #[test]
 fn a_lamp_in_the_plane_of_a_ceiling_has_no_speckle() {
-    let settings = Settings { max_bounces: 0, size: (16, 16), ..settings(Method::Path, 4) };
+    let settings = Settings { max_bounces: 0, size: (16, 16), ..settings(MethodKind::Path, 4) };
     for room in rooms() {
         for lamp in [Lamp::Quad, Lamp::Triangle, Lamp::Disk, Lamp::Moving] {
             let room = Room { lamp, ..room };
-            for method in [Method::Path, Method::Distribution] {
+            for method in [MethodKind::Path, MethodKind::Distribution] {
                 let seen = pixels(&run(&room.of_lamp(), &Settings { method, ..settings.clone() }));
                 assert!(seen.iter().all(|x| *x == 5.0), "{method:?} {room:?}: {seen:?}");
             }
@@ -280,7 +277,7 @@ fn the_dark_side_is_decided_by_order() {
                 max_bounces: 0,
                 backfaces: dapple_integrator::Backfaces::Shown,
                 aovs: vec![dapple_integrator::Aov::ObjectId],
-                ..settings(Method::Path, 1)
+                ..settings(MethodKind::Path, 1)
             };
             let outcome = run(&scene, &settings);
             let seen = outcome.layers.layer("object").unwrap();
@@ -323,7 +320,7 @@ fn lamps_in_one_place_shine_as_one() {
         let [one, ten] = [1, 10].map(|n| copies(lamp, n, sphere).build().unwrap());
         assert_eq!((one.lights.len(), ten.lights.len()), (1, 1), "copies are no lights");
         assert!(ten.warnings.iter().any(|w| w.0.contains("9 lights lie in the place of another")));
-        for method in [Method::Path, Method::Distribution] {
+        for method in [MethodKind::Path, MethodKind::Distribution] {
             let settings = settings(method, 16);
             let [a, b] = [&one, &ten].map(|scene| pixels(&run(scene, &settings)));
             assert_eq!(a, b, "{lamp:?} {method:?}");
@@ -337,7 +334,7 @@ fn moving_lamps_in_one_place_shine_as_one() {
     let [one, three] = [1, 3].map(|n| copies(Lamp::Moving, n, false).build().unwrap());
     assert_eq!((one.lights.len(), three.lights.len()), (1, 3));
     // Each of the three with as many points as the one has.
-    let mut settings = Settings { size: (2, 2), max_bounces: 1, ..settings(Method::Distribution, 4096) };
+    let mut settings = Settings { size: (2, 2), max_bounces: 1, ..settings(MethodKind::Distribution, 4096) };
     let once = Plan::new(1, Pattern::Random);
     (settings.plans.time, settings.plans.glossy) = (once, once);
     let [a, b] = [&one, &three].map(|scene| {
@@ -364,7 +361,7 @@ fn an_unlit_panel_and_a_masked_lamp_do_not_win() {
         let turn = DAffine3::from_mat3(DMat3::from_rotation_z(0.3));
         builder.mesh("wall", square(1.0), turn, wall);
         builder.mesh("panel", square(0.5), DAffine3::IDENTITY, panel);
-        let pixels = pixels(&run(&builder.build().unwrap(), &settings(Method::Path, 4)));
+        let pixels = pixels(&run(&builder.build().unwrap(), &settings(MethodKind::Path, 4)));
         assert!(pixels.iter().all(|x| *x == seen), "{pixels:?} for {seen}");
     }
 }

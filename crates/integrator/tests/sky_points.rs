@@ -5,7 +5,7 @@ mod common;
 
 use common::*;
 use dapple_imaging::Image;
-use dapple_integrator::{Combine, Method, Plans, Settings, forecast};
+use dapple_integrator::{Combine, MethodKind, Plans, Settings, forecast};
 use dapple_lights::Environment;
 use dapple_materials::{Material, Mirror};
 use dapple_sampling::{Moments, Pattern, Plan};
@@ -45,14 +45,11 @@ fn even() -> Environment {
 
 fn settings(plans: Plans, sky: Plan) -> Settings {
     Settings {
-        method: Method::Distribution,
         size: (1, 1),
         max_bounces: 3,
-        threads: Some(1),
         plans: Plans { pixel: Plan::OFF, diffuse: Plan::OFF, ..plans },
-        sky,
         ..Settings::default()
-    }
+}.with_method(MethodKind::Distribution).with_threads(1).with_distribution(|d| d.sky = sky)
 }
 
 fn lit(light: Plan) -> Settings {
@@ -117,7 +114,7 @@ fn the_plan_of_the_lights_and_the_skys_own_are_the_same_points() {
         }
         let default = Plans::default().light;
         let off = Plans { light: Plan::OFF, ..Plans::default() };
-        let by_default = Settings { sky: Settings::default().sky, ..settings(off, Plan::OFF) };
+        let by_default = settings(off, Plan::OFF).with_distribution(|d| d.sky = Settings::default().sky);
         assert_eq!(values(&scene, &by_default, 3), values(&scene, &unlit(default), 3));
     }
 }
@@ -132,12 +129,12 @@ fn both_ways_to_the_sky_add_up() {
     for mirrored in [false, true] {
         let sky = Environment::picture(picture.clone(), 0.3, 1.0, false).unwrap();
         let scene = shaded(mirrored, sky);
-        let path = Settings { method: Method::Path, spp: Some(256), ..lit(Plan::new(1, Pattern::Random)) };
+        let path = lit(Plan::new(1, Pattern::Random)).with_method(MethodKind::Path).with_spp(256);
         let moments = |s: &Settings, n| values(&scene, s, n).into_iter().collect::<Moments>();
         let truth = moments(&path, 300);
         let paired = |s: Settings| {
             let pixel = Plan::new(16, Pattern::Stratified);
-            Settings { combine: Combine::Paired, plans: Plans { pixel, ..s.plans }, ..s }
+            Settings { plans: Plans { pixel, ..s.plans }, ..s }.with_distribution(|d| d.combine = Combine::Paired)
         };
         let plans = [(1, Pattern::Random), (16, Pattern::Stratified), (7, Pattern::Sobol)];
         let all = plans.map(|(n, pattern)| Plan::new(n, pattern));

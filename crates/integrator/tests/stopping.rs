@@ -4,7 +4,7 @@ mod common;
 
 use common::run;
 use dapple_integrator::sampling::{Pattern, Plan};
-use dapple_integrator::{Aov, Method, Outcome, Plans, Progress, Settings, render, render_pixels_until};
+use dapple_integrator::{Aov, MethodKind, Outcome, Plans, Progress, Settings, render, render_pixels_until};
 use dapple_scene::Scene;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -38,20 +38,18 @@ fn endless() -> Settings {
         Plans { pixel: Plan::new(1, Pattern::Random), light: many, diffuse: many, ..Plans::default() };
     let aovs = vec![Aov::Depth];
     Settings {
-        method: Method::Distribution,
         size: (8, 8),
         plans,
-        secondary: 1000,
         aovs,
         ..Settings::default()
-    }
+}.with_method(MethodKind::Distribution).with_distribution(|d| d.secondary = 1000)
 }
 
 #[test]
 fn a_request_is_heard_within_a_sample() {
     let scene = cornell();
     for threads in [1, 2] {
-        let settings = Settings { threads: Some(threads), ..endless() };
+        let settings = endless().with_threads(threads);
         let start = Instant::now();
         let outcome = stopped(&scene, &settings, |p| p.elapsed > Duration::from_millis(100));
         // A tenth of a second, and what a busy machine needs.
@@ -66,7 +64,7 @@ fn a_request_is_heard_within_a_sample() {
 
 #[test]
 fn time_is_up_within_a_sample() {
-    let settings = Settings { time_limit: Some(Duration::from_millis(100)), ..endless() };
+    let settings = endless().with_time_limit(Duration::from_millis(100));
     let start = Instant::now();
     let outcome = run(&cornell(), &settings);
     assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
@@ -79,14 +77,13 @@ fn whole_rounds_are_kept_to_the_bit() {
     let scene = cornell();
     let path = Settings {
         size: (40, 24),
-        spp: Some(1_000_000),
         pattern: Pattern::Random,
         aovs: vec![Aov::Normal, Aov::Depth, Aov::ObjectId, Aov::Removed, Aov::Variance],
         max_bounces: 3,
         ..Settings::default()
-    };
+}.with_spp(1_000_000);
     for threads in [1, 2] {
-        let settings = Settings { threads: Some(threads), ..path.clone() };
+        let settings = path.clone().with_threads(threads);
         // Between passes, and at some moment of one.
         let found = stopped(&scene, &settings, |p| p.spp >= 5 && p.elapsed > Duration::from_millis(70));
         let spp = found.stats.spp;
@@ -114,9 +111,9 @@ fn time_leaves_whole_rounds() {
         ..Plans::default()
     };
     let time_limit = Some(Duration::from_millis(400));
-    for method in [Method::Path, Method::Distribution] {
+    for method in [MethodKind::Path, MethodKind::Distribution] {
         for spp in [None, Some(1 << 30)] {
-            let settings = Settings { method, size: (12, 8), spp, time_limit, plans, ..Settings::default() };
+            let settings = Settings { size: (12, 8), plans, ..Settings::default() }.with_method(method).with_time_limit(time_limit).with_spp(spp);
             let start = Instant::now();
             let found = run(&scene, &settings);
             assert!(start.elapsed() < Duration::from_secs(10));
@@ -127,10 +124,8 @@ fn time_leaves_whole_rounds() {
     }
     let enough = Settings {
         size: (4, 4),
-        spp: Some(2),
-        time_limit: Some(Duration::from_secs(100)),
         ..Settings::default()
-    };
+}.with_time_limit(Duration::from_secs(100)).with_spp(2);
     let found = run(&scene, &enough);
     assert_eq!((found.stats.spp, found.stats.timed_out, found.stats.stopped), (2, false, false));
 }
@@ -139,7 +134,7 @@ fn time_leaves_whole_rounds() {
 #[test]
 fn the_first_round_keeps_what_it_has() {
     let scene = cornell();
-    let settings = Settings { size: (512, 512), spp: Some(4), threads: Some(1), ..Settings::default() };
+    let settings = Settings { size: (512, 512), ..Settings::default() }.with_threads(1).with_spp(4);
     let found = stopped(&scene, &settings, |p| p.rays > 50_000);
     assert_eq!((found.stats.spp, found.stats.stopped), (0, true));
     assert_eq!(counts(&found), [0, 1]);
@@ -163,7 +158,7 @@ fn the_first_round_keeps_what_it_has() {
 fn pixels_alone_can_be_stopped() {
     let scene = cornell();
     let camera = &scene.cameras[0].camera;
-    let settings = Settings { size: (8, 8), threads: Some(2), ..Settings::default() };
+    let settings = Settings { size: (8, 8), ..Settings::default() }.with_threads(2);
     let pixels = [(1, 2), (3, 4), (5, 6)];
     assert!(render_pixels_until(&scene, camera, &settings, 4, &pixels, &|| false).is_some());
     let start = Instant::now();

@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use dapple_geometry::Mesh;
 use dapple_imaging::Image;
-use dapple_integrator::settings::Method;
+use dapple_integrator::settings::MethodKind;
 use dapple_integrator::{Outcome, Settings};
 use dapple_lights::Environment;
 use dapple_scene::{Scene, SceneBuilder};
@@ -20,13 +20,11 @@ fn hard(scene: &Scene, settings: &Settings) -> Outcome {
 }
 
 fn both_methods(side: u32, spp: u32, max_bounces: u32) -> [Settings; 2] {
-    [Method::Path, Method::Distribution].map(|method| Settings {
-        method,
+    [MethodKind::Path, MethodKind::Distribution].map(|method| Settings {
         size: (side, side),
-        spp: Some(spp),
         max_bounces,
         ..Settings::default()
-    })
+}.with_method(method).with_spp(spp))
 }
 
 /// An octahedron, whose normals are those of the sphere through its corners.
@@ -87,7 +85,7 @@ fn flat_surfaces_spheres_and_disks_stay_as_they_are_to_the_bit() {
         for settings in both_methods(32, 16, 3) {
             let [a, b] = [soft(scene, &settings), hard(scene, &settings)].map(|o| o.film.mean());
             assert!(a.pixels.iter().any(|p| p.x > 0.0), "{i} is lit");
-            assert_eq!(a.pixels, b.pixels, "{i} {:?}", settings.method);
+            assert_eq!(a.pixels, b.pixels, "{i} {:?}", settings.kind());
         }
     }
 }
@@ -103,7 +101,7 @@ fn light_reaches_what_the_facet_alone_would_hide() {
         // At the rim, the horizon of the smooth surface can be above that of the facet.
         let gained = pairs().filter(|(a, b)| a.x > 0.0 && b.x == 0.0).count();
         let lost = pairs().filter(|(a, b)| a.x == 0.0 && b.x > 0.0).count();
-        assert!(gained > 10 && 5 * lost < gained, "{gained}, {lost}, {:?}", settings.method);
+        assert!(gained > 10 && 5 * lost < gained, "{gained}, {lost}, {:?}", settings.kind());
         let error = |of: &Image| {
             exact.pixels.iter().zip(&of.pixels).map(|(e, p)| f64::from((e.x - p.x).abs())).sum::<f64>()
         };
@@ -124,7 +122,7 @@ fn a_furnace_stays_a_furnace() {
         builder.mesh("ball", octahedron(1.0), DAffine3::from_rotation_x(0.4), material);
         builder.environment(Environment::constant(Vec3::ONE));
         let scene = builder.build().unwrap();
-        let settings = Settings { roulette: false, ..both_methods(48, 64, 60)[0].clone() };
+        let settings = both_methods(48, 64, 60)[0].clone().with_path(|p| p.roulette = false);
         let [a, b] = [soft(&scene, &settings), hard(&scene, &settings)].map(|o| o.film.mean());
         let most = a.pixels.iter().map(|p| p.x).fold(0.0, f32::max);
         assert!(most <= 1.0 + 1e-5, "{name}: {most}");
@@ -156,7 +154,7 @@ fn nothing_leaks_through_a_floor_or_into_a_closed_body() {
             // From inside, only back faces are in view.
             let settings = Settings { backfaces: dapple_integrator::Backfaces::Shown, ..settings };
             let lit = soft(&scene, &settings).film.mean().pixels.iter().filter(|p| p.x > 0.0).count();
-            assert_eq!(lit, 0, "{name} {:?}", settings.method);
+            assert_eq!(lit, 0, "{name} {:?}", settings.kind());
         }
     }
 }

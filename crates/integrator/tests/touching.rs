@@ -199,7 +199,7 @@ fn bodies_that_touch_keep_their_media() {
         let most = (-sigma * 8.5).exp() * 1.69;
         let least = most * (1.0 - (0.3f64 / 2.3).powi(2));
         for tracer in [Tracer::Path, Tracer::Nested] {
-            let settings = Settings { roulette: false, max_bounces: 64, ..settings(tracer) };
+            let settings = Settings { max_bounces: 64, ..settings(tracer) }.with_path(|p| p.roulette = false);
             let film = run(&scene, &settings).film.mean();
             let brightest = film.pixels.iter().map(|p| f64::from(p.y)).fold(0.0, f64::max);
             let mean = f64::from(film.mean().y);

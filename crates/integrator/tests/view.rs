@@ -349,7 +349,7 @@ fn the_frame_is_not_cropped() {
     let scene = builder.build().unwrap();
     let camera = Camera { aspect: Some(2.0), ..scene.cameras[0].camera.clone() };
     for size in [(200, 100), (100, 100), (100, 300), (300, 100)] {
-        let settings = Settings { size, spp: Some(4), max_bounces: 0, ..Settings::default() };
+        let settings = Settings { size, max_bounces: 0, ..Settings::default() }.with_spp(4);
         let picture = picture(&scene, &camera, &settings).film.mean();
         for half in [0, picture.width / 2] {
             let columns = half..half + picture.width / 2;

@@ -1,12 +1,12 @@
 //! Looking at a render while it runs changes nothing of it.
 
 use dapple_integrator::sampling::Pattern;
-use dapple_integrator::{Method, Settings, render, render_pixels, render_watched, scene};
+use dapple_integrator::{MethodKind, Settings, render, render_pixels, render_watched, scene};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
 fn settings(pattern: Pattern, spp: u32) -> Settings {
-    Settings { size: (20, 12), spp: Some(spp), pattern, threads: Some(2), ..Settings::default() }
+    Settings { size: (20, 12), pattern, ..Settings::default() }.with_threads(2).with_spp(spp)
 }
 
 #[test]
@@ -52,9 +52,9 @@ fn sequences_can_be_looked_at() {
 fn pixels_alone() {
     let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
     let camera = &scene.cameras[0].camera;
-    let tree = Settings { method: Method::Distribution, ..settings(Pattern::Sobol, 1) };
+    let tree = settings(Pattern::Sobol, 1).with_method(MethodKind::Distribution);
     let paths = [Pattern::Sobol, Pattern::Stratified, Pattern::Random].map(|p| settings(p, 24));
-    let adaptive = Settings { adaptive: true, ..settings(Pattern::Sobol, 24) };
+    let adaptive = settings(Pattern::Sobol, 24).with_path(|p| p.adaptive = true);
     for settings in paths.into_iter().chain([tree, adaptive]) {
         let whole = render(&scene, camera, &settings, &|_| ControlFlow::Continue(()));
         let pixels = [(3, 2), (19, 11), (3, 2), (0, 7)];
@@ -88,7 +88,7 @@ fn asked_looks() {
         [1, 2, 4, 8, 16].map(regular).into_iter().chain([(20, true), (32, false)]).collect::<Vec<_>>()
     );
     let time_limit = Some(Duration::from_secs(1000));
-    let tree = Settings { method: Method::Distribution, time_limit, ..settings(Pattern::Sobol, 1) };
+    let tree = settings(Pattern::Sobol, 1).with_method(MethodKind::Distribution).with_time_limit(time_limit);
     let mut counts = Vec::new();
     render_watched(&scene, camera, &tree, &|_| ControlFlow::Continue(()), &mut |at| {
         counts.push(at.spp);
@@ -105,7 +105,7 @@ fn asked_looks() {
 fn enough_is_enough() {
     let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
     let camera = &scene.cameras[0].camera;
-    let settings = Settings { spp: None, ..settings(Pattern::Sobol, 1) };
+    let settings = settings(Pattern::Sobol, 1).with_spp(None);
     let found = render_watched(&scene, camera, &settings, &|_| ControlFlow::Continue(()), &mut |at| {
         std::thread::sleep(Duration::from_millis(200));
         if at.spp >= 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

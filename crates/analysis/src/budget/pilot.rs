@@ -7,7 +7,7 @@
 use crate::estimate::blocks::{self, Block};
 use dapple_integrator::camera::Camera;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Method, Outcome, Settings, Variances, render, variances};
+use dapple_integrator::{MethodKind, Outcome, Settings, Variances, render, variances};
 use std::ops::{ControlFlow, Range};
 
 /// Samples of the whole picture, by the path tracer, and of each pixel at least.
@@ -43,7 +43,7 @@ impl<'a> Pilot<'a> {
     pub fn new(scene: &'a Scene, camera: &'a Camera, settings: &'a Settings) -> Self {
         let area = settings.rect().area().max(1);
         let spp = FIRST.div_ceil(area).clamp(FEWEST, FIRST) as u32;
-        let first = Settings { method: Method::Path, spp: Some(spp), ..plain(settings) };
+        let first = plain(settings).with_method(MethodKind::Path).with_spp(spp);
         let outcome = render(scene, camera, &first, &|_| ControlFlow::Continue(()));
         // Of the mean of a pixel's samples; blocks are drawn by its proportions, which are those of single samples.
         let within: Vec<f64> =
@@ -99,7 +99,7 @@ impl<'a> Pilot<'a> {
         let one = |group: u32, block: &Block| {
             let of = |seed: u64| {
                 let seed = (settings.seed ^ seed) + (u64::from(group) << 32);
-                let other = Settings { crop: Some(block.rect), threads: Some(1), seed, ..plain(settings) };
+                let other = Settings { crop: Some(block.rect), seed, ..plain(settings) }.with_threads(1);
                 render(self.scene, self.camera, &other, &|_| ControlFlow::Continue(())).film
             };
             let (a, b) = (of(0xb0d6_e701), of(0xb0d6_e702));
@@ -118,7 +118,7 @@ impl<'a> Pilot<'a> {
         let (of, all) = self.blocks(groups);
         // The place of a block says which group it is of.
         let indexed: Vec<(u32, Block)> = of.into_iter().zip(all).collect();
-        let results = blocks::each(&indexed, self.settings.threads, |(group, block)| work(*group, block));
+        let results = blocks::each(&indexed, self.settings.limits.threads, |(group, block)| work(*group, block));
         for ((group, _), result) in indexed.iter().zip(results) {
             found[(group - first) as usize].push(result);
         }
@@ -149,5 +149,5 @@ fn cost(outcome: &Outcome, samples: u32) -> (f64, f64) {
 
 /// Without limits, layers and shares.
 fn plain(settings: &Settings) -> Settings {
-    Settings { aovs: Vec::new(), time_limit: None, adaptive: false, spread: None, ..settings.clone() }
+    Settings { aovs: Vec::new(), ..settings.clone() }.with_time_limit(None).with_path(|p| p.adaptive = false).with_path(|p| p.spread = None)
 }

@@ -4,7 +4,7 @@ use super::pilot::Pilot;
 use super::{Prediction, jackknife, reach, shares};
 use crate::statistics;
 use dapple_integrator::sampling::{Pattern, Plan};
-use dapple_integrator::{Effect, Method, Plans, Settings, Variances};
+use dapple_integrator::{Effect, MethodKind, Plans, Settings, Variances};
 use std::time::{Duration, Instant};
 
 /// Counts of the path tracer's pilot at first; Sobol points gain evenly over factors of four.
@@ -105,7 +105,7 @@ impl Wanted {
 
     /// The path tracer with the settings' points.
     pub fn path(&self, pilot: &Pilot<'_>, settings: &Settings) -> Prediction {
-        let path = Settings { method: Method::Path, ..settings.clone() };
+        let path = settings.clone().with_method(MethodKind::Path);
         let found = self.path_found(pilot, &path);
         let options = format!(
             "--method path --pattern {} --spp {:.0}",

@@ -5,7 +5,7 @@ use dapple_imaging::Image;
 use dapple_integrator::camera::Camera;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Method, Progress, Settings, render};
+use dapple_integrator::{MethodKind, Progress, Settings, render};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
@@ -34,12 +34,9 @@ impl Reference {
         stop: &(dyn Fn(&Progress) -> bool + Sync),
     ) -> Option<(Self, u32)> {
         let half = Settings {
-            method: Method::Path,
             pattern: Pattern::Sobol,
-            spp: None,
-            time_limit: Some(Duration::from_secs_f64(0.5 * seconds.max(1e-3))),
             ..settings.clone()
-        };
+}.with_method(MethodKind::Path).with_time_limit(Duration::from_secs_f64(0.5 * seconds.max(1e-3))).with_spp(None);
         let draw = |settings: Settings| {
             let outcome = render(scene, camera, &settings, &|p| match stop(&p) {
                 true => ControlFlow::Break(()),
@@ -51,10 +48,10 @@ impl Reference {
         let first = Settings { seed: one, ..half.clone() };
         let (first, spp) = match draw(first.clone())? {
             // Not even one sample of every pixel in that time.
-            (_, 0) => draw(Settings { spp: Some(1), time_limit: None, ..first })?,
+            (_, 0) => draw(first.with_time_limit(None).with_spp(1))?,
             whole => whole,
         };
-        let (second, _) = draw(Settings { seed: two, spp: Some(spp), time_limit: None, ..half })?;
+        let (second, _) = draw(Settings { seed: two, ..half }.with_time_limit(None).with_spp(spp))?;
         Some((Self::Halves([first, second]), spp))
     }
 

@@ -3,7 +3,7 @@
 use super::{Estimate, level, sum_and_spread};
 use dapple_imaging::Image;
 use dapple_integrator::sampling::Pattern;
-use dapple_integrator::{Method, Settings};
+use dapple_integrator::{MethodKind, Settings};
 
 /// From here on the first n Sobol points of a render are a set of their own; a stratified render without a sample count
 /// takes sets of so many.
@@ -34,11 +34,11 @@ impl Doublings {
     /// Of a render with these settings; `None` where parts of it are no sets of points of their own: cell by cell, with
     /// a count that is known beforehand.
     pub fn new(settings: &Settings) -> Option<Self> {
-        let (sobol, whole) = match (settings.method, settings.pattern) {
-            (Method::Path, Pattern::Sobol) => (true, WHOLE),
-            (Method::Path, Pattern::Stratified) if settings.spp.is_none() => (false, WHOLE),
-            (Method::Path, Pattern::Random) => (false, 1),
-            (Method::Distribution, _) if settings.time_limit.is_some() => (false, 1),
+        let (sobol, whole) = match (settings.kind(), settings.pattern) {
+            (MethodKind::Path, Pattern::Sobol) => (true, WHOLE),
+            (MethodKind::Path, Pattern::Stratified) if settings.spp().is_none() => (false, WHOLE),
+            (MethodKind::Path, Pattern::Random) => (false, 1),
+            (MethodKind::Distribution, _) if settings.limits.time.is_some() => (false, 1),
             _ => return None,
         };
         Some(Self { sobol, whole, last: None, changes: Vec::new() })

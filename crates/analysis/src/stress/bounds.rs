@@ -34,7 +34,7 @@ fn scene() -> Option<Scene> {
 
 fn settings(spp: u32, seed: u64) -> Settings {
     let pattern = Pattern::Random;
-    Settings { size: (16, 12), spp: Some(spp), seed, pattern, max_bounces: 8, ..Settings::default() }
+    Settings { size: (16, 12), seed, pattern, max_bounces: 8, ..Settings::default() }.with_spp(spp)
 }
 
 /// By the picture's own account after 64 samples, and the picture.

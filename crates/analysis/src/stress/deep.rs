@@ -6,7 +6,7 @@ use crate::tally::Tally;
 use dapple_integrator::materials::{Material, Mirror};
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::{Scene, SceneError, TexturedMaterial};
-use dapple_integrator::{Method, Plans, Settings};
+use dapple_integrator::{MethodKind, Plans, Settings};
 use glam::{DAffine3, DVec3, Vec3};
 use std::time::Duration;
 
@@ -31,18 +31,14 @@ fn hall(kr: f32, emission: f32) -> Result<Scene, SceneError> {
     builder.build()
 }
 
-fn one_sample(method: Method, threads: usize, max_bounces: u32) -> Settings {
+fn one_sample(method: MethodKind, threads: usize, max_bounces: u32) -> Settings {
     let pixel = Plan::new(1, Pattern::Stratified);
     Settings {
-        method,
         size: (2, 2),
-        spp: Some(1),
-        roulette: false,
-        threads: Some(threads),
         max_bounces,
         plans: Plans { pixel, ..Plans::default() },
         ..Settings::default()
-    }
+}.with_method(method).with_threads(threads).with_spp(1).with_path(|p| p.roulette = false)
 }
 
 fn deep(effort: Effort) -> Outcome {
@@ -51,7 +47,7 @@ fn deep(effort: Effort) -> Outcome {
     let (Ok(dim), Ok(endless)) = (hall(kr, emission), hall(1.0, 1e-6)) else { return tally.finish() };
     for bounces in [64, 65, effort.of(2000, 10_000, 100_000)] {
         let exact = f64::from(emission) * (1.0 - f64::from(kr).powi(bounces + 1)) / (1.0 - f64::from(kr));
-        for method in [Method::Path, Method::Distribution] {
+        for method in [MethodKind::Path, MethodKind::Distribution] {
             for threads in [1, 2] {
                 let mean = run(&dim, &one_sample(method, threads, bounces as u32)).film.mean().mean();
                 let what = format!("{bounces} bounces, {method:?}, {threads} threads");
@@ -59,9 +55,9 @@ fn deep(effort: Effort) -> Outcome {
             }
         }
     }
-    for method in [Method::Path, Method::Distribution] {
+    for method in [MethodKind::Path, MethodKind::Distribution] {
         let time_limit = Some(Duration::from_millis(50));
-        let settings = Settings { time_limit, ..one_sample(method, 1, u32::MAX) };
+        let settings = one_sample(method, 1, u32::MAX).with_time_limit(time_limit);
         tally.holds(format!("{method:?} ends when time is up"), run(&endless, &settings).stats.timed_out);
     }
     tally.finish()

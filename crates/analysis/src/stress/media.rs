@@ -6,7 +6,7 @@ use crate::tally::Tally;
 use dapple_integrator::geometry::Mesh;
 use dapple_integrator::lights::Environment;
 use dapple_integrator::scene::{SceneBuilder, TexturedMaterial};
-use dapple_integrator::{Method, Settings};
+use dapple_integrator::{MethodKind, Settings};
 use glam::{DAffine3, DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -82,8 +82,8 @@ fn nested(effort: Effort) -> Outcome {
         ),
         ("a camera inside of both", 0.0, &[(3.0, -1.5, 1.5, 1.0, 0.0), (2.0, -1.0, 1.0, 2.0, 0.0)], 2.5),
     ];
-    for method in [Method::Path, Method::Distribution] {
-        let settings = Settings { method, max_bounces: 64, roulette: false, ..square(side, 4) };
+    for method in [MethodKind::Path, MethodKind::Distribution] {
+        let settings = Settings { max_bounces: 64, ..square(side, 4) }.with_method(method).with_path(|p| p.roulette = false);
         for (what, z, blocks, depth) in cases {
             for turned in [false, true] {
                 let m = pixels(through(z, turned, blocks), &settings).unwrap_or_default();

@@ -62,7 +62,7 @@ fn terminator(effort: Effort) -> Outcome {
     let picture = |level, soft_terminator| {
         let size = (side, side);
         let settings =
-            Settings { max_bounces: 1, size, spp: Some(16), soft_terminator, ..Settings::default() };
+            Settings { max_bounces: 1, size, soft_terminator, ..Settings::default() }.with_spp(16);
         lit(level).ok().map_or_else(nothing, |scene| run(&scene, &settings).film.mean())
     };
     let exact = picture(0, false);
@@ -158,7 +158,7 @@ fn streak(effort: Effort) -> Outcome {
         let replicas = effort.of(40, 400, 4000);
         let spp = if delta > 100.0 { 1024 } else { 64 };
         for seed in 0..replicas {
-            let settings = Settings { size: (8, 1), spp: Some(spp), seed, ..Settings::default() };
+            let settings = Settings { size: (8, 1), seed, ..Settings::default() }.with_spp(spp);
             let image = run(&scene, &settings).film.mean();
             columns.iter_mut().zip(&image.pixels).for_each(|(m, p)| m.add(f64::from(p.x)));
         }
@@ -236,7 +236,7 @@ fn turns(effort: Effort) -> Outcome {
         let mut plans = Plans::default();
         *plans.of_mut(Effect::Pixel) = dapple_integrator::sampling::Plan::OFF;
         for seed in 0..effort.of(10, 60, 1000) {
-            let settings = Settings { size: (8, 8), spp: Some(128), seed, plans, ..Settings::default() };
+            let settings = Settings { size: (8, 8), seed, plans, ..Settings::default() }.with_spp(128);
             let image = run(&scene, &settings).film.mean();
             moments.iter_mut().zip(&image.pixels).for_each(|(m, p)| m.add(f64::from(p.x)));
         }

@@ -118,11 +118,10 @@ fn unbiased(effort: Effort) -> Outcome {
     let side = effort.of(8, 16, 64);
     let render = |scene: &Scene, roulette: bool| {
         let settings = Settings {
-            roulette,
             max_bounces: 400,
             pattern: Pattern::Random,
             ..square(side, effort.of(16, 256, 1024))
-        };
+}.with_path(|p| p.roulette = roulette);
         let outcome = run(scene, &Settings { seed: u64::from(roulette), ..settings });
         (outcome.film.mean(), outcome.film.variance())
     };
@@ -173,7 +172,7 @@ fn subnormal(effort: Effort) -> Outcome {
     }
     // Paths in a black room of albedo 1e-12 end: what they could still bring is below 1e-30.
     if let Ok(scene) = furnace(1e-12) {
-        let settings = Settings { roulette: false, ..alone(8, 16) };
+        let settings = alone(8, 16).with_path(|p| p.roulette = false);
         let outcome = run(&scene, &settings);
         let rays = outcome.stats.rays as f64 / outcome.stats.samples as f64;
         tally.at_most("rays of a path that carries nothing any more", rays, 5.0);

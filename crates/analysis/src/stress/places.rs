@@ -7,7 +7,7 @@ use dapple_integrator::geometry::Mesh;
 use dapple_integrator::lights::Environment;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::{Scene, SceneBuilder};
-use dapple_integrator::{Method, Settings};
+use dapple_integrator::{MethodKind, Settings};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 pub(super) const CASES: &[Case] = &[Case {
@@ -18,7 +18,7 @@ pub(super) const CASES: &[Case] = &[Case {
     check: Check::Run(shared_places),
 }];
 
-const METHODS: [Method; 2] = [Method::Path, Method::Distribution];
+const METHODS: [MethodKind; 2] = [MethodKind::Path, MethodKind::Distribution];
 
 /// Turned by `i` steps that no axis shares.
 fn turn(i: u32) -> DQuat {
@@ -73,8 +73,8 @@ impl Place {
     }
 }
 
-fn settings(method: Method, bounces: u32, spp: u32) -> Settings {
-    let mut settings = Settings { method, max_bounces: bounces, ..square(6, spp) };
+fn settings(method: MethodKind, bounces: u32, spp: u32) -> Settings {
+    let mut settings = Settings { max_bounces: bounces, ..square(6, spp) }.with_method(method);
     settings.plans.pixel = Plan::new(spp, Pattern::Sobol);
     settings
 }

@@ -12,7 +12,7 @@ use dapple_integrator::materials::Material;
 use dapple_integrator::math::Ray;
 use dapple_integrator::sampling::Moments;
 use dapple_integrator::scene::{Scene, SceneError, TextureUse, TexturedMaterial};
-use dapple_integrator::settings::Method;
+use dapple_integrator::settings::MethodKind;
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
 pub(super) const CASES: &[Case] = &[
@@ -108,9 +108,9 @@ fn kept(effort: Effort) -> Outcome {
                         tally.holds(format!("{what}: built"), false);
                         continue;
                     };
-                    for method in [Method::Path, Method::Distribution] {
+                    for method in [MethodKind::Path, MethodKind::Distribution] {
                         let base = square(4, effort.of(64, 1024, 16_384));
-                        let settings = Settings { max_bounces: 3, method, ..base };
+                        let settings = Settings { max_bounces: 3, ..base }.with_method(method);
                         let (mean, error) = mean_of(&run(&scene, &settings).film.mean());
                         tally.at_most(format!("{what}: light lost"), 1.0 - mean - 4.0 * error, loss);
                         tally.at_most(format!("{what}: light kept"), mean - 4.0 * error, 1.0 + 1e-3);
@@ -234,7 +234,7 @@ fn smooth(effort: Effort) -> Outcome {
             let Ok(scene) = builder.build() else { continue };
             for (soft_terminator, how) in [(false, ""), (true, ", softened")] {
                 let square = square(effort.of(16, 48, 256), 64);
-                let settings = Settings { max_bounces: 100, roulette: false, soft_terminator, ..square };
+                let settings = Settings { max_bounces: 100, soft_terminator, ..square }.with_path(|p| p.roulette = false);
                 let image = run(&scene, &settings).film.mean();
                 let most = image.pixels.iter().map(|p| f64::from(p.x)).fold(0.0, f64::max);
                 let what = format!("brightest pixel, {name} ball of level {level}{how}");

@@ -9,7 +9,7 @@ use dapple_integrator::math::PixelRect;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::{Scene, builtin};
 use dapple_integrator::settings::Strategy;
-use dapple_integrator::{Combine, Method, Settings, render};
+use dapple_integrator::{Combine, MethodKind, Settings, render};
 use glam::Vec3;
 use std::ops::ControlFlow;
 
@@ -64,7 +64,7 @@ fn ways(side: u32, spp: u32) -> Vec<(String, Settings)> {
     }
     for combine in [Combine::Nested, Combine::Paired] {
         let settings =
-            Settings { method: Method::Distribution, combine, max_bounces: 2, ..square(side, spp) };
+            Settings { max_bounces: 2, ..square(side, spp) }.with_method(MethodKind::Distribution).with_distribution(|d| d.combine = combine);
         all.push((format!("distribution, {combine}"), settings));
     }
     all

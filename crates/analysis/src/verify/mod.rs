@@ -10,7 +10,7 @@ use crate::tally::{ERRORS, Outcome};
 use dapple_integrator::camera::Lens;
 use dapple_integrator::sampling::{Moments, Pattern, Plan};
 use dapple_integrator::scene::{Scene, SceneError};
-use dapple_integrator::{Effect, Method, Plans, Settings};
+use dapple_integrator::{Effect, MethodKind, Plans, Settings};
 
 /// One closed-form scene, one pixel wide.
 pub struct Form {
@@ -72,7 +72,7 @@ pub fn forms() -> Result<Vec<Form>, SceneError> {
 /// Every tracer with every estimator on one scene, by `replicas` independent renders each.
 pub fn measure(form: &Form, replicas: u64) -> Vec<Measured> {
     let mut all = Vec::new();
-    for (method, name) in [(Method::Path, "path"), (Method::Distribution, "distribution")] {
+    for (method, name) in [(MethodKind::Path, "path"), (MethodKind::Distribution, "distribution")] {
         for pattern in [Pattern::Grid, Pattern::Random, Pattern::Stratified, Pattern::Sobol] {
             if pattern != Pattern::Grid || form.grid.is_some() {
                 all.push(estimate(form, (method, name), pattern, replicas));
@@ -83,27 +83,23 @@ pub fn measure(form: &Form, replicas: u64) -> Vec<Measured> {
 }
 
 /// `side`² points of every integral that is on.
-fn settings(form: &Form, method: Method, pattern: Pattern, side: u32, seed: u64) -> Settings {
+fn settings(form: &Form, method: MethodKind, pattern: Pattern, side: u32, seed: u64) -> Settings {
     let mut plans = Plans::default();
     for (effect, _) in Effect::ALL {
         let plan = Plan { nx: side, ny: side, pattern };
         *plans.of_mut(effect) = if form.effects.contains(&effect) { plan } else { Plan::OFF };
     }
     Settings {
-        method,
         size: (1, 1),
-        spp: Some(side * side),
         pattern,
         seed,
         plans,
         max_bounces: form.max_bounces,
-        roulette: false,
-        threads: Some(1),
         ..Settings::default()
-    }
+}.with_method(method).with_threads(1).with_spp(side * side).with_path(|p| p.roulette = false)
 }
 
-fn values(form: &Form, method: Method, pattern: Pattern, side: u32, replicas: u64) -> Moments {
+fn values(form: &Form, method: MethodKind, pattern: Pattern, side: u32, replicas: u64) -> Moments {
     let value = |seed| {
         let p = run(&form.scene, &settings(form, method, pattern, side, seed)).film.mean_at(0, 0);
         p.element_sum() / 3.0
@@ -118,7 +114,7 @@ fn mse(m: &Moments, exact: f64) -> f64 {
 
 fn estimate(
     form: &Form,
-    (method, name): (Method, &'static str),
+    (method, name): (MethodKind, &'static str),
     pattern: Pattern,
     replicas: u64,
 ) -> Measured {

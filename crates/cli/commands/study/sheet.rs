@@ -26,7 +26,7 @@ use dapple_integrator::imaging::{read, write};
 use dapple_integrator::sampling::plan::MAX_COUNT;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::NamedCamera;
-use dapple_integrator::{Combine, Effect, Method, Outcome, Settings, forecast};
+use dapple_integrator::{Combine, Effect, MethodKind, Outcome, Settings, forecast};
 use reference::{Error, Given, Reference};
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
@@ -131,7 +131,7 @@ fn common(
     view: &NamedCamera,
     reference: Option<&Given<'_>>,
 ) -> RenderOptions {
-    options.method = Some(Method::Distribution);
+    options.method = Some(MethodKind::Distribution);
     options.aov = None;
     // The two tracers have different defaults.
     options.max_bounces = options.max_bounces.or(Some(effects::DISTRIBUTION_BOUNCES));
@@ -248,7 +248,7 @@ impl Sheet<'_> {
     fn refine(&self, settings: &mut Settings, count: u32) {
         let inner = matches!(self.arguments.vary, Effect::Glossy | Effect::Refract | Effect::Diffuse);
         let asked = self.asked.effects.light.is_some();
-        if !inner || asked || settings.combine == Combine::Paired {
+        if !inner || asked || settings.combine() == Combine::Paired {
             return;
         }
         let more = count.saturating_mul(FINER).min(MAX_COUNT);
@@ -302,7 +302,7 @@ impl Sheet<'_> {
     /// Half of a reference of `spp` samples by the other tracer.
     fn half(&self, plans: &[Planned], spp: u32) -> Settings {
         let pattern = Pattern::Sobol;
-        Settings { method: Method::Path, spp: Some(spp / 2), pattern, ..plans[0].settings.clone() }
+        Settings { pattern, ..plans[0].settings.clone() }.with_method(MethodKind::Path).with_spp(spp / 2)
     }
 
     /// A reference by the other tracer, in two halves with seeds of their own; of fewer samples where its share of the

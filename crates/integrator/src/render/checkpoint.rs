@@ -71,7 +71,7 @@ pub(super) fn next(settings: &Settings, spp: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Method;
+    use crate::MethodKind;
     use std::time::Duration;
 
     fn all(settings: &Settings, most: usize) -> Vec<u32> {
@@ -84,12 +84,12 @@ mod tests {
 
     #[test]
     fn counts_double_and_end_at_the_last() {
-        let path = |spp| Settings { spp, time_limit: Some(Duration::from_secs(1)), ..Settings::default() };
+        let path = |spp| Settings::default().with_time_limit(Duration::from_secs(1)).with_spp(spp);
         assert_eq!(all(&path(Some(16)), 9), [1, 2, 4, 8, 16]);
         assert_eq!(all(&path(Some(100)), 9), [1, 3, 6, 12, 25, 50, 100]);
         assert_eq!(all(&path(None), 5), [1, 2, 4, 8, 16]);
         let distribution =
-            |time_limit| Settings { method: Method::Distribution, time_limit, ..Settings::default() };
+            |time_limit| Settings::default().with_method(MethodKind::Distribution).with_time_limit(time_limit);
         assert_eq!(all(&distribution(None), 9), [16]);
         assert_eq!(all(&distribution(Some(Duration::from_secs(1))), 3), [16, 32, 64]);
     }

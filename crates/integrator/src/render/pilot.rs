@@ -21,7 +21,7 @@ impl Pilot {
         if waiting {
             tiles.iter_mut().for_each(|tile| tile.pixel_rays = vec![0; tile.rect.area()]);
         }
-        Self { waiting, half: None, spread: settings.spread.clone() }
+        Self { waiting, half: None, spread: settings.spread().cloned() }
     }
 
     /// Where the pass after `spp` has to end, so that the pilot sees what it must.

@@ -37,7 +37,7 @@ pub fn render_pixels_until(
         let (kernel, _) = kernel::choose(&job);
         each_tile(thread_count(settings), &mut tiles, |tile| {
             if !job.is_stopped() {
-                tile.render(&job, kernel, (0, spp), settings.spread.as_deref());
+                tile.render(&job, kernel, (0, spp), settings.spread().map(Arc::as_ref));
             }
         });
     });

@@ -88,7 +88,7 @@ impl<'a> Watch<'a> {
 
     /// Time left, if that is limited.
     fn left(&self) -> Option<Duration> {
-        self.settings.time_limit.map(|limit| limit.saturating_sub(self.start.elapsed()))
+        self.settings.limits.time.map(|limit| limit.saturating_sub(self.start.elapsed()))
     }
 
     /// Whether nothing more is to be begun.

@@ -2,7 +2,7 @@
 
 use dapple_integrator::camera::Camera;
 use dapple_integrator::settings::Strategy;
-use dapple_integrator::{Combine, Effect, Method, Plans, Settings, render};
+use dapple_integrator::{Combine, Effect, MethodKind, Plans, Settings, render};
 use dapple_sampling::{Moments, Pattern, Plan};
 use dapple_scene::Scene;
 use std::ops::ControlFlow;
@@ -42,17 +42,12 @@ pub fn one_pixel(
         plans.pixel = Plan::new(samples, pattern);
     }
     Settings {
-        method: if tracer == Tracer::Path { Method::Path } else { Method::Distribution },
-        combine: if tracer == Tracer::Paired { Combine::Paired } else { Combine::Nested },
         size: (1, 1),
-        spp: Some(samples),
         pattern,
         max_bounces: 1,
-        roulette: false,
-        threads: Some(1),
         plans,
         ..Settings::default()
-    }
+}.with_method(if tracer == Tracer::Path { MethodKind::Path } else { MethodKind::Distribution }).with_threads(1).with_spp(samples).with_path(|p| p.roulette = false).with_distribution(|d| d.combine = if tracer == Tracer::Paired { Combine::Paired } else { Combine::Nested })
 }
 
 /// Lights are found by the directions of lobes alone.

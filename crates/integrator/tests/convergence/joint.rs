@@ -17,7 +17,7 @@ use glam::DVec2;
 fn both(combine: Combine, effects: &[Effect], plan: Plan) -> Settings {
     let mut settings = by_chance(one_pixel(Tracer::Nested, plan.pattern, &[], 1));
     effects.iter().for_each(|&effect| *settings.plans.of_mut(effect) = plan);
-    Settings { combine, max_bounces: 2, ..settings }
+    Settings { max_bounces: 2, ..settings }.with_distribution(|d| d.combine = combine)
 }
 
 /// A lit plane through pixel and lens: 4-D, smooth.

@@ -9,7 +9,7 @@ use crate::options::{self, RenderOptions};
 use crate::uses;
 use crate::values::Size;
 use dapple_analysis::converge::Run;
-use dapple_integrator::Method;
+use dapple_integrator::MethodKind;
 use dapple_integrator::sampling::Plan;
 use dapple_integrator::scene::Scene;
 use std::ffi::OsString;
@@ -40,7 +40,7 @@ pub fn runs(arguments: &ConvergeArgs, base: &RenderOptions, scene: &Scene) -> Re
     for (name, text) in &named {
         options.push(laid(base, name, text)?);
     }
-    let distribution = options.iter().any(|o| o.method == Some(Method::Distribution));
+    let distribution = options.iter().any(|o| o.method == Some(MethodKind::Distribution));
     if distribution && base.max_bounces.is_none() {
         options.iter_mut().for_each(|o| o.max_bounces = o.max_bounces.or(Some(BOUNCES)));
     }
@@ -64,7 +64,7 @@ fn one(
     }
     let settings = render::settings(&options, &view).map_err(in_run)?;
     let vary = arguments.vary;
-    if settings.method == Method::Distribution && settings.plans.is_off(vary) {
+    if settings.kind() == MethodKind::Distribution && settings.plans.is_off(vary) {
         let said = format!("--run {name}: --vary {vary}: that effect is off in this run");
         return Err(Failure::Arguments(said));
     }

@@ -133,7 +133,7 @@ fn record(scene: &str, planned: &Planned, look: String, old: &Results) -> RunRec
         options: planned.text.clone(),
         key: planned.key.clone(),
         reference: look,
-        method: values::method_name(run.settings.method).into(),
+        method: values::method_name(run.settings.kind()).into(),
         pattern: run.pattern().to_string(),
         varied: run.varied(),
         size: [run.settings.size.0, run.settings.size.1],
