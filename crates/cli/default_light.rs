@@ -49,13 +49,9 @@ pub fn is_wanted(scene: &Scene, camera: &Camera, backfaces: Backfaces) -> bool {
         )
     };
     let aovs = vec![Aov::Albedo, Aov::ObjectId];
-    let glance = Settings {
-        size: GLANCE,
-        max_bounces: 1,
-        backfaces,
-        aovs,
-        ..Settings::default()
-}.with_threads(1).with_spp(1);
+    let glance = Settings { size: GLANCE, max_bounces: 1, backfaces, aovs, ..Settings::default() }
+        .with_threads(1)
+        .with_spp(1);
     let (picture, surfaces) = look(&glance);
     let black = Image::filled(picture.width, picture.height, Vec3::ZERO);
     if shares(&picture, &black, &surfaces).is_some_and(|(lit, _)| lit > CLEARLY) {

@@ -70,7 +70,7 @@ pub fn with_lens(mut camera: Camera, scene: &Scene, options: &RenderOptions) -> 
 }
 
 /// Lays plans, combination and ambient light over `settings`.
-pub fn lay(options: &RenderOptions, settings: &mut Settings) -> Result<(), Failure> {
+pub fn lay(options: &RenderOptions, settings: &mut Settings) {
     let effects = &options.effects;
     let mut plans = Plans::default();
     let combine = effects.combine.unwrap_or_default();
@@ -83,31 +83,22 @@ pub fn lay(options: &RenderOptions, settings: &mut Settings) -> Result<(), Failu
         plans.pixel = Plan::new(spp, Pattern::Stratified);
     }
     if combine == Combine::Paired && settings.kind() == MethodKind::Distribution {
-        check_paired(effects, plans.pixel)?;
+        let n = plans.pixel.count().max(1);
+        let open = Effect::ALL.iter().filter(|(effect, _)| effects.plan(*effect).is_none());
+        for (effect, _) in open.filter(|(effect, _)| *effect != Effect::Pixel) {
+            let plan = plans.of_mut(*effect);
+            *plan = if plan.count() == n { *plan } else { Plan::new(n, plan.pattern) };
+        }
     }
     settings.plans = plans;
-    settings.set_combine(combine);
-    settings.secondary = effects.secondary.unwrap_or(1);
+    if let Some(distribution) = settings.distribution_tracer_mut() {
+        distribution.combine = combine;
+        distribution.secondary = effects.secondary.unwrap_or(1);
+    }
     settings.ambient = effects.ambient.map_or(glam::Vec3::ZERO, |c| c.0);
     if settings.kind() == MethodKind::Distribution {
         settings.max_bounces = options.max_bounces.unwrap_or(DISTRIBUTION_BOUNCES);
     }
-    Ok(())
-}
-
-/// Paired, every integral has one point per pixel sample.
-fn check_paired(effects: &EffectOptions, pixel: Plan) -> Result<(), Failure> {
-    let n = pixel.count().max(1);
-    for (effect, name) in Effect::ALL {
-        let count = effects.plan(effect).map_or(1, Plan::count);
-        if effect != Effect::Pixel && count > 1 && count != n {
-            return Err(Failure::Arguments(format!(
-                "--{name}: {count} points, but --combine paired takes one of each integral for each of the pixel's {n}; \
-                 write 1, {n} or 0, or leave it out"
-            )));
-        }
-    }
-    Ok(())
 }
 
 /// Says what was asked for and has nothing to do.

@@ -12,7 +12,7 @@ use dapple_analysis::estimate::{
 use dapple_analysis::statistics;
 use dapple_integrator::camera::{Camera, Film};
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Checkpoint, Outcome, Peak, Settings, Spread, Tail, peak};
+use dapple_integrator::{Outcome, Peak, Settings, Snapshot, Spread, Tail, peak};
 use serde_json::json;
 use std::cell::{Cell, OnceCell};
 use std::fs::File;
@@ -127,14 +127,14 @@ impl<'a> ErrorWatch<'a> {
     }
 
     /// Takes a checkpoint in; breaks when the error is small enough.
-    pub fn look(&mut self, at: &Checkpoint<'_>) -> ControlFlow<()> {
+    pub fn look(&mut self, at: &Snapshot<'_>) -> ControlFlow<()> {
         let known = self.guess(at);
         self.write((at.seconds, at.spp, at.rays()), known.as_ref());
         if self.held.is_some() || self.is_capped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
     /// The error by how the picture changed; measured where it may be below the limit.
-    fn guess(&mut self, at: &Checkpoint<'_>) -> Option<Verdict> {
+    fn guess(&mut self, at: &Snapshot<'_>) -> Option<Verdict> {
         let doublings = self.doublings.as_mut()?;
         let film = at.film();
         if !at.between {
@@ -155,7 +155,7 @@ impl<'a> ErrorWatch<'a> {
     /// Whether the limit holds, and when to look again if it does not.
     fn examine(
         &mut self,
-        at: &Checkpoint<'_>,
+        at: &Snapshot<'_>,
         film: &Film,
         (guess, rate): (Estimate, f64),
         limit: f64,

@@ -130,7 +130,7 @@ mod tests {
         let typed: Vec<std::ffi::OsString> = typed.iter().map(Into::into).collect();
         options.lay(&typed).unwrap();
         let mut settings = Settings::default().with_method(options.method.unwrap_or_default());
-        settings.set_combine(options.effects.combine.unwrap_or_default());
+        settings = settings.with_distribution(|d| d.combine = options.effects.combine.unwrap_or_default());
         settings.plans.pixel = options.effects.pixel.unwrap_or(Plan::new(1, Default::default()));
         let scene = builtin::builtin("cornell").unwrap().build().unwrap();
         let found = of_render(&options, &settings, &scene);

@@ -60,9 +60,9 @@ pub fn against_general(source: &Source, options: &RenderOptions) -> Result<Measu
     for options in [options, &general] {
         let loaded = load::load(source, options)?;
         let view = load::camera(&loaded.scene, options)?;
-        let mut settings = render::settings(options, &view)?;
-        settings.set_spp(Some(settings.spp().unwrap_or(SPP).min(SPP)));
-        settings.limits.time = None;
+        let settings = render::settings(options, &view)?;
+        let few = settings.spp().unwrap_or(SPP).min(SPP);
+        let settings = settings.with_spp(few).with_time_limit(None);
         setups.push((loaded, view, settings));
     }
     let mut seconds = [Vec::new(), Vec::new()];

@@ -66,8 +66,9 @@ fn settings_text(
             lines.push(format!("adaptive = {}", settings.adaptive()));
         }
         MethodKind::Distribution => {
+            let secondary = settings.distribution_tracer().map_or(1, |d| d.secondary);
             lines.push(format!("combine = \"{}\"", settings.combine()));
-            lines.push(format!("secondary = {}", settings.secondary));
+            lines.push(format!("secondary = {secondary}"));
         }
     }
     for (effect, name) in Effect::ALL {

@@ -68,7 +68,12 @@ fn small(settings: &Settings) -> Settings {
         picture: true,
         general: false,
         ..settings.clone()
-}.with_method(MethodKind::Path).with_time_limit(None).with_spp(SAMPLES).with_path(|p| p.adaptive = false).with_path(|p| p.spread = None)
+    }
+    .with_method(MethodKind::Path)
+    .with_time_limit(None)
+    .with_spp(SAMPLES)
+    .with_path(|p| p.adaptive = false)
+    .with_path(|p| p.spread = None)
 }
 
 #[cfg(test)]

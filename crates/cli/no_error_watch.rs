@@ -6,7 +6,7 @@ use crate::options::RenderOptions;
 use crate::progress::Bar;
 use dapple_integrator::camera::Camera;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Checkpoint, Outcome, Settings};
+use dapple_integrator::{Outcome, Settings, Snapshot};
 use std::ops::ControlFlow;
 
 /// Looks at nothing.
@@ -30,7 +30,7 @@ impl ErrorWatch {
     }
 
     /// On and on.
-    pub fn look(&mut self, _: &Checkpoint<'_>) -> ControlFlow<()> {
+    pub fn look(&mut self, _: &Snapshot<'_>) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 

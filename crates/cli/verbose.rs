@@ -32,14 +32,18 @@ pub fn render(settings: &Settings) -> String {
     let part = settings.crop.map_or(String::new(), |c| {
         format!(", of which {}x{} from ({}, {}) are rendered", c.width(), c.height(), c.x0, c.y0)
     });
-    let threads = settings.limits.threads.map_or(String::new(), |n| format!(" on {}", counted_always(n, "thread")));
+    let threads =
+        settings.limits.threads.map_or(String::new(), |n| format!(" on {}", counted_always(n, "thread")));
     format!(
         "Rendering {width}x{height} pixels{part}, {}; paths of up to {}; {} filter; seed {}{threads}{}.",
         estimator(settings),
         counted_always(settings.max_bounces as usize, "scattering event"),
         settings.filter,
         settings.seed,
-        settings.limits.time.map_or(String::new(), |limit| format!("; for at most {} s", limit.as_secs_f64())),
+        settings
+            .limits
+            .time
+            .map_or(String::new(), |limit| format!("; for at most {} s", limit.as_secs_f64())),
     )
 }
 
@@ -105,8 +109,7 @@ mod tests {
         assert_eq!(counted(0, "light"), None);
         assert_eq!(counted_always(1, "light"), "1 light");
         assert_eq!(counted_always(2, "exact sphere or disk"), "2 exact spheres and disks");
-        let said =
-            render(&Settings { time_limit: Some(std::time::Duration::from_secs(3)), ..Settings::default() });
+        let said = render(&Settings::default().with_time_limit(std::time::Duration::from_secs(3)));
         assert_eq!(
             said,
             "Rendering 512x512 pixels, by the path tracer with Russian roulette: 64 samples per pixel, placed by the \

@@ -92,10 +92,9 @@ pub fn budget(
     let variances = wanted.variances(&pilot, &present);
     let shares = shares(&variances, &present, confidence);
     let tree = settings.clone().with_method(MethodKind::Distribution);
-    let tree = Settings {
-        plans: plans(&tree.plans, &sum(&variances)),
-        ..tree
-}.with_distribution(|d| d.combine = Combine::Nested).with_distribution(|d| d.secondary = 1);
+    let tree = Settings { plans: plans(&tree.plans, &sum(&variances)), ..tree }
+        .with_distribution(|d| d.combine = Combine::Nested)
+        .with_distribution(|d| d.secondary = 1);
     let predictions = vec![wanted.path(&pilot, settings), wanted.tree(&pilot, &tree, &present)];
     Budget { error_limit: limit, mean: pilot.mean, effects: shares, predictions }
 }

@@ -108,13 +108,10 @@ fn settings(method: MethodKind, pattern: Pattern, count: u32) -> Settings {
     let light = Plan::new(count, pattern);
     let plans = Plans { pixel: Plan::OFF, light, diffuse: Plan::OFF, ..Plans::default() };
     let spp = Some(count);
-    Settings {
-        pattern,
-        plans,
-        max_bounces: 1,
-        size: (SIDE, SIDE),
-        ..Settings::default()
-}.with_method(method).with_threads(2).with_spp(spp)
+    Settings { pattern, plans, max_bounces: 1, size: (SIDE, SIDE), ..Settings::default() }
+        .with_method(method)
+        .with_threads(2)
+        .with_spp(spp)
 }
 
 /// The slope from 16 to 1024 points, over seeds.

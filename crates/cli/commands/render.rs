@@ -12,18 +12,15 @@ use crate::progress::Bar;
 use crate::report::{self, Report};
 use crate::{effects, interrupt, machine, metadata, metering, retrace, settings_file, verbose};
 use clap::ArgMatches;
-use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
-use dapple_integrator::{MethodKind, Outcome, Settings, Stats, render_watched};
+use dapple_integrator::{MethodKind, Outcome, Settings, SettingsError, Stats, render_watched};
 use std::ops::ControlFlow;
 use std::process::ExitCode;
-use std::time::Duration;
 
 /// Most bad samples whose command is printed.
 const SHOWN: usize = 5;
 
 /// No limit of time.
-const CENTURY: Duration = Duration::from_secs(3_200_000_000);
 
 /// Renders `scene` with the sidecar's, the settings file's and the typed options.
 pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure> {
@@ -88,13 +85,18 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         transparent: RenderOptions::is(options.transparent),
         backfaces: options.backfaces(),
         ..default
-}.with_method(options.method.unwrap_or_default()).with_time_limit(options.time_limit).with_threads(machine::threads(options.threads)).with_spp(options.samples()).with_path(|p| p.roulette = !RenderOptions::is(options.no_roulette)).with_path(|p| p.adaptive = RenderOptions::is(options.adaptive));
-    check_adaptive(&settings)?;
-    effects::lay(options, &mut settings)?;
-    if settings.kind() == MethodKind::Distribution && options.error_limit.is_some() {
-        // It goes over its points again only while there is time.
-        settings.limits.time = settings.limits.time.or(Some(CENTURY));
     }
+    .with_method(options.method.unwrap_or_default())
+    .with_time_limit(options.time_limit)
+    .with_threads(machine::threads(options.threads))
+    .with_spp(options.samples())
+    .with_path(|p| p.roulette = !RenderOptions::is(options.no_roulette))
+    .with_path(|p| p.adaptive = RenderOptions::is(options.adaptive));
+    effects::lay(options, &mut settings);
+    if options.error_limit.is_some() {
+        settings = settings.with_distribution(|d| d.rounds = 0..u32::MAX);
+    }
+    check(&settings, options)?;
     Ok(settings)
 }
 
@@ -110,22 +112,25 @@ fn check_log(options: &RenderOptions) -> Result<(), Failure> {
     opened.map(drop).map_err(failed)
 }
 
-/// Adaptive sampling continues the points of each pixel at will, and looks at the whole picture to decide.
-fn check_adaptive(settings: &Settings) -> Result<(), Failure> {
-    let refuse = |why: &str| Err(Failure::Arguments(format!("--adaptive: {why}")));
-    match settings.pattern {
-        _ if !settings.adaptive() => Ok(()),
-        _ if settings.kind() == MethodKind::Distribution => {
-            refuse("the distribution tracer gives every pixel its plans' points; use --method path")
-        }
-        Pattern::Stratified | Pattern::Grid => {
-            refuse("these points belong together and cannot be continued; use --pattern sobol or random")
-        }
-        _ if settings.crop.is_some() => refuse(
-            "where samples go depends on the whole picture, so a --crop would differ from it; leave out one of the two",
-        ),
-        _ => Ok(()),
+/// Names the options that settings without sense come from.
+fn check(settings: &Settings, options: &RenderOptions) -> Result<(), Failure> {
+    if RenderOptions::is(options.adaptive) && settings.kind() == MethodKind::Distribution {
+        let said =
+            "--adaptive: the distribution tracer gives every pixel its plans' points; use --method path";
+        return Err(Failure::Arguments(said.into()));
     }
+    settings.check().map_err(|error| {
+        let option = match &error {
+            SettingsError::AdaptivePattern(_)
+            | SettingsError::AdaptiveCrop
+            | SettingsError::AdaptiveStart => "--adaptive: ".to_string(),
+            SettingsError::Paired { effect, .. } => format!("--{effect}: "),
+            SettingsError::Crop(_) => "--crop: ".to_string(),
+            SettingsError::Size(..) => "--size: ".to_string(),
+            _ => String::new(),
+        };
+        Failure::Arguments(format!("{option}{error}"))
+    })
 }
 
 /// Says once what will look different from what the file says, and what else the file could show.

@@ -2,8 +2,9 @@
 //!
 //! A position is never `o + t·d`: it is rebuilt from the surface itself, so its error does not grow with the
 //! length or the slant of the ray.
+use dapple_math::Ray;
 use dapple_math::motion::Pose;
-use dapple_math::offset::{gamma, offset_origin};
+use dapple_math::offset::{UNIT_ROUNDOFF, gamma, offset_origin};
 use dapple_math::vector::{round_up, unit_or};
 use glam::{DVec3, Vec3};
 
@@ -27,6 +28,14 @@ impl Surface {
     /// Where a ray towards `d` may start from here: see [`offset_origin`].
     pub fn origin_towards(&self, d: Vec3) -> Vec3 {
         offset_origin(self.start, self.p_error, self.ng, d)
+    }
+
+    /// The ray to another surface point. It starts and ends outside the error boxes of the two, so that neither surface
+    /// stops it; its direction has the length of the way.
+    pub fn ray_to(&self, to: &Self) -> Ray {
+        let way = to.start - self.start;
+        let (o, target) = (self.origin_towards(way), to.origin_towards(-way));
+        Ray { o, d: target - o, t_max: 1.0 - 16.0 * UNIT_ROUNDOFF }
     }
 
     /// Whether shading and geometric normal differ by more than normals in f32, interpolated, are rounded by.

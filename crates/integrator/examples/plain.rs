@@ -11,11 +11,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         _ => MethodKind::Path,
     };
     let scene = builtin::builtin("cornell").ok_or("no such scene")?.build()?;
-    let settings = Settings {
-        size: (24, 24),
-        max_bounces: 4,
-        ..Settings::default()
-}.with_method(method).with_threads(1).with_spp(64);
+    let settings = Settings { size: (24, 24), max_bounces: 4, ..Settings::default() }
+        .with_method(method)
+        .with_threads(1)
+        .with_spp(64);
     let outcome = render(&scene, &scene.cameras[0].camera, &settings, &|_| ControlFlow::Continue(()));
     println!("{}", outcome.film.mean().mean());
     Ok(())

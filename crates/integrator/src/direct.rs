@@ -11,7 +11,6 @@ use crate::visibility::Visibility;
 use dapple_lights::{Aiming, Light, LightSample};
 use dapple_materials::{Lobe, Lobes};
 use dapple_math::Ray;
-use dapple_math::offset::{UNIT_ROUNDOFF, offset_origin};
 use dapple_sampling::{mis, warp};
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
@@ -109,7 +108,7 @@ impl<V: Visibility> Beam<'_, V> {
             return value;
         }
         let Some(o) = self.vertex.origin(sample.wi, &self.around) else { return Vec3::ZERO };
-        let ray = shadow_ray(o, sample);
+        let ray = sample.shadow_ray(o);
         *rays += 1;
         if V::PLAIN || self.around.job.plain_shadows {
             let is_hidden = match shared_place::of(self.around.scene).filter(|_| !V::PLAIN) {
@@ -203,24 +202,5 @@ impl<V: Visibility> Beam<'_, V> {
             Strategy::LightOnly => 1.0,
             Strategy::BsdfOnly => 0.0,
         }
-    }
-}
-
-/// Where shadow rays end. From origin to target a direction is rounded by half an ulp per axis, so that its end lies up to
-/// |n|·|d|·2⁻²⁴ before or behind the target, measured along the light's normal; by that, the light would shadow its own
-/// samples where its coordinates, and with them its error box, are small against the distance. Covers it for all but the
-/// last 4° to the light's plane.
-const END: f32 = 1.0 - 16.0 * UNIT_ROUNDOFF;
-
-/// From `o` to outside the light's error box; t = 1 is the light.
-#[inline(always)]
-fn shadow_ray(o: Vec3, sample: &LightSample) -> Ray {
-    match &sample.point {
-        Some(point) => {
-            let target = offset_origin(point.p, point.p_error, point.n, -sample.wi);
-            Ray { o, d: target - o, t_max: END }
-        }
-        None if sample.distance.is_finite() => Ray { o, d: sample.wi, t_max: sample.distance },
-        None => Ray::new(o, sample.wi),
     }
 }

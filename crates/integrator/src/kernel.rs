@@ -1,6 +1,7 @@
 //! Which variant of the sample loop a render runs: one table, chosen once per render.
 
 use crate::clear::{self, media_start};
+use crate::custom::{Integrator, SampleContext};
 use crate::distribution::pixel_point;
 use crate::effects::{Combine, Effect};
 use crate::first_hit::{self, Backfaces};
@@ -17,6 +18,7 @@ use dapple_lights::Aiming;
 use dapple_materials::{Lobe, Lobes};
 use dapple_scene::Scene;
 use glam::Vec3;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is the same for all samples of a render.
@@ -41,7 +43,9 @@ pub(crate) struct Job<'a> {
     /// Scattering events that are followed.
     pub bounces: u32,
     /// Once set, samples under way end as soon as they can, and what they are is not to be kept.
-    pub stop: &'a AtomicBool,
+    pub stop: Arc<AtomicBool>,
+    /// Takes the place of the settings' method.
+    pub custom: Option<&'a dyn Integrator>,
     /// How far along a camera ray the near plane can be at most, in lengths of its direction; 0 where nothing is clipped.
     pub near_most: f32,
     /// Camera rays pass some back faces.
@@ -55,9 +59,6 @@ pub(crate) struct Job<'a> {
     /// Shadow rays pass nothing, and nothing absorbs on their way.
     pub plain_shadows: bool,
 }
-
-/// Of what cannot be stopped.
-static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl<'a> Job<'a> {
     pub fn new(scene: &'a Scene, camera: &Camera, settings: &'a Settings) -> Self {
@@ -97,7 +98,8 @@ impl<'a> Job<'a> {
             clear_ways,
             clear_bodies,
             camera,
-            stop: &NEVER,
+            stop: Arc::default(),
+            custom: None,
         }
     }
 
@@ -148,6 +150,9 @@ pub(crate) type Kernel =
 
 /// The smallest kernel that covers the job, and its name.
 pub(crate) fn choose(job: &Job<'_>) -> (Kernel, &'static str) {
+    if job.custom.is_some() {
+        return (custom, "custom");
+    }
     let alpha = job.asks_alpha();
     let watched = cfg!(not(without = "layers"))
         && (job.settings.general
@@ -169,7 +174,9 @@ pub(crate) fn choose(job: &Job<'_>) -> (Kernel, &'static str) {
         (MethodKind::Distribution, false, false) => (distribution_solid, "distribution"),
         (MethodKind::Distribution, false, true) => (distribution_solid_watched, "distribution+first-hit"),
         (MethodKind::Distribution, true, false) => (distribution_alpha, "distribution+alpha"),
-        (MethodKind::Distribution, true, true) => (distribution_alpha_watched, "distribution+alpha+first-hit"),
+        (MethodKind::Distribution, true, true) => {
+            (distribution_alpha_watched, "distribution+alpha+first-hit")
+        }
     }
 }
 
@@ -225,8 +232,21 @@ pub(crate) fn followed<F: Follow>(
         (MethodKind::Path, false) => path_sample(job, solid(job), pixel, index, follow, rays),
         (MethodKind::Path, true) => path_sample(job, cutout::<false>(job), pixel, index, follow, rays),
         (MethodKind::Distribution, false) => pixel_point(job, solid(job), pixel, index, follow, rays),
-        (MethodKind::Distribution, true) => pixel_point(job, cutout::<false>(job), pixel, index, follow, rays),
+        (MethodKind::Distribution, true) => {
+            pixel_point(job, cutout::<false>(job), pixel, index, follow, rays)
+        }
     }
+}
+
+/// One camera ray, whose radiance the caller's integrator says.
+fn custom(job: &Job<'_>, pixel: (u32, u32), index: u32, _: &mut FirstHit, rays: &mut u64) -> (Vec3, f32) {
+    let Some(integrator) = job.custom else { return (Vec3::ZERO, 1.0) };
+    let sample = Sample::new(job.settings, pixel, index).timed(job);
+    let (ray, weight) = sample.camera_ray(job, pixel);
+    let context = SampleContext::new(job, sample);
+    let radiance = integrator.radiance(&ray, &context);
+    *rays += context.rays();
+    (radiance, weight)
 }
 
 /// One path from pixel to radiance.

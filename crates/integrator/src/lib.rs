@@ -18,6 +18,7 @@ pub mod aov;
 mod clear;
 mod coverage;
 mod cryptomatte;
+mod custom;
 pub mod dimension;
 mod direct;
 mod distribution;
@@ -51,6 +52,7 @@ mod vertex;
 mod visibility;
 
 pub use aov::Aov;
+pub use custom::{Integrator, Intersection, SampleContext};
 pub use dimension::Dimension;
 pub use effects::{Combine, Effect, Plans};
 pub use first_hit::Backfaces;
@@ -59,11 +61,11 @@ pub use ledger::Ledger;
 pub use peak::{Peak, peak};
 pub use plan::{RenderPlan, plan};
 pub use render::{
-    BadSample, Checkpoint, Look, Outcome, Progress, Stats, render, render_pixels, render_pixels_until,
-    render_watched,
+    Advance, BadSample, Look, Outcome, Progress, RenderState, Renderer, Snapshot, Stats, render,
+    render_pixels, render_pixels_until, render_watched,
 };
 pub use replay::{PathVertex, replay};
-pub use settings::{DistributionSettings, Limits, MethodKind, MethodKind, PathSettings, Settings};
+pub use settings::{DistributionSettings, Limits, MethodKind, PathSettings, Settings, SettingsError};
 pub use spread::{PILOT, Spread};
 pub use tail::Tail;
 pub use variances::{Variances, variances};

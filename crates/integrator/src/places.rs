@@ -36,7 +36,8 @@ impl Integrals {
     /// tend to the truth.
     pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Self {
         let n = settings.plans.pixel.count().max(1);
-        let paired = settings.combine() == Combine::Paired;
+        let own = settings.distribution_tracer().cloned().unwrap_or_default();
+        let paired = own.combine == Combine::Paired;
         let present = |effect| match effect {
             Effect::Lens => camera.lens.is_some_and(|lens| lens.radius > 0.0),
             Effect::Time => moves(scene),
@@ -52,15 +53,15 @@ impl Integrals {
         });
         let lower = |plan: Plan| match plan.pattern {
             _ if paired => plan,
-            Pattern::Grid if settings.secondary == 1 => Plan::new(1, Pattern::Random),
-            pattern => Plan::new(settings.secondary, pattern),
+            Pattern::Grid if own.secondary == 1 => Plan::new(1, Pattern::Random),
+            pattern => Plan::new(own.secondary, pattern),
         };
         let below = first.map(|_, plan| lower(plan));
-        let sky = matched(if first.is_off(Effect::Light) { settings.sky } else { first.light });
+        let sky = matched(if first.is_off(Effect::Light) { own.sky } else { first.light });
         Self {
             first,
             below,
-            combine: settings.combine(),
+            combine: own.combine,
             sky: [sky, lower(sky)],
             unfollowed: first.is_off(Effect::Diffuse),
         }
@@ -234,7 +235,10 @@ mod tests {
         settings.plans.light = Plan::new(9, Pattern::Grid);
         settings.plans.diffuse = Plan::new(4, Pattern::Sobol);
         let integrals = |secondary, combine| {
-            let settings = settings.clone().with_distribution(|d| d.combine = combine).with_distribution(|d| d.secondary = secondary);
+            let settings = settings
+                .clone()
+                .with_distribution(|d| d.combine = combine)
+                .with_distribution(|d| d.secondary = secondary);
             Integrals::new(&scene, &scene.cameras[0].camera, &settings)
         };
         let nested = integrals(1, Combine::Nested);

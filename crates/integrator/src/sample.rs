@@ -61,6 +61,16 @@ impl Sample {
         padded_2d(self.pattern, self.s, self.n, self.key.at(depth, dimension))
     }
 
+    /// As [`point_1d`](Self::point_1d), of a decision that is not in the table.
+    pub fn named_1d(&self, depth: u32, decision: u32) -> f32 {
+        padded_1d(self.pattern, self.s, self.n, self.key.at(depth, decision))
+    }
+
+    /// As [`point_2d`](Self::point_2d), of a decision that is not in the table.
+    pub fn named_2d(&self, depth: u32, decision: u32) -> Vec2 {
+        padded_2d(self.pattern, self.s, self.n, self.key.at(depth, decision))
+    }
+
     /// The camera ray through a pixel, and the weight the pixel filter gives it.
     pub fn camera_ray(&self, job: &Job<'_>, pixel: (u32, u32)) -> (Ray, f32) {
         let (offset, weight) = match job.needs.pixel {

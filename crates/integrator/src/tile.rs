@@ -147,8 +147,8 @@ impl FirstHits {
 #[derive(Clone)]
 pub(crate) struct Tile {
     pub rect: PixelRect,
-    /// Samples that every pixel has, or its share of so many.
-    pub spp: u32,
+    /// Index of the next sample of every pixel.
+    pub next: u32,
     /// What it was before the pass under way, if that is not the first.
     before: Option<Box<Tile>>,
     /// Of no pixels before the first pass: who is stopped then has not waited for memory.
@@ -183,7 +183,7 @@ impl Tile {
         let removed = if settings.aovs.contains(&Aov::Removed) { pixels } else { 0 };
         Self {
             rect,
-            spp: 0,
+            next: settings.sample_range().start,
             before: None,
             film: Film::new(PixelRect { x1: rect.x0, y1: rect.y0, ..rect }),
             first_hits: FirstHits::new(pixels, settings),
@@ -197,10 +197,14 @@ impl Tile {
         }
     }
 
-    /// Gets ready for a pass that may not be finished.
-    pub fn begin(&mut self) {
-        if self.spp > 0 {
+    /// Gets ready for a pass that may not be finished: to be taken back if it is a further one (`has_samples`). What an
+    /// unfinished first pass has left is dropped.
+    pub fn begin(&mut self, has_samples: bool, settings: &Settings) {
+        if has_samples {
             self.before = Some(Box::new(self.clone()));
+        } else {
+            let pixel_rays = std::mem::take(&mut self.pixel_rays);
+            *self = Self { pixel_rays: vec![0; pixel_rays.len()], ..Self::new(self.rect, settings) };
         }
     }
 
@@ -224,7 +228,7 @@ impl Tile {
         (from, to): (u32, u32),
         spread: Option<&Spread>,
     ) -> u64 {
-        if self.spp == 0 {
+        if self.film.rect() != self.rect {
             self.film = Film::new(self.rect);
         }
         let mut samples = 0;
@@ -241,7 +245,7 @@ impl Tile {
                 self.count_rays(x, y, self.rays - rays);
             }
         }
-        self.spp = to;
+        self.next = to;
         samples
     }
 

@@ -75,10 +75,10 @@ pub fn variances(
 /// One random point of every integral that is on.
 fn one_each(settings: &Settings) -> Settings {
     let plans = settings.plans.map(|_, _| Plan::new(1, Pattern::Random));
-    Settings {
-        plans,
-        ..settings.clone()
-}.with_method(MethodKind::Distribution).with_distribution(|d| d.combine = Default::default()).with_distribution(|d| d.secondary = 1)
+    Settings { plans, ..settings.clone() }
+        .with_method(MethodKind::Distribution)
+        .with_distribution(|d| d.combine = Default::default())
+        .with_distribution(|d| d.secondary = 1)
 }
 
 fn two_of(settings: &Settings, effect: Effect) -> Settings {

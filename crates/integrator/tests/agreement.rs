@@ -41,7 +41,8 @@ fn by_strategy(scene: &Scene, strategy: Strategy, seed: u64) -> Outcome {
         max_bounces: 2,
         pattern: Pattern::Random,
         ..Settings::default()
-}.with_spp(1024);
+    }
+    .with_spp(1024);
     run(scene, &settings)
 }
 
@@ -172,7 +173,7 @@ fn patterns_agree() {
             .map(|seed| {
                 mean_and_error(&run(
                     &scene,
-                    &Settings { size: (24, 16), spp: Some(36), pattern, seed, ..Settings::default() },
+                    &Settings { size: (24, 16), pattern, seed, ..Settings::default() }.with_spp(36),
                 ))
                 .0
             })

@@ -70,7 +70,8 @@ fn depth_counts_scattering_events() {
     builder.mesh("cube", inward_cube(), DAffine3::IDENTITY, wall);
     let scene = builder.build().unwrap();
     for n in 0..4 {
-        let outcome = run(&scene, &Settings { max_bounces: n, roulette: false, ..settings(16, 64) });
+        let outcome =
+            run(&scene, &Settings { max_bounces: n, ..settings(16, 64) }.with_path(|p| p.roulette = false));
         assert_close(&format!("{n} bounces"), &outcome, 2.0 - 0.5f64.powi(n as i32));
     }
 }

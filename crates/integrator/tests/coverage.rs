@@ -220,7 +220,8 @@ fn cryptomatte_holds_exact_shares_of_the_samples() {
             let mut settings = Settings { aovs: vec![Aov::Cryptomatte], size: (7, 5), ..settings };
             if scene.objects.len() > 10 {
                 // Enough samples to meet more than six strips.
-                (settings.spp(), settings.plans.pixel) = (Some(36), "6x6".parse().unwrap());
+                settings = settings.with_spp(36);
+                settings.plans.pixel = "6x6".parse().unwrap();
             }
             let outcome = run(&scene, &settings);
             let manifests = manifests(&outcome.layers);
@@ -262,7 +263,7 @@ fn shares_add_up_to_alpha_on_any_number_of_threads() {
     for settings in methods() {
         let aovs = vec![Aov::Cryptomatte, Aov::ObjectId, Aov::MaterialId];
         let settings = Settings { transparent: true, aovs, filter: Filter::Tent, ..settings };
-        let [one, three] = [1, 3].map(|n| run(&scene, &Settings { threads: Some(n), ..settings.clone() }));
+        let [one, three] = [1, 3].map(|n| run(&scene, &settings.clone().with_threads(n)));
         assert!(one.layers == three.layers);
         for (i, a) in alpha(&one).iter().enumerate() {
             for name in ["CryptoObject", "CryptoMaterial"] {
@@ -294,7 +295,7 @@ fn what_is_taken_back_covers_nothing() {
         &mut |at| if at.spp >= 8 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) },
     );
     assert_eq!((none.stats.spp, some.stats.spp), (9, 8));
-    let eight = run(&scene, &Settings { spp: Some(8), ..settings });
+    let eight = run(&scene, &settings.with_spp(8));
     let exact = |a: &f32| (8.0 * a).fract() == 0.0;
     assert!(alpha(&some).iter().all(exact) && alpha(&eight).iter().all(exact));
 }

@@ -30,12 +30,11 @@ fn hall_of_mirrors(kr: f32, emission: f32) -> Scene {
 fn settings(method: MethodKind, threads: usize, max_bounces: u32) -> Settings {
     let plans = Plans { pixel: Plan::new(1, Pattern::Stratified), ..Plans::default() };
     let (spp, roulette) = (Some(1), false);
-    Settings {
-        size: (2, 2),
-        max_bounces,
-        plans,
-        ..Settings::default()
-}.with_method(method).with_threads(threads).with_spp(spp).with_path(|p| p.roulette = roulette)
+    Settings { size: (2, 2), max_bounces, plans, ..Settings::default() }
+        .with_method(method)
+        .with_threads(threads)
+        .with_spp(spp)
+        .with_path(|p| p.roulette = roulette)
 }
 
 /// On a thread whose stack has a megabyte.
@@ -124,7 +123,7 @@ fn a_tree_without_end_takes_a_small_stack() {
     let scene = builder.build().unwrap();
     for threads in [1, 2] {
         let mut settings = settings(MethodKind::Distribution, threads, u32::MAX);
-        settings.limits.time = Some(Duration::from_millis(300));
+        settings = settings.with_time_limit(Duration::from_millis(300));
         let outcome = on_a_small_stack(|| run(&scene, &settings));
         assert_eq!((outcome.stats.spp, outcome.stats.timed_out), (0, true));
         assert!(outcome.stats.rays > 1000);

@@ -81,7 +81,8 @@ fn by_path(scene: &Scene, plans: Plans) -> Outcome {
         plans,
         ambient: Vec3::splat(0.2),
         ..Settings::default()
-}.with_spp(3000);
+    }
+    .with_spp(3000);
     draw(scene, &settings)
 }
 
@@ -101,7 +102,9 @@ fn by_distribution(scene: &Scene, plans: Plans, combine: Combine, points: u32, i
         plans,
         ambient: Vec3::splat(0.2),
         ..Settings::default()
-}.with_method(MethodKind::Distribution).with_distribution(|d| d.combine = combine);
+    }
+    .with_method(MethodKind::Distribution)
+    .with_distribution(|d| d.combine = combine);
     draw(scene, &settings)
 }
 
@@ -174,13 +177,10 @@ fn without_interreflection_the_sky_still_lights() {
     for method in [MethodKind::Path, MethodKind::Distribution] {
         let mut plans = off(&[Effect::Diffuse]);
         plans.pixel = Plan::new(4096, Pattern::Random);
-        let settings = Settings {
-            plans,
-            size: (4, 4),
-            pattern: Pattern::Random,
-            max_bounces: 3,
-            ..Settings::default()
-}.with_method(method).with_spp(20_000);
+        let settings =
+            Settings { plans, size: (4, 4), pattern: Pattern::Random, max_bounces: 3, ..Settings::default() }
+                .with_method(method)
+                .with_spp(20_000);
         let outcome = draw(&scene, &settings);
         let (mean, error) = mean_and_error(&outcome);
         assert!(
@@ -236,7 +236,8 @@ fn a_grid_is_a_set_of_point_lights() {
             }
             let mut plans = off(&[Effect::Diffuse, Effect::Pixel]);
             plans.light = Plan { nx: n, ny: n, pattern: Pattern::Grid };
-            let settings = Settings { plans, size: (1, 1), max_bounces: 1, ..Settings::default() }.with_method(method);
+            let settings =
+                Settings { plans, size: (1, 1), max_bounces: 1, ..Settings::default() }.with_method(method);
             let got = f64::from(draw(&scene, &settings).film.mean().at(0, 0).x) * std::f64::consts::PI;
             assert!((got / exact - 1.0).abs() < 2e-5, "{method:?} {n}: {got} {exact}");
         }
@@ -251,12 +252,9 @@ fn rays_are_forecast() {
     let mut plans = Plans { pixel: Plan::new(2, Pattern::Random), ..Plans::default() };
     plans.lens = Plan::new(3, Pattern::Random);
     for combine in [Combine::Nested, Combine::Paired] {
-        let settings = Settings {
-            size: (16, 12),
-            max_bounces: 3,
-            plans,
-            ..Settings::default()
-}.with_method(MethodKind::Distribution).with_distribution(|d| d.combine = combine);
+        let settings = Settings { size: (16, 12), max_bounces: 3, plans, ..Settings::default() }
+            .with_method(MethodKind::Distribution)
+            .with_distribution(|d| d.combine = combine);
         let traced = draw(&scene, &settings).stats.rays as f64 / (16.0 * 12.0);
         let forecast = dapple_integrator::forecast(&scene, camera, &settings).total();
         assert!(traced <= forecast && traced > 0.02 * forecast, "{combine}: {traced} of {forecast}");
@@ -270,8 +268,8 @@ fn rays_are_forecast() {
         diffuse: Plan::new(2, Pattern::Stratified),
         ..plans
     };
-    let settings =
-        Settings { size: (4, 4), max_bounces: 2, plans, ..Settings::default() }.with_method(MethodKind::Distribution);
+    let settings = Settings { size: (4, 4), max_bounces: 2, plans, ..Settings::default() }
+        .with_method(MethodKind::Distribution);
     let traced = draw(&room, &settings).stats.rays as f64 / 16.0;
     let forecast = dapple_integrator::forecast(&room, &room.cameras[0].camera, &settings).total();
     // Nothing is left but the light in whose plane a point lies: one wall of six.
@@ -288,9 +286,11 @@ fn threads_and_crops_change_no_bit() {
         size: (20, 16),
         plans: Plans { pixel: Plan::new(2, Pattern::Stratified), ..Plans::default() },
         ..Settings::default()
-}.with_method(MethodKind::Distribution).with_threads(1);
+    }
+    .with_method(MethodKind::Distribution)
+    .with_threads(1);
     let one = draw(&scene, &settings);
-    assert_eq!(bits(&one), bits(&draw(&scene, &Settings { threads: Some(5), ..settings.clone() })));
+    assert_eq!(bits(&one), bits(&draw(&scene, &settings.clone().with_threads(5))));
     let (_, radiance) = dapple_integrator::replay(
         &scene,
         &scene.cameras[0].camera,

@@ -63,8 +63,9 @@ fn one_lit_texel_of_many() {
         // The receiver faces +z in the closed form.
         let exact = 0.01 * polygon(&corners.map(|p| DVec3::new(p.x, -p.z, p.y))).abs();
         for method in METHODS {
-            let settings =
-                Settings { size: (8, 8), max_bounces: 1, ..Settings::default() }.with_method(method).with_spp(64);
+            let settings = Settings { size: (8, 8), max_bounces: 1, ..Settings::default() }
+                .with_method(method)
+                .with_spp(64);
             let (mean, error) = mean_and_error(&run(&scene, &settings));
             let what = format!("case {case}, texel {x} {y}, {method:?}: {mean} ± {error}, exact {exact}");
             assert!(error < 0.02 * exact, "{what}");
@@ -100,7 +101,9 @@ fn strategies_agree(what: &str, scene: &Scene) {
                 pattern: Pattern::Random,
                 max_bounces: 1,
                 ..Settings::default()
-}.with_method(method).with_spp(300);
+            }
+            .with_method(method)
+            .with_spp(300);
             for plan in [&mut settings.plans.light, &mut settings.plans.diffuse, &mut settings.plans.glossy] {
                 (plan.nx, plan.ny, plan.pattern) = (4, 4, Pattern::Random);
             }
@@ -238,8 +241,9 @@ fn shadeless_surfaces_light_nothing() {
             }
             let scene = builder.build().unwrap();
             for method in METHODS {
-                let settings =
-                    Settings { size: (24, 8), max_bounces: 4, ..Settings::default() }.with_method(method).with_spp(16);
+                let settings = Settings { size: (24, 8), max_bounces: 4, ..Settings::default() }
+                    .with_method(method)
+                    .with_spp(16);
                 let (mean, _) = mean_and_error(&run(&scene, &settings));
                 assert_eq!(mean, 0.0, "{roughness:?}, mirror {by_mirror}, {method:?}");
             }
@@ -271,8 +275,9 @@ fn shadeless_surfaces_are_seen() {
         }
         let scene = builder.build().unwrap();
         for method in METHODS {
-            let settings =
-                Settings { size: (4, 4), max_bounces: 3, ..Settings::default() }.with_method(method).with_spp(16);
+            let settings = Settings { size: (4, 4), max_bounces: 3, ..Settings::default() }
+                .with_method(method)
+                .with_spp(16);
             let (mean, _) = mean_and_error(&run(&scene, &settings));
             assert!((mean - 0.7).abs() < 1e-5, "case {which}, {method:?}: {mean}");
         }

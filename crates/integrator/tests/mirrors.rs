@@ -33,8 +33,9 @@ fn a_light_of_a_hundred_thousandth_keeps_its_flux_in_a_mirror() {
     for turn in turns {
         let scene = seen_in_a_mirror(turn, 1.0);
         for method in [MethodKind::Path, MethodKind::Distribution] {
-            let settings =
-                Settings { size: (SIDE, SIDE), max_bounces: 1, ..Settings::default() }.with_method(method).with_spp(64);
+            let settings = Settings { size: (SIDE, SIDE), max_bounces: 1, ..Settings::default() }
+                .with_method(method)
+                .with_spp(64);
             let pixels = run(&scene, &settings).film.mean().pixels;
             let sum: f64 = pixels.iter().map(|p| f64::from(p.y)).sum();
             let radius = RADIUS / (FAR + 1.0) * f64::from(SIDE) / YFOV;

@@ -403,7 +403,8 @@ fn both_tracers_see_the_same_motion() {
         ..Plans::default()
     };
     let method = MethodKind::Distribution;
-    let distribution = Settings { plans, max_bounces: 2, ..settings((24, 16), 1) }.with_method(method).with_spp(64);
+    let distribution =
+        Settings { plans, max_bounces: 2, ..settings((24, 16), 1) }.with_method(method).with_spp(64);
     assert_agree("tracers", &path, &run(&scene, &distribution));
 }
 
@@ -504,11 +505,9 @@ fn a_moving_furnace_at_every_scale() {
         chain.extend(spin(DVec3::new(0.0, 0.6, 0.8), 1.0));
         builder.moving_mesh("cube", inward_cube(), chain, wall);
         let scene = builder.build().unwrap();
-        let settings = Settings {
-            size: (16, 16),
-            max_bounces: 40,
-            ..Settings::default()
-}.with_spp(64).with_path(|p| p.roulette = false);
+        let settings = Settings { size: (16, 16), max_bounces: 40, ..Settings::default() }
+            .with_spp(64)
+            .with_path(|p| p.roulette = false);
         assert_close(&format!("moving furnace of size {scale} at {offset}"), &run(&scene, &settings), 2.0);
     }
 }

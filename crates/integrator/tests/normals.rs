@@ -94,11 +94,9 @@ fn a_furnace_keeps_its_light_at_every_tilt_view_and_azimuth() {
                         [(By::Map, METHODS[0]), (By::Map, METHODS[1]), (By::Vertices, METHODS[0])]
                     {
                         let scene = furnace(material, leaning(tilt, azimuth), by, view);
-                        let settings = Settings {
-                            size: (3, 3),
-                            max_bounces: 4,
-                            ..Settings::default()
-}.with_method(method).with_spp(64);
+                        let settings = Settings { size: (3, 3), max_bounces: 4, ..Settings::default() }
+                            .with_method(method)
+                            .with_spp(64);
                         let (mean, error) = mean_and_error(&run(&scene, &settings));
                         let what =
                             format!("{} {tilt}° {azimuth}° from {view}° {by:?} {method:?}", material.name);
@@ -173,7 +171,9 @@ fn light_and_bsdf_sampling_see_the_same_surface() {
                     strategy,
                     seed,
                     ..Settings::default()
-}.with_method(method).with_spp(256);
+                }
+                .with_method(method)
+                .with_spp(256);
                 mean_and_error(&run(&scene, &settings))
             };
             let (both, sigma) = one(Strategy::Both, MethodKind::Path, 1);
@@ -207,11 +207,9 @@ fn nothing_leaks_through_an_opaque_surface() {
                 builder.point_light(DVec3::new(3.0, -1.0, 0.0), Vec3::splat(100.0), f64::INFINITY);
                 let scene = builder.build().unwrap();
                 for method in METHODS {
-                    let settings = Settings {
-                        size: (4, 4),
-                        max_bounces: 2,
-                        ..Settings::default()
-}.with_method(method).with_spp(64);
+                    let settings = Settings { size: (4, 4), max_bounces: 2, ..Settings::default() }
+                        .with_method(method)
+                        .with_spp(64);
                     let (mean, _) = mean_and_error(&run(&scene, &settings));
                     assert_eq!(mean, 0.0, "{} {tilt}° {azimuth}° {view}° {by:?} {method:?}", material.name);
                 }
@@ -293,7 +291,9 @@ fn a_body_with_smooth_normals_keeps_its_light() {
                 // What is turned inside out is seen from behind.
                 backfaces: dapple_integrator::Backfaces::Shown,
                 ..Settings::default()
-}.with_spp(64).with_path(|p| p.roulette = false);
+            }
+            .with_spp(64)
+            .with_path(|p| p.roulette = false);
             let pixels = run(&builder.build().unwrap(), &settings).film.mean().pixels;
             let (least, most) =
                 pixels.iter().fold((1.0f32, 0.0f32), |(low, high), p| (low.min(p.x), high.max(p.x)));

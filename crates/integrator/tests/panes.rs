@@ -183,7 +183,8 @@ fn measure(scene: &Scene, tracer: Tracer, settings: &Settings) -> (f64, f64) {
         max_bounces: settings.max_bounces,
         transparent_shadows: settings.transparent_shadows,
         ..one
-}.with_spp(64);
+    }
+    .with_spp(64);
     common::mean_and_error(&run(scene, &settings))
 }
 

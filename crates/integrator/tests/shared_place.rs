@@ -192,12 +192,11 @@ fn rooms() -> Vec<Room> {
 }
 
 fn settings(method: MethodKind, spp: u32) -> Settings {
-    let mut settings = Settings {
-        size: (4, 4),
-        pattern: Pattern::Random,
-        max_bounces: 2,
-        ..Settings::default()
-}.with_method(method).with_threads(1).with_spp(spp);
+    let mut settings =
+        Settings { size: (4, 4), pattern: Pattern::Random, max_bounces: 2, ..Settings::default() }
+            .with_method(method)
+            .with_threads(1)
+            .with_spp(spp);
     settings.plans.light = Plan::new(2, Pattern::Random);
     settings.plans.pixel = Plan::new(spp, Pattern::Random);
     settings
@@ -248,7 +247,9 @@ fn a_lamp_in_the_plane_of_a_ceiling_shines_as_below_it_in_the_distribution_trace
 
 #[test]
 fn a_lamp_in_the_plane_of_a_ceiling_shines_as_below_it_from_its_centroid() {
-    compare_with_raised_ceiling(MethodKind::Path, |settings| *settings.plans.of_mut(Effect::Light) = Plan::OFF);
+    compare_with_raised_ceiling(MethodKind::Path, |settings| {
+        *settings.plans.of_mut(Effect::Light) = Plan::OFF
+    });
 }
 
 #[test]
@@ -258,7 +259,7 @@ fn a_lamp_in_the_plane_of_a_ceiling_has_no_speckle() {
         for lamp in [Lamp::Quad, Lamp::Triangle, Lamp::Disk, Lamp::Moving] {
             let room = Room { lamp, ..room };
             for method in [MethodKind::Path, MethodKind::Distribution] {
-                let seen = pixels(&run(&room.of_lamp(), &Settings { method, ..settings.clone() }));
+                let seen = pixels(&run(&room.of_lamp(), &settings.clone().with_method(method)));
                 assert!(seen.iter().all(|x| *x == 5.0), "{method:?} {room:?}: {seen:?}");
             }
         }

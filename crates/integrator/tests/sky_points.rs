@@ -49,7 +49,10 @@ fn settings(plans: Plans, sky: Plan) -> Settings {
         max_bounces: 3,
         plans: Plans { pixel: Plan::OFF, diffuse: Plan::OFF, ..plans },
         ..Settings::default()
-}.with_method(MethodKind::Distribution).with_threads(1).with_distribution(|d| d.sky = sky)
+    }
+    .with_method(MethodKind::Distribution)
+    .with_threads(1)
+    .with_distribution(|d| d.sky = sky)
 }
 
 fn lit(light: Plan) -> Settings {
@@ -114,7 +117,7 @@ fn the_plan_of_the_lights_and_the_skys_own_are_the_same_points() {
         }
         let default = Plans::default().light;
         let off = Plans { light: Plan::OFF, ..Plans::default() };
-        let by_default = settings(off, Plan::OFF).with_distribution(|d| d.sky = Settings::default().sky);
+        let by_default = settings(off, Plan::OFF).with_distribution(|d| d.sky = Plans::default().light);
         assert_eq!(values(&scene, &by_default, 3), values(&scene, &unlit(default), 3));
     }
 }
@@ -134,7 +137,8 @@ fn both_ways_to_the_sky_add_up() {
         let truth = moments(&path, 300);
         let paired = |s: Settings| {
             let pixel = Plan::new(16, Pattern::Stratified);
-            Settings { plans: Plans { pixel, ..s.plans }, ..s }.with_distribution(|d| d.combine = Combine::Paired)
+            Settings { plans: Plans { pixel, ..s.plans }, ..s }
+                .with_distribution(|d| d.combine = Combine::Paired)
         };
         let plans = [(1, Pattern::Random), (16, Pattern::Stratified), (7, Pattern::Sobol)];
         let all = plans.map(|(n, pattern)| Plan::new(n, pattern));

@@ -37,12 +37,9 @@ fn endless() -> Settings {
     let plans =
         Plans { pixel: Plan::new(1, Pattern::Random), light: many, diffuse: many, ..Plans::default() };
     let aovs = vec![Aov::Depth];
-    Settings {
-        size: (8, 8),
-        plans,
-        aovs,
-        ..Settings::default()
-}.with_method(MethodKind::Distribution).with_distribution(|d| d.secondary = 1000)
+    Settings { size: (8, 8), plans, aovs, ..Settings::default() }
+        .with_method(MethodKind::Distribution)
+        .with_distribution(|d| d.secondary = 1000)
 }
 
 #[test]
@@ -81,7 +78,8 @@ fn whole_rounds_are_kept_to_the_bit() {
         aovs: vec![Aov::Normal, Aov::Depth, Aov::ObjectId, Aov::Removed, Aov::Variance],
         max_bounces: 3,
         ..Settings::default()
-}.with_spp(1_000_000);
+    }
+    .with_spp(1_000_000);
     for threads in [1, 2] {
         let settings = path.clone().with_threads(threads);
         // Between passes, and at some moment of one.
@@ -89,7 +87,7 @@ fn whole_rounds_are_kept_to_the_bit() {
         let spp = found.stats.spp;
         assert!(found.stats.stopped && (5..1_000_000).contains(&spp));
         assert_eq!(counts(&found), [u64::from(spp); 2]);
-        let whole = run(&scene, &Settings { spp: Some(spp), ..settings });
+        let whole = run(&scene, &settings.with_spp(spp));
         assert_eq!(found.film, whole.film);
         assert_eq!((found.stats.rays, found.stats.ledger), (whole.stats.rays, whole.stats.ledger));
         assert_eq!(found.layers.layers.len(), whole.layers.layers.len());
@@ -113,7 +111,10 @@ fn time_leaves_whole_rounds() {
     let time_limit = Some(Duration::from_millis(400));
     for method in [MethodKind::Path, MethodKind::Distribution] {
         for spp in [None, Some(1 << 30)] {
-            let settings = Settings { size: (12, 8), plans, ..Settings::default() }.with_method(method).with_time_limit(time_limit).with_spp(spp);
+            let settings = Settings { size: (12, 8), plans, ..Settings::default() }
+                .with_method(method)
+                .with_time_limit(time_limit)
+                .with_spp(spp);
             let start = Instant::now();
             let found = run(&scene, &settings);
             assert!(start.elapsed() < Duration::from_secs(10));
@@ -122,10 +123,9 @@ fn time_leaves_whole_rounds() {
             assert_eq!(counts(&found), [u64::from(spp); 2]);
         }
     }
-    let enough = Settings {
-        size: (4, 4),
-        ..Settings::default()
-}.with_time_limit(Duration::from_secs(100)).with_spp(2);
+    let enough = Settings { size: (4, 4), ..Settings::default() }
+        .with_time_limit(Duration::from_secs(100))
+        .with_spp(2);
     let found = run(&scene, &enough);
     assert_eq!((found.stats.spp, found.stats.timed_out, found.stats.stopped), (2, false, false));
 }
@@ -138,7 +138,7 @@ fn the_first_round_keeps_what_it_has() {
     let found = stopped(&scene, &settings, |p| p.rays > 50_000);
     assert_eq!((found.stats.spp, found.stats.stopped), (0, true));
     assert_eq!(counts(&found), [0, 1]);
-    let one = run(&scene, &Settings { spp: Some(1), pattern: Pattern::Random, ..settings.clone() });
+    let one = run(&scene, &Settings { pattern: Pattern::Random, ..settings.clone() }.with_spp(1));
     assert_eq!(counts(&one), [1, 1]);
     let layer = &found.layers.layers[1];
     let sum: f64 = layer.channels[0].1.iter().map(|n| f64::from(*n)).sum();

@@ -20,11 +20,9 @@ fn hard(scene: &Scene, settings: &Settings) -> Outcome {
 }
 
 fn both_methods(side: u32, spp: u32, max_bounces: u32) -> [Settings; 2] {
-    [MethodKind::Path, MethodKind::Distribution].map(|method| Settings {
-        size: (side, side),
-        max_bounces,
-        ..Settings::default()
-}.with_method(method).with_spp(spp))
+    [MethodKind::Path, MethodKind::Distribution].map(|method| {
+        Settings { size: (side, side), max_bounces, ..Settings::default() }.with_method(method).with_spp(spp)
+    })
 }
 
 /// An octahedron, whose normals are those of the sphere through its corners.

@@ -59,7 +59,13 @@ fn pixels_alone() {
         let whole = render(&scene, camera, &settings, &|_| ControlFlow::Continue(()));
         let pixels = [(3, 2), (19, 11), (3, 2), (0, 7)];
         let spread = whole.spread.clone();
-        let found = render_pixels(&scene, camera, &Settings { spread, ..settings }, whole.stats.spp, &pixels);
+        let found = render_pixels(
+            &scene,
+            camera,
+            &settings.with_path(|p| p.spread = spread),
+            whole.stats.spp,
+            &pixels,
+        );
         assert_eq!(found, pixels.map(|(x, y)| whole.film.mean_at(x, y)));
         assert!(render_pixels(&scene, camera, &Settings::default(), 1, &[]).is_empty());
     }

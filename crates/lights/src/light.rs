@@ -1,5 +1,7 @@
 //! One light of any kind: sample towards it, density of a direction that reaches it.
 use crate::{Aiming, Area, Distant, Environment, Moving, Patterned, Point, Spot};
+use dapple_math::Ray;
+use dapple_math::offset::{UNIT_ROUNDOFF, offset_origin};
 use glam::{DVec3, Vec2, Vec3};
 
 /// One light.
@@ -53,6 +55,28 @@ pub struct LightSample {
     pub distance: f32,
     /// Only for area lights.
     pub point: Option<LightPoint>,
+}
+
+/// Where shadow rays end. From origin to target a direction is rounded by half an ulp per axis, so that its end lies up to
+/// |n|·|d|·2⁻²⁴ before or behind the target, measured along the light's normal; by that, the light would shadow its own
+/// samples where its coordinates, and with them its error box, are small against the distance. Covers it for all but the
+/// last 4° to the light's plane.
+const END: f32 = 1.0 - 16.0 * UNIT_ROUNDOFF;
+
+impl LightSample {
+    /// The shadow ray from `o`, an origin outside its surface's error box, to outside the light's error box. Its direction
+    /// has the length of the way (of area lights), so that the light is at t = 1.
+    #[inline(always)]
+    pub fn shadow_ray(&self, o: Vec3) -> Ray {
+        match &self.point {
+            Some(point) => {
+                let target = offset_origin(point.p, point.p_error, point.n, -self.wi);
+                Ray { o, d: target - o, t_max: END }
+            }
+            None if self.distance.is_finite() => Ray { o, d: self.wi, t_max: self.distance },
+            None => Ray::new(o, self.wi),
+        }
+    }
 }
 
 impl Light {

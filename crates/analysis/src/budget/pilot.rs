@@ -118,7 +118,8 @@ impl<'a> Pilot<'a> {
         let (of, all) = self.blocks(groups);
         // The place of a block says which group it is of.
         let indexed: Vec<(u32, Block)> = of.into_iter().zip(all).collect();
-        let results = blocks::each(&indexed, self.settings.limits.threads, |(group, block)| work(*group, block));
+        let results =
+            blocks::each(&indexed, self.settings.limits.threads, |(group, block)| work(*group, block));
         for ((group, _), result) in indexed.iter().zip(results) {
             found[(group - first) as usize].push(result);
         }
@@ -149,5 +150,8 @@ fn cost(outcome: &Outcome, samples: u32) -> (f64, f64) {
 
 /// Without limits, layers and shares.
 fn plain(settings: &Settings) -> Settings {
-    Settings { aovs: Vec::new(), ..settings.clone() }.with_time_limit(None).with_path(|p| p.adaptive = false).with_path(|p| p.spread = None)
+    Settings { aovs: Vec::new(), ..settings.clone() }
+        .with_time_limit(None)
+        .with_path(|p| p.adaptive = false)
+        .with_path(|p| p.spread = None)
 }

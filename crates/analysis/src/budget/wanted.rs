@@ -123,8 +123,7 @@ impl Wanted {
             2.0 * f64::from(counts[0] + counts[1]) * f64::from(groups) * per_sample
         };
         let at = |counts: [u32; 2], groups: std::ops::Range<u32>| -> Vec<[f64; 2]> {
-            let [a, b] =
-                counts.map(|n| pilot.errors(&Settings { spp: Some(n), ..path.clone() }, groups.clone()));
+            let [a, b] = counts.map(|n| pilot.errors(&path.clone().with_spp(n), groups.clone()));
             a.into_iter().zip(b).map(|(a, b)| [a, b]).collect()
         };
         loop {

@@ -6,7 +6,7 @@ use crate::metrics::SizeMismatch;
 use dapple_imaging::Image;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Checkpoint, Progress, render, render_watched};
+use dapple_integrator::{Progress, Snapshot, render, render_watched};
 use std::ops::ControlFlow;
 
 /// What one seed may cost.
@@ -76,7 +76,7 @@ fn sequence(scene: &Scene, run: &Run, seed: u64, found: &mut Found<'_>) {
     let settings = run.settings(found.most(), seed);
     let stop = found.allowance.stop;
     let mut looking = 0.0;
-    let mut look = |at: &Checkpoint<'_>| {
+    let mut look = |at: &Snapshot<'_>| {
         if at.spp < first {
             return ControlFlow::Continue(());
         }

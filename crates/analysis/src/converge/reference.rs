@@ -33,10 +33,10 @@ impl Reference {
         seconds: f64,
         stop: &(dyn Fn(&Progress) -> bool + Sync),
     ) -> Option<(Self, u32)> {
-        let half = Settings {
-            pattern: Pattern::Sobol,
-            ..settings.clone()
-}.with_method(MethodKind::Path).with_time_limit(Duration::from_secs_f64(0.5 * seconds.max(1e-3))).with_spp(None);
+        let half = Settings { pattern: Pattern::Sobol, ..settings.clone() }
+            .with_method(MethodKind::Path)
+            .with_time_limit(Duration::from_secs_f64(0.5 * seconds.max(1e-3)))
+            .with_spp(None);
         let draw = |settings: Settings| {
             let outcome = render(scene, camera, &settings, &|p| match stop(&p) {
                 true => ControlFlow::Break(()),

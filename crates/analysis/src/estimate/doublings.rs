@@ -38,7 +38,7 @@ impl Doublings {
             (MethodKind::Path, Pattern::Sobol) => (true, WHOLE),
             (MethodKind::Path, Pattern::Stratified) if settings.spp().is_none() => (false, WHOLE),
             (MethodKind::Path, Pattern::Random) => (false, 1),
-            (MethodKind::Distribution, _) if settings.limits.time.is_some() => (false, 1),
+            (MethodKind::Distribution, _) if settings.samples().is_none() => (false, 1),
             _ => return None,
         };
         Some(Self { sobol, whole, last: None, changes: Vec::new() })

@@ -201,10 +201,9 @@ fn invisible(effort: Effort) -> Outcome {
     for (kind, name) in [(0, "ball"), (1, "cube of index 2.4"), (2, "ball in a ball")] {
         for roulette in [false, true] {
             // Light caught in a corner of a cube never gets out: 0.5^∞ of it is left out at any depth.
-            let settings = Settings {
-                max_bounces: 1000,
-                ..square(effort.of(8, 16, 64), effort.of(16, 64, 1024))
-}.with_path(|p| p.roulette = roulette);
+            let settings =
+                Settings { max_bounces: 1000, ..square(effort.of(8, 16, 64), effort.of(16, 64, 1024)) }
+                    .with_path(|p| p.roulette = roulette);
             let m = pixels(clear_body(kind, 0.0), &settings).unwrap_or_default();
             tally.mean(format!("{name}, roulette {roulette}"), &m, 1.0, 0.01);
         }

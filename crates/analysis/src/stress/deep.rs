@@ -33,12 +33,11 @@ fn hall(kr: f32, emission: f32) -> Result<Scene, SceneError> {
 
 fn one_sample(method: MethodKind, threads: usize, max_bounces: u32) -> Settings {
     let pixel = Plan::new(1, Pattern::Stratified);
-    Settings {
-        size: (2, 2),
-        max_bounces,
-        plans: Plans { pixel, ..Plans::default() },
-        ..Settings::default()
-}.with_method(method).with_threads(threads).with_spp(1).with_path(|p| p.roulette = false)
+    Settings { size: (2, 2), max_bounces, plans: Plans { pixel, ..Plans::default() }, ..Settings::default() }
+        .with_method(method)
+        .with_threads(threads)
+        .with_spp(1)
+        .with_path(|p| p.roulette = false)
 }
 
 fn deep(effort: Effort) -> Outcome {

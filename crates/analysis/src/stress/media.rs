@@ -83,7 +83,9 @@ fn nested(effort: Effort) -> Outcome {
         ("a camera inside of both", 0.0, &[(3.0, -1.5, 1.5, 1.0, 0.0), (2.0, -1.0, 1.0, 2.0, 0.0)], 2.5),
     ];
     for method in [MethodKind::Path, MethodKind::Distribution] {
-        let settings = Settings { max_bounces: 64, ..square(side, 4) }.with_method(method).with_path(|p| p.roulette = false);
+        let settings = Settings { max_bounces: 64, ..square(side, 4) }
+            .with_method(method)
+            .with_path(|p| p.roulette = false);
         for (what, z, blocks, depth) in cases {
             for turned in [false, true] {
                 let m = pixels(through(z, turned, blocks), &settings).unwrap_or_default();

@@ -61,8 +61,7 @@ fn terminator(effort: Effort) -> Outcome {
     let side = effort.of(64, 128, 512);
     let picture = |level, soft_terminator| {
         let size = (side, side);
-        let settings =
-            Settings { max_bounces: 1, size, soft_terminator, ..Settings::default() }.with_spp(16);
+        let settings = Settings { max_bounces: 1, size, soft_terminator, ..Settings::default() }.with_spp(16);
         lit(level).ok().map_or_else(nothing, |scene| run(&scene, &settings).film.mean())
     };
     let exact = picture(0, false);

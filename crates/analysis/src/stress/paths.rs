@@ -117,11 +117,9 @@ fn unbiased(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     let side = effort.of(8, 16, 64);
     let render = |scene: &Scene, roulette: bool| {
-        let settings = Settings {
-            max_bounces: 400,
-            pattern: Pattern::Random,
-            ..square(side, effort.of(16, 256, 1024))
-}.with_path(|p| p.roulette = roulette);
+        let settings =
+            Settings { max_bounces: 400, pattern: Pattern::Random, ..square(side, effort.of(16, 256, 1024)) }
+                .with_path(|p| p.roulette = roulette);
         let outcome = run(scene, &Settings { seed: u64::from(roulette), ..settings });
         (outcome.film.mean(), outcome.film.variance())
     };

@@ -60,7 +60,8 @@ fn room(scale: f64, centre: DVec3, baked: f32, round: bool) -> SceneBuilder {
 
 /// Without roulette and light sampling every path brings 2 − 2⁻⁴⁰ exactly, whatever it meets: any leak shows.
 fn certain(side: u32) -> Settings {
-    Settings { max_bounces: 40, strategy: Strategy::BsdfOnly, ..square(side, 4) }.with_path(|p| p.roulette = false)
+    Settings { max_bounces: 40, strategy: Strategy::BsdfOnly, ..square(side, 4) }
+        .with_path(|p| p.roulette = false)
 }
 
 fn both(side: u32, spp: u32) -> Settings {

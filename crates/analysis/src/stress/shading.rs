@@ -234,7 +234,8 @@ fn smooth(effort: Effort) -> Outcome {
             let Ok(scene) = builder.build() else { continue };
             for (soft_terminator, how) in [(false, ""), (true, ", softened")] {
                 let square = square(effort.of(16, 48, 256), 64);
-                let settings = Settings { max_bounces: 100, soft_terminator, ..square }.with_path(|p| p.roulette = false);
+                let settings = Settings { max_bounces: 100, soft_terminator, ..square }
+                    .with_path(|p| p.roulette = false);
                 let image = run(&scene, &settings).film.mean();
                 let most = image.pixels.iter().map(|p| f64::from(p.x)).fold(0.0, f64::max);
                 let what = format!("brightest pixel, {name} ball of level {level}{how}");

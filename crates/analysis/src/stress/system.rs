@@ -63,8 +63,9 @@ fn ways(side: u32, spp: u32) -> Vec<(String, Settings)> {
         all.push((format!("path, {pattern}"), Settings { pattern, ..square(side, spp) }));
     }
     for combine in [Combine::Nested, Combine::Paired] {
-        let settings =
-            Settings { max_bounces: 2, ..square(side, spp) }.with_method(MethodKind::Distribution).with_distribution(|d| d.combine = combine);
+        let settings = Settings { max_bounces: 2, ..square(side, spp) }
+            .with_method(MethodKind::Distribution)
+            .with_distribution(|d| d.combine = combine);
         all.push((format!("distribution, {combine}"), settings));
     }
     all
@@ -78,9 +79,7 @@ fn threads(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     for (room, scene) in rooms() {
         for (way, settings) in ways(effort.of(20, 40, 128), effort.of(2, 4, 16)) {
-            let image = |threads| {
-                bits(&run(&scene, &Settings { threads: Some(threads), ..settings.clone() }).film.mean())
-            };
+            let image = |threads| bits(&run(&scene, &settings.clone().with_threads(threads)).film.mean());
             let one = image(1);
             for n in [1, 2, 7, 64] {
                 let differ = image(n).iter().zip(&one).filter(|(a, b)| a != b).count();

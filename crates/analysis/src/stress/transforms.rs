@@ -121,7 +121,8 @@ fn instances(effort: Effort) -> Outcome {
 }
 
 fn eyes(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
-    let settings = Settings { max_bounces: 200, ..square(8, effort.of(8, 64, 1024)) }.with_path(|p| p.roulette = false);
+    let settings =
+        Settings { max_bounces: 200, ..square(8, effort.of(8, 64, 1024)) }.with_path(|p| p.roulette = false);
     // Exactly on a wall of the furnace, looking in: 2, and along the wall.
     for (from, at) in
         [(DVec3::new(1.0, 0.25, 0.5), DVec3::ZERO), (DVec3::new(1.0, 0.25, 0.5), DVec3::new(1.0, 0.3, -1.0))]

@@ -5,7 +5,6 @@ use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
 use crate::scenes::{quad, run, seen_in_parallel, shadeless, square};
 use crate::tally::Tally;
-use dapple_integrator::Settings;
 use dapple_integrator::geometry::bvh::{Any, Tree};
 use dapple_integrator::geometry::{Hit, Mesh, Opaque, WorldBuilder};
 use dapple_integrator::math::Ray;
@@ -203,7 +202,7 @@ fn coplanar(_: Effort) -> Outcome {
             continue;
         };
         for threads in [1, 2, 7] {
-            let image = run(&scene, &Settings { threads: Some(threads), ..square(32, 4) });
+            let image = run(&scene, &square(32, 4).with_threads(threads));
             let wrong = image.film.mean().pixels.iter().filter(|p| p.x != colours[0]).count();
             tally.none(format!("pixels of the second quad, {threads} threads"), wrong as u64);
         }

@@ -89,14 +89,11 @@ fn settings(form: &Form, method: MethodKind, pattern: Pattern, side: u32, seed: 
         let plan = Plan { nx: side, ny: side, pattern };
         *plans.of_mut(effect) = if form.effects.contains(&effect) { plan } else { Plan::OFF };
     }
-    Settings {
-        size: (1, 1),
-        pattern,
-        seed,
-        plans,
-        max_bounces: form.max_bounces,
-        ..Settings::default()
-}.with_method(method).with_threads(1).with_spp(side * side).with_path(|p| p.roulette = false)
+    Settings { size: (1, 1), pattern, seed, plans, max_bounces: form.max_bounces, ..Settings::default() }
+        .with_method(method)
+        .with_threads(1)
+        .with_spp(side * side)
+        .with_path(|p| p.roulette = false)
 }
 
 fn values(form: &Form, method: MethodKind, pattern: Pattern, side: u32, replicas: u64) -> Moments {

@@ -24,7 +24,7 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     let mut settings = render::settings(&options, view)?;
     // The pilot's, not the picture's.
     let time = options.time_limit;
-    settings.limits.time = None;
+    settings = settings.with_time_limit(None);
     if settings.pattern == Pattern::Grid {
         let said = "the error of cell centres is no chance and cannot be predicted; use --pattern sobol, stratified or random";
         return Err(Failure::Arguments(said.into()));

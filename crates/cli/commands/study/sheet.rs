@@ -253,7 +253,9 @@ impl Sheet<'_> {
         }
         let more = count.saturating_mul(FINER).min(MAX_COUNT);
         let finer = |plan: Plan| Plan::new(plan.count().max(more), plan.pattern);
-        settings.sky = finer(settings.sky);
+        if let Some(distribution) = settings.distribution_tracer_mut() {
+            distribution.sky = finer(distribution.sky);
+        }
         if !settings.plans.is_off(Effect::Light) {
             settings.plans.light = finer(settings.plans.light);
         }
@@ -311,12 +313,13 @@ impl Sheet<'_> {
         let settings = self.half(plans, self.reference_samples(plans));
         let seed = |i: u64| settings.seed.wrapping_add(0xffff_ffff_0000_0001 + i);
         let share = deadline.seconds().map(|s| Duration::from_secs_f64(0.5 * REFERENCE_SHARE * s));
-        let first = self.draw(&Settings { seed: seed(0), time_limit: share, ..settings.clone() }, deadline);
+        let first =
+            self.draw(&Settings { seed: seed(0), ..settings.clone() }.with_time_limit(share), deadline);
         let spp = first.stats.spp;
         if spp == 0 || first.stats.stopped {
             return None;
         }
-        let second = self.draw(&Settings { seed: seed(1), spp: Some(spp), ..settings }, deadline);
+        let second = self.draw(&Settings { seed: seed(1), ..settings }.with_spp(spp), deadline);
         if second.stats.stopped {
             return None;
         }

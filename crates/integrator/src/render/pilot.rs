@@ -8,6 +8,7 @@ use dapple_math::PixelRect;
 use std::sync::Arc;
 
 /// Watches the passes of a render until it is known where samples go.
+#[derive(Clone)]
 pub(super) struct Pilot {
     waiting: bool,
     half: Option<Film>,

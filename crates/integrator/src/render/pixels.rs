@@ -1,6 +1,7 @@
 //! Single pixels of a picture.
 
-use super::{each_tile, thread_count, watch};
+use super::pool::Pool;
+use super::watch;
 use crate::kernel::{self, Job};
 use crate::settings::Settings;
 use crate::tile::Tile;
@@ -33,14 +34,14 @@ pub fn render_pixels_until(
     let tile = |&(x, y): &(u32, u32)| Tile::cut(PixelRect { x0: x, y0: y, x1: x + 1, y1: y + 1 }, settings);
     let mut tiles: Vec<Tile> = pixels.iter().flat_map(tile).collect();
     watch::until(stop, |stopped| {
-        let job = Job { stop: stopped, ..Job::new(scene, camera, settings) };
+        let job = Job { stop: stopped.clone(), ..Job::new(scene, camera, settings) };
         let (kernel, _) = kernel::choose(&job);
-        each_tile(thread_count(settings), &mut tiles, |tile| {
+        Pool::new(&settings.limits).each_tile(&mut tiles, |tile| {
             if !job.is_stopped() {
-                tile.render(&job, kernel, (0, spp), settings.spread().map(Arc::as_ref));
+                tile.render(&job, kernel, (0, spp), settings.spread().map(|spread| &**spread));
             }
         });
     });
-    let mean = |tile: &Tile| (tile.spp == spp).then(|| tile.film.mean_at(tile.rect.x0, tile.rect.y0));
+    let mean = |tile: &Tile| (tile.next == spp).then(|| tile.film.mean_at(tile.rect.x0, tile.rect.y0));
     tiles.iter().map(mean).collect()
 }

@@ -3,9 +3,10 @@
 //! A thread of its own looks at the clock and asks the caller, so that a request to stop is heard within [`LOOK`]
 //! however long a tile, a pixel or a sample takes.
 
-use super::Progress;
+use super::outcome::Progress;
 use crate::settings::Settings;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
@@ -22,7 +23,9 @@ const MOST: f64 = 1e6;
 
 /// Decides how long each pass is, when to stop, and tells how far things are.
 pub(super) struct Watch<'a> {
-    pub start: Instant,
+    start: Instant,
+    /// Spent on the render before.
+    before: Duration,
     settings: &'a Settings,
     progress: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync),
     pixels: u64,
@@ -34,37 +37,52 @@ pub(super) struct Watch<'a> {
     /// The caller wants no more.
     told: AtomicBool,
     /// Samples under way are to end: the caller wants no more, or time is up.
-    pub stop: AtomicBool,
+    pub stop: Arc<AtomicBool>,
 }
 
 impl<'a> Watch<'a> {
-    pub fn new(settings: &'a Settings, progress: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Self {
+    /// Of a render that has taken `before` already, and whose next sample is `next`.
+    pub fn new(
+        settings: &'a Settings,
+        before: Duration,
+        next: u32,
+        progress: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    ) -> Self {
+        let spp = next - settings.sample_range().start;
+        let pixels = settings.rect().area() as u64;
         Self {
             start: Instant::now(),
+            before,
             settings,
             progress,
-            pixels: settings.rect().area() as u64,
-            spp: AtomicU32::new(0),
-            samples: AtomicU64::new(0),
+            pixels,
+            spp: AtomicU32::new(spp),
+            samples: AtomicU64::new(pixels * u64::from(spp)),
             rays: AtomicU64::new(0),
             told_ms: AtomicU64::new(0),
             told: AtomicBool::new(false),
-            stop: AtomicBool::new(false),
+            stop: Arc::default(),
         }
     }
 
-    /// End of the pass that follows after `spp` samples of every pixel; None when the render is over.
-    pub fn next_pass(&self, spp: u32) -> Option<u32> {
+    /// Time spent on the render, before and since.
+    pub fn elapsed(&self) -> Duration {
+        self.before + self.start.elapsed()
+    }
+
+    /// End of the pass that begins at sample `next` of every pixel; None when the render is over.
+    pub fn next_pass(&self, next: u32) -> Option<u32> {
+        let range = self.settings.sample_range();
+        let spp = next - range.start;
         self.spp.store(spp, Ordering::Relaxed);
         if spp > 0 {
             self.tell();
         }
-        let limit = self.settings.samples().unwrap_or(u32::MAX);
-        if spp >= limit || self.is_stopped() {
+        if next >= range.end || self.is_stopped() {
             return None;
         }
         let round = self.settings.round();
-        let seconds = self.start.elapsed().as_secs_f64() / f64::from(spp.max(1));
+        let seconds = self.elapsed().as_secs_f64() / f64::from(spp.max(1));
         let left = self.left().map_or(f64::INFINITY, |left| left.as_secs_f64());
         if spp > 0 && left < seconds * f64::from(round) {
             // A round that time cuts would be lost.
@@ -77,7 +95,7 @@ impl<'a> Watch<'a> {
             MOST as u32
         };
         let size = if spp == 0 { 1 } else { by_time.min(spp.saturating_mul(4)) };
-        Some(spp.saturating_add(size.next_multiple_of(round)).min(limit))
+        Some(next.saturating_add(size.next_multiple_of(round)).min(range.end))
     }
 
     /// Does `work` while someone looks at the clock and asks the caller.
@@ -88,7 +106,7 @@ impl<'a> Watch<'a> {
 
     /// Time left, if that is limited.
     fn left(&self) -> Option<Duration> {
-        self.settings.limits.time.map(|limit| limit.saturating_sub(self.start.elapsed()))
+        self.settings.limits.time.map(|limit| limit.saturating_sub(self.elapsed()))
     }
 
     /// Whether nothing more is to be begun.
@@ -96,9 +114,9 @@ impl<'a> Watch<'a> {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Whether the render ended because it was told to, with `spp` samples of every pixel.
-    pub fn was_told(&self, spp: u32) -> bool {
-        self.told.load(Ordering::Relaxed) && self.settings.samples().is_none_or(|limit| spp < limit)
+    /// Whether the caller wants no more.
+    pub fn was_told(&self) -> bool {
+        self.told.load(Ordering::Relaxed)
     }
 
     pub fn tile_done(&self, added: u64, rays: u64) {
@@ -114,15 +132,17 @@ impl<'a> Watch<'a> {
 
     /// Tells how far things are, and hears whether to go on.
     fn tell(&self) {
-        let elapsed = self.start.elapsed();
+        let elapsed = self.elapsed();
         let (samples, rays) = (self.samples.load(Ordering::Relaxed), self.rays.load(Ordering::Relaxed));
         let by_samples = self
             .settings
             .samples()
+            .map(|end| end - self.settings.sample_range().start)
             .map_or(0.0, |spp| samples as f64 / (self.pixels.max(1) as f64 * f64::from(spp)));
         let by_time = self
             .settings
-            .time_limit
+            .limits
+            .time
             .filter(|limit| !limit.is_zero())
             .map_or(0.0, |limit| elapsed.as_secs_f64() / limit.as_secs_f64());
         let fraction = by_samples.max(by_time).min(1.0);
@@ -159,8 +179,8 @@ pub(super) fn beside<R>(
 }
 
 /// Does `work` with a flag that is set once `stop` says so.
-pub(super) fn until<R>(stop: &(dyn Fn() -> bool + Sync), work: impl FnOnce(&AtomicBool) -> R) -> R {
-    let stopped = AtomicBool::new(stop());
+pub(super) fn until<R>(stop: &(dyn Fn() -> bool + Sync), work: impl FnOnce(&Arc<AtomicBool>) -> R) -> R {
+    let stopped = Arc::new(AtomicBool::new(stop()));
     let look = || {
         if stop() {
             stopped.store(true, Ordering::Relaxed);

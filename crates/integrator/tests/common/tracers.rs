@@ -41,13 +41,14 @@ pub fn one_pixel(
     if tracer == Tracer::Paired {
         plans.pixel = Plan::new(samples, pattern);
     }
-    Settings {
-        size: (1, 1),
-        pattern,
-        max_bounces: 1,
-        plans,
-        ..Settings::default()
-}.with_method(if tracer == Tracer::Path { MethodKind::Path } else { MethodKind::Distribution }).with_threads(1).with_spp(samples).with_path(|p| p.roulette = false).with_distribution(|d| d.combine = if tracer == Tracer::Paired { Combine::Paired } else { Combine::Nested })
+    Settings { size: (1, 1), pattern, max_bounces: 1, plans, ..Settings::default() }
+        .with_method(if tracer == Tracer::Path { MethodKind::Path } else { MethodKind::Distribution })
+        .with_threads(1)
+        .with_spp(samples)
+        .with_path(|p| p.roulette = false)
+        .with_distribution(|d| {
+            d.combine = if tracer == Tracer::Paired { Combine::Paired } else { Combine::Nested }
+        })
 }
 
 /// Lights are found by the directions of lobes alone.

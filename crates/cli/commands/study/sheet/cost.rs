@@ -82,7 +82,7 @@ pub fn seconds(
     let least = cells.iter().min_by(|a, b| all(a).total_cmp(&all(b)));
     let total = cells.iter().map(|cell| all(cell)).sum::<f64>();
     let cells = least.and_then(|least| seconds_per_ray(scene, camera, least, look)).map(|rate| rate * total);
-    let few = |r: &Settings| r.clone().with_spp(r.spp.map(|n| n.min(FEW)));
+    let few = |r: &Settings| r.clone().with_spp(r.spp().map(|n| n.min(FEW)));
     let reference = reference.and_then(|r| Some(seconds_per_ray(scene, camera, &few(r), look)? * all(r)));
     [cells, reference]
 }

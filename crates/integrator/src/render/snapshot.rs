@@ -1,4 +1,4 @@
-//! When can a render be looked at, and what is there to see?
+//! The image of a render under way.
 
 use crate::settings::Settings;
 use crate::spread::Spread;
@@ -11,7 +11,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// A moment at which every pixel has the same number of samples, or its share of them.
-pub struct Checkpoint<'a> {
+pub struct Snapshot<'a> {
     /// Samples per pixel so far, on average.
     pub spp: u32,
     /// Wall time of rendering so far, seconds.
@@ -25,10 +25,19 @@ pub struct Checkpoint<'a> {
     pub(super) asked: Cell<Option<u32>>,
 }
 
-/// Called at every checkpoint; may stop the render.
-pub type Look<'a> = dyn FnMut(&Checkpoint<'_>) -> ControlFlow<()> + 'a;
+/// Called at every snapshot; may stop the render.
+pub type Look<'a> = dyn FnMut(&Snapshot<'_>) -> ControlFlow<()> + 'a;
 
-impl Checkpoint<'_> {
+impl<'a> Snapshot<'a> {
+    pub(super) fn new(
+        spp: u32,
+        seconds: f64,
+        rect: PixelRect,
+        tiles: &'a [Tile],
+        spread: Option<&'a Arc<Spread>>,
+    ) -> Self {
+        Self { spp, seconds, rect, tiles, spread, between: false, asked: Cell::new(None) }
+    }
     /// Means and variances so far.
     pub fn film(&self) -> Film {
         let mut film = Film::new(self.rect);
@@ -62,7 +71,8 @@ pub(super) fn tail(tiles: &[Tile]) -> Tail {
 /// The first count after `spp` at which to look without being asked.
 pub(super) fn next(settings: &Settings, spp: u32) -> u32 {
     let round = settings.round();
-    match settings.samples() {
+    let start = settings.sample_range().start;
+    match settings.samples().map(|end| end - start) {
         Some(n) => (0..32).rev().map(|k| n >> k).find(|m| *m > spp && m % round == 0).unwrap_or(n),
         None => (spp / round + 1).checked_next_power_of_two().unwrap_or(u32::MAX).saturating_mul(round),
     }
@@ -88,8 +98,9 @@ mod tests {
         assert_eq!(all(&path(Some(16)), 9), [1, 2, 4, 8, 16]);
         assert_eq!(all(&path(Some(100)), 9), [1, 3, 6, 12, 25, 50, 100]);
         assert_eq!(all(&path(None), 5), [1, 2, 4, 8, 16]);
-        let distribution =
-            |time_limit| Settings::default().with_method(MethodKind::Distribution).with_time_limit(time_limit);
+        let distribution = |time_limit| {
+            Settings::default().with_method(MethodKind::Distribution).with_time_limit(time_limit)
+        };
         assert_eq!(all(&distribution(None), 9), [16]);
         assert_eq!(all(&distribution(Some(Duration::from_secs(1))), 3), [16, 32, 64]);
     }

@@ -1,0 +1,192 @@
+//! A way in for other integrators: the radiance of a camera ray, from the parts that the path tracer is made of.
+
+use crate::Dimension;
+use crate::direct::{Aim, Beam, Sides};
+use crate::emission::{self, Arrival};
+use crate::kernel::Job;
+use crate::medium::MediumStack;
+use crate::sample::Sample;
+use crate::settings::Strategy;
+use crate::vertex::{Around, Vertex};
+use crate::visibility::{Cutout, Visibility};
+use dapple_geometry::{Hit, Surface};
+use dapple_lights::{Aiming, LightSample};
+use dapple_materials::{Bsdf, Lobes};
+use dapple_math::{Frame, Ray};
+use dapple_scene::Scene;
+use glam::{Vec2, Vec3};
+use std::cell::Cell;
+
+/// Says what comes along a camera ray. [`crate::Renderer::with_integrator`] runs it over all pixels and samples.
+///
+/// Random numbers come from the context, by name, so that the image does not depend on threads, tiles or passes. Media,
+/// shared places and transmissive shadows are the built-in integrators' own: here every surface is opaque to shadow rays
+/// but for its alpha.
+pub trait Integrator: Sync {
+    /// Radiance along `ray`, W·m⁻²·sr⁻¹ per channel of linear Rec. 709.
+    fn radiance(&self, ray: &Ray, context: &SampleContext<'_>) -> Vec3;
+}
+
+/// One sample of one pixel: its numbers, and what its rays meet.
+pub struct SampleContext<'a> {
+    job: &'a Job<'a>,
+    sample: Sample,
+    rays: Cell<u64>,
+}
+
+/// What a ray met. Positions and directions are in render space.
+#[derive(Clone, Copy)]
+pub struct Intersection {
+    vertex: Vertex,
+}
+
+impl Intersection {
+    /// Object, primitive and barycentric coordinates.
+    pub fn hit(&self) -> &Hit {
+        &self.vertex.hit
+    }
+
+    /// Position with its error bound, and normals.
+    pub fn surface(&self) -> &Surface {
+        &self.vertex.surface
+    }
+
+    /// Unit direction towards where the ray came from.
+    pub fn wo(&self) -> Vec3 {
+        self.vertex.wo
+    }
+
+    /// Shading frame; z is the shading normal.
+    pub fn frame(&self) -> &Frame {
+        &self.vertex.frame
+    }
+
+    /// Unit geometric normal on the side that the ray met.
+    pub fn facing_normal(&self) -> Vec3 {
+        self.vertex.seen_normal()
+    }
+
+    /// The scattering function, in the shading frame.
+    pub fn bsdf(&self) -> &Bsdf {
+        &self.vertex.bsdf
+    }
+
+    /// BSDF value times |cosθ| towards `wi`, and the solid-angle density of sampling it.
+    pub fn f_cos_and_pdf(&self, wi: Vec3) -> (Vec3, f32) {
+        self.vertex.f_cos_and_pdf(wi, Lobes::ALL)
+    }
+
+    /// A ray towards `direction` that starts outside the position's error box.
+    pub fn ray(&self, direction: Vec3) -> Ray {
+        Ray::new(self.vertex.surface.origin_towards(direction), direction)
+    }
+}
+
+impl<'a> SampleContext<'a> {
+    pub(crate) fn new(job: &'a Job<'a>, sample: Sample) -> Self {
+        Self { job, sample, rays: Cell::new(0) }
+    }
+
+    pub(crate) fn rays(&self) -> u64 {
+        self.rays.get()
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        self.job.scene
+    }
+
+    /// Seconds since the shutter opened.
+    pub fn time(&self) -> f32 {
+        self.sample.time
+    }
+
+    /// This sample's number in [0, 1) for a decision at a depth. Over the samples of a pixel the numbers form one set of the
+    /// settings' pattern. Decisions of one's own have numbers from 128 to 255.
+    pub fn point_1d(&self, depth: u32, decision: impl Into<u32>) -> f32 {
+        self.sample.named_1d(depth, decision.into())
+    }
+
+    /// As [`point_1d`](Self::point_1d), in the unit square.
+    pub fn point_2d(&self, depth: u32, decision: impl Into<u32>) -> Vec2 {
+        self.sample.named_2d(depth, decision.into())
+    }
+
+    /// The nearest surface on `ray`; alpha is decided at random where it is partial.
+    pub fn intersect(&self, ray: &Ray, depth: u32) -> Option<Intersection> {
+        self.rays.set(self.rays.get() + 1);
+        let around = self.around(depth, Dimension::Alpha);
+        let scene = self.job.scene;
+        let hit = around.visibility.closest(scene, ray, self.sample.time, around.key)?;
+        let surface = scene.world.surface(ray, self.sample.time, &hit);
+        let wo = -ray.d.normalize();
+        let vertex = Vertex::new(self.job, (ray, wo), &hit, &surface, (self.sample.time, None));
+        Some(Intersection { vertex })
+    }
+
+    /// Whether something stops `ray` before its end.
+    pub fn is_occluded(&self, ray: &Ray, depth: u32) -> bool {
+        self.rays.set(self.rays.get() + 1);
+        self.around(depth, Dimension::ShadowAlpha).blocked(ray)
+    }
+
+    /// Whether something stands between two surface points; both ends lie outside their error boxes.
+    pub fn is_occluded_between(&self, from: &Surface, to: &Surface, depth: u32) -> bool {
+        self.is_occluded(&from.ray_to(to), depth)
+    }
+
+    /// Whether something stands between a surface point and a sampled point of a light.
+    pub fn is_light_occluded(&self, from: &Surface, sample: &LightSample, depth: u32) -> bool {
+        self.is_occluded(&sample.shadow_ray(from.origin_towards(sample.wi)), depth)
+    }
+
+    /// Radiance that a surface sends back along the ray that met it.
+    pub fn emitted(&self, at: &Intersection) -> Vec3 {
+        let (vertex, scene) = (&at.vertex, self.job.scene);
+        emission::surface(
+            scene,
+            &vertex.hit,
+            &vertex.surface,
+            vertex.wo,
+            0.0,
+            &Arrival::CAMERA,
+            Strategy::Both,
+        )
+    }
+
+    /// Radiance of the environment from the direction `d`.
+    pub fn environment(&self, d: Vec3) -> Vec3 {
+        emission::escaped(self.job.scene, d.normalize(), &Arrival::CAMERA, Strategy::Both)
+    }
+
+    /// An unbiased estimate of the light that falls directly on a surface and is scattered along `wo`: one light, one point
+    /// on it, one shadow ray.
+    pub fn direct_light(&self, at: &Intersection, depth: u32) -> Vec3 {
+        let around = self.around(depth, Dimension::ShadowAlpha);
+        let media = Sides { near: &MediumStack::EMPTY, far: &MediumStack::EMPTY };
+        let strategy = Strategy::LightOnly;
+        let beam =
+            Beam { around, vertex: &at.vertex, media, strategy, reach: 0, lost: Cell::new(Vec3::ZERO) };
+        let uc = self.point_1d(depth, Dimension::LightChoice);
+        let u = self.point_2d(depth, Dimension::LightPoint);
+        let mut rays = 0;
+        let aim = Aim { uc, u, aiming: Aiming::SolidAngle, followed: Lobes::ALL };
+        let sum = beam.one(&aim, &mut rays);
+        self.rays.set(self.rays.get() + rays);
+        sum
+    }
+
+    /// Continues a path by sampling the BSDF: its weight f·|cosθ|/pdf and the next ray. `None` where it ends.
+    pub fn scatter(&self, at: &Intersection, depth: u32) -> Option<(Vec3, Ray)> {
+        let uc = self.point_1d(depth, Dimension::Lobe);
+        let u = self.point_2d(depth, Dimension::Direction);
+        let next = at.vertex.scatter(uc, u, Lobes::ALL, &self.around(depth, Dimension::ShadowAlpha))?;
+        Some((next.sample.weight, next.ray))
+    }
+
+    fn around(&self, depth: u32, alpha: Dimension) -> Around<'_, Cutout<true>> {
+        let key = self.sample.key.at(depth, alpha).branch(self.sample.s);
+        let visibility = Cutout { cull_backfaces: self.job.is_culled() };
+        Around { job: self.job, scene: self.job.scene, visibility, time: self.sample.time, key }
+    }
+}

@@ -1,0 +1,225 @@
+//! A render that is made step by step: begun, advanced, looked at, put away and taken up again, finished.
+
+use super::layers;
+use super::outcome::{Outcome, Progress, Stats};
+use super::pilot::Pilot;
+use super::pool::Pool;
+use super::snapshot::{self, Snapshot};
+use super::watch::Watch;
+use crate::clear;
+use crate::custom::Integrator;
+use crate::kernel::{self, Job, Kernel};
+use crate::ledger::{self, Ledger};
+use crate::settings::{Settings, SettingsError};
+use crate::tile::Tile;
+use dapple_camera::{Camera, Film};
+use dapple_scene::Scene;
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+/// Most bad samples reported by place.
+const REPORTED: usize = 16;
+
+/// A render under way. Samples are added by [`advance`](Self::advance); between two calls all pixels have the same number
+/// of samples, or their share of so many. How the samples are divided into calls changes no bit of the image.
+pub struct Renderer<'a> {
+    job: Job<'a>,
+    kernel: Kernel,
+    kernel_name: &'static str,
+    pool: Pool,
+    state: RenderState,
+}
+
+/// All that a render has added up so far. A [`Renderer`] that resumes from it goes on to the same bytes.
+#[derive(Clone)]
+pub struct RenderState {
+    /// The settings it belongs to, without what changes no bit.
+    belongs_to: String,
+    /// Index of the next sample of every pixel.
+    next: u32,
+    tiles: Vec<Tile>,
+    pilot: Pilot,
+    elapsed: Duration,
+}
+
+impl RenderState {
+    /// Index of the next sample of every pixel.
+    pub fn next_sample(&self) -> u32 {
+        self.next
+    }
+}
+
+/// Why [`Renderer::advance`] returned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Advance {
+    /// Every pixel has the samples that were asked for, or all that the settings ask for.
+    Reached,
+    /// `progress` said so.
+    Stopped,
+    /// There is no time for a further round.
+    TimedOut,
+}
+
+impl<'a> Renderer<'a> {
+    /// Begins a render; no sample is taken yet.
+    pub fn new(scene: &'a Scene, camera: &Camera, settings: &'a Settings) -> Result<Self, SettingsError> {
+        settings.check()?;
+        Ok(Self::unchecked(scene, camera, settings))
+    }
+
+    /// As [`new`](Self::new), with another integrator in place of [`Settings::method`]: the same tiles, samples, camera
+    /// rays, filter and film, but the radiance of each camera ray is what `integrator` says.
+    pub fn with_integrator(
+        scene: &'a Scene,
+        camera: &Camera,
+        settings: &'a Settings,
+        integrator: &'a dyn Integrator,
+    ) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let job = Job { custom: Some(integrator), ..Job::new(scene, camera, settings) };
+        Ok(Self::of(job))
+    }
+
+    /// Takes up a render where `state` was taken out of it.
+    pub fn resume(
+        scene: &'a Scene,
+        camera: &Camera,
+        settings: &'a Settings,
+        state: RenderState,
+    ) -> Result<Self, SettingsError> {
+        let mut renderer = Self::new(scene, camera, settings)?;
+        if renderer.state.belongs_to != state.belongs_to {
+            return Err(SettingsError::OtherRender);
+        }
+        renderer.state = state;
+        Ok(renderer)
+    }
+
+    pub(super) fn unchecked(scene: &'a Scene, camera: &Camera, settings: &'a Settings) -> Self {
+        Self::of(Job::new(scene, camera, settings))
+    }
+
+    fn of(job: Job<'a>) -> Self {
+        let settings = job.settings;
+        let mut tiles = Tile::cut(settings.rect(), settings);
+        let pilot = Pilot::new(settings, &mut tiles);
+        let (kernel, kernel_name) = kernel::choose(&job);
+        let (belongs_to, next) = (settings.identity(), settings.sample_range().start);
+        let state = RenderState { belongs_to, next, tiles, pilot, elapsed: Duration::ZERO };
+        Self { pool: Pool::new(&settings.limits), job, kernel, kernel_name, state }
+    }
+
+    /// Adds samples until every pixel has those below index `until` (or the last round before it that is whole), all
+    /// samples are taken, time is up or `progress` says stop. `progress` is asked every 50 ms or so, by a thread of its
+    /// own; what the pass under way has added is then taken back, unless it is the first.
+    pub fn advance(
+        &mut self,
+        until: u32,
+        progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    ) -> Advance {
+        let watch = Watch::new(self.job.settings, self.state.elapsed, self.state.next, progress);
+        self.job.stop = watch.stop.clone();
+        let reached = watch.during(|| self.passes(until, &watch));
+        self.state.elapsed = watch.elapsed();
+        match reached {
+            _ if self.is_complete() => Advance::Reached,
+            true => Advance::Reached,
+            false if watch.was_told() => Advance::Stopped,
+            false => Advance::TimedOut,
+        }
+    }
+
+    /// Whether `until` was reached.
+    fn passes(&mut self, until: u32, watch: &Watch<'_>) -> bool {
+        let (job, kernel, state) = (&self.job, self.kernel, &mut self.state);
+        let start = job.settings.sample_range().start;
+        while state.next < until {
+            let from = state.next;
+            let Some(end) = watch.next_pass(from) else { return false };
+            let end = end.min(until).min(state.pilot.next(from));
+            let spread = state.pilot.spread.clone();
+            self.pool.each_tile(&mut state.tiles, |tile| {
+                if watch.is_stopped() {
+                    return;
+                }
+                tile.begin(from > start, job.settings);
+                let before = tile.rays;
+                let samples = tile.render(job, kernel, (from, end), spread.as_deref());
+                watch.tile_done(samples, tile.rays - before);
+            });
+            if state.tiles.iter().any(|tile| tile.next != end) {
+                state.tiles.iter_mut().for_each(Tile::take_back);
+                return false;
+            }
+            state.tiles.iter_mut().for_each(Tile::keep);
+            state.next = end;
+            state.pilot.take(end, job.settings.rect(), &state.tiles);
+        }
+        true
+    }
+
+    /// Samples that every pixel has, or its share of so many.
+    pub fn spp(&self) -> u32 {
+        self.state.next - self.job.settings.sample_range().start
+    }
+
+    /// Whether every pixel has all samples that the settings ask for.
+    pub fn is_complete(&self) -> bool {
+        self.state.next >= self.job.settings.sample_range().end
+    }
+
+    /// The image as it is now. Looking changes no bit of it.
+    pub fn snapshot(&self) -> Snapshot<'_> {
+        Snapshot::new(
+            self.spp(),
+            self.state.elapsed.as_secs_f64(),
+            self.job.settings.rect(),
+            &self.state.tiles,
+            self.state.pilot.spread.as_ref(),
+        )
+    }
+
+    /// A copy of all that was added up so far, for [`Renderer::resume`].
+    pub fn state(&self) -> RenderState {
+        self.state.clone()
+    }
+
+    /// Ends the render with the samples it has.
+    pub fn finish(self) -> Outcome {
+        self.finish_as(Advance::Reached)
+    }
+
+    /// Ends the render, which was left for this reason.
+    pub(super) fn finish_as(self, why: Advance) -> Outcome {
+        let Self { job, state, pool, .. } = self;
+        let spp = state.next - job.settings.sample_range().start;
+        let ledger = Ledger {
+            lights_culled: ledger::culled(job.scene),
+            lights_unreachable: clear::unreachable(&job),
+            ..Ledger::default()
+        };
+        let mut stats = Stats {
+            seconds: state.elapsed.as_secs_f64(),
+            spp,
+            stopped: why == Advance::Stopped,
+            timed_out: why == Advance::TimedOut,
+            threads: pool.threads(),
+            kernel: format!("{}/{}", self.kernel_name, job.scene.world.kernel().name()),
+            ledger,
+            ..Stats::default()
+        };
+        let mut film = Film::new(job.settings.rect());
+        for tile in &state.tiles {
+            film.put(&tile.film);
+            stats.rays += tile.rays;
+            stats.bad_sample_count += tile.bad_count;
+            stats.ledger.merge(&tile.ledger);
+            let room = REPORTED - stats.bad_samples.len();
+            stats.bad_samples.extend(tile.bad.iter().take(room));
+        }
+        stats.samples = film.samples();
+        let layers = layers::compose(&job, &film, &state.tiles, spp == 0);
+        let tail = snapshot::tail(&state.tiles);
+        Outcome { film, layers, stats, spread: state.pilot.spread, tail }
+    }
+}

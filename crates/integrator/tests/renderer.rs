@@ -1,0 +1,223 @@
+//! A render that is advanced, looked at, put away and taken up again, and integrators of one's own.
+
+use dapple_integrator::geometry::Surface;
+use dapple_integrator::math::{Frame, PixelRect, Ray};
+use dapple_integrator::sampling::{Pattern, Plan, warp};
+use dapple_integrator::scene::{Scene, builtin};
+use dapple_integrator::{
+    Advance, Aov, Combine, Effect, Integrator, MethodKind, Outcome, Renderer, SampleContext, Settings,
+    SettingsError, render,
+};
+use glam::Vec3;
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+fn scene(name: &str) -> Scene {
+    builtin::builtin(name).unwrap().build().unwrap()
+}
+
+fn go(_: dapple_integrator::Progress) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+fn settings(method: MethodKind) -> Settings {
+    let aovs = vec![Aov::Albedo, Aov::SampleCount];
+    let mut settings = Settings { size: (20, 18), seed: 3, aovs, ..Settings::default() };
+    settings.plans.pixel = Plan::new(4, Pattern::Stratified);
+    settings.with_method(method).with_spp(24).with_distribution(|d| d.rounds = 0..6)
+}
+
+fn is_same(a: &Outcome, b: &Outcome) -> bool {
+    a.film == b.film
+        && a.layers == b.layers
+        && a.tail == b.tail
+        && (a.stats.rays, a.stats.samples, a.stats.ledger) == (b.stats.rays, b.stats.samples, b.stats.ledger)
+}
+
+#[test]
+fn steps_and_states_change_no_bit() {
+    let scene = scene("cornell");
+    let camera = &scene.cameras[0].camera;
+    let adaptive = settings(MethodKind::Path).with_path(|p| p.adaptive = true);
+    let all = [settings(MethodKind::Path), settings(MethodKind::Distribution), adaptive];
+    for (settings, threads) in all.iter().zip([1, 2, 2]) {
+        let settings = settings.clone().with_threads(threads);
+        let whole = render(&scene, camera, &settings, &go);
+        for until in [1, 4, 7, 12, 17, 23] {
+            let mut first = Renderer::new(&scene, camera, &settings).unwrap();
+            assert_eq!(first.advance(until, &go), Advance::Reached);
+            let state = first.state();
+            assert_eq!((first.spp(), state.next_sample()), (until, until));
+            drop(first);
+            let other = settings.clone().with_threads(3 - threads);
+            let mut second = Renderer::resume(&scene, camera, &other, state).unwrap();
+            assert_eq!(second.advance(u32::MAX, &go), Advance::Reached);
+            assert!(second.is_complete());
+            assert!(is_same(&second.finish(), &whole), "{:?} from {until}", settings.kind());
+        }
+    }
+}
+
+#[test]
+fn parts_of_the_samples_add_up() {
+    let scene = scene("cornell");
+    let camera = &scene.cameras[0].camera;
+    for method in [MethodKind::Path, MethodKind::Distribution] {
+        let whole = render(&scene, camera, &settings(method), &go);
+        let part = |from: u32, to: u32| {
+            let settings = settings(method)
+                .with_path(|p| p.samples = 4 * from..4 * to)
+                .with_distribution(|d| d.rounds = from..to);
+            // The points are those of the whole render: sobol points do not know how many there are.
+            render(&scene, camera, &settings, &go)
+        };
+        let mut film = part(0, 2).film;
+        film.merge(&part(2, 6).film).unwrap();
+        assert_eq!(film.samples(), whole.film.samples());
+        let (a, b) = (film.mean().mean(), whole.film.mean().mean());
+        assert!((a - b).abs().max_element() < 1e-6 * b.max_element(), "{method:?}: {a} {b}");
+    }
+}
+
+#[test]
+fn an_interrupted_render_goes_on() {
+    let scene = scene("cornell");
+    let camera = &scene.cameras[0].camera;
+    let settings = settings(MethodKind::Path);
+    let whole = render(&scene, camera, &settings, &go);
+    let mut renderer = Renderer::new(&scene, camera, &settings).unwrap();
+    // Stopped within the first pass, which leaves some pixels without samples.
+    assert_eq!(renderer.advance(u32::MAX, &|_| ControlFlow::Break(())), Advance::Stopped);
+    renderer.advance(9, &go);
+    assert_eq!(renderer.advance(u32::MAX, &|_| ControlFlow::Break(())), Advance::Stopped);
+    assert_eq!(renderer.advance(u32::MAX, &go), Advance::Reached);
+    assert!(is_same(&renderer.finish(), &whole));
+    let late = settings.with_time_limit(Duration::ZERO);
+    let mut renderer = Renderer::new(&scene, camera, &late).unwrap();
+    assert_eq!(renderer.advance(u32::MAX, &go), Advance::TimedOut);
+}
+
+#[test]
+fn a_state_belongs_to_its_settings() {
+    let scene = scene("cornell");
+    let camera = &scene.cameras[0].camera;
+    let settings = settings(MethodKind::Path);
+    let mut renderer = Renderer::new(&scene, camera, &settings).unwrap();
+    renderer.advance(3, &go);
+    let resume = |settings: &Settings| Renderer::resume(&scene, camera, settings, renderer.state()).err();
+    assert_eq!(resume(&settings.clone().with_spp(100).with_threads(1)), None);
+    for other in [
+        Settings { seed: 4, ..settings.clone() },
+        Settings { max_bounces: 3, ..settings.clone() },
+        Settings { size: (20, 17), ..settings.clone() },
+        settings.clone().with_path(|p| p.roulette = false),
+        settings.clone().with_method(MethodKind::Distribution),
+    ] {
+        assert_eq!(resume(&other), Some(SettingsError::OtherRender));
+    }
+}
+
+#[test]
+fn settings_without_sense_are_refused() {
+    let fine = Settings::default();
+    assert_eq!(fine.check(), Ok(()));
+    assert_eq!(Settings::distribution().check(), Ok(()));
+    let adaptive = |pattern| Settings { pattern, ..fine.clone() }.with_path(|p| p.adaptive = true);
+    let crop = PixelRect { x0: 500, y0: 0, x1: 600, y1: 10 };
+    let paired = Settings::distribution().with_distribution(|d| d.combine = Combine::Paired);
+    let mut uneven = paired.clone();
+    uneven.plans.light = Plan::new(9, Pattern::Stratified);
+    let inside = PixelRect { x1: 510, ..crop };
+    for (settings, error) in [
+        (Settings { size: (0, 4), ..fine.clone() }, SettingsError::Size(0, 4)),
+        (Settings { crop: Some(crop), ..fine.clone() }, SettingsError::Crop(crop)),
+        (fine.clone().with_spp(0), SettingsError::NoSamples(0, 0)),
+        (adaptive(Pattern::Stratified), SettingsError::AdaptivePattern(Pattern::Stratified)),
+        (Settings { crop: Some(inside), ..adaptive(Pattern::Sobol) }, SettingsError::AdaptiveCrop),
+        (adaptive(Pattern::Sobol).with_path(|p| p.samples = 8..64), SettingsError::AdaptiveStart),
+        (uneven, SettingsError::Paired { effect: Effect::Light, count: 9, pixel: 16 }),
+        (Settings { clamp: Some(f32::NAN), ..fine.clone() }, SettingsError::Radiance("the clamp")),
+        (Settings { ambient: Vec3::NEG_X, ..fine.clone() }, SettingsError::Radiance("the ambient radiance")),
+    ] {
+        assert_eq!(settings.check(), Err(error));
+    }
+}
+
+/// The path tracer again, from the public parts.
+struct Paths;
+
+impl Integrator for Paths {
+    fn radiance(&self, ray: &Ray, context: &SampleContext<'_>) -> Vec3 {
+        let (mut ray, mut beta, mut sum) = (*ray, Vec3::ONE, Vec3::ZERO);
+        for depth in 0..16 {
+            let Some(at) = context.intersect(&ray, depth) else {
+                return sum + beta * context.environment(ray.d);
+            };
+            if depth == 0 {
+                sum += beta * context.emitted(&at);
+            }
+            sum += beta * context.direct_light(&at, depth);
+            let Some((weight, next)) = context.scatter(&at, depth) else { return sum };
+            (beta, ray) = (beta * weight, next);
+        }
+        sum
+    }
+}
+
+/// How much of the hemisphere is open: by rays, and by whether a light far above is seen.
+struct Open;
+
+impl Integrator for Open {
+    fn radiance(&self, ray: &Ray, context: &SampleContext<'_>) -> Vec3 {
+        let Some(at) = context.intersect(ray, 0) else { return Vec3::ZERO };
+        let up =
+            Frame::from_z(at.facing_normal()).to_world(warp::hemisphere_cosine(context.point_2d(0, 128u32)));
+        let towards = at.ray(up);
+        let open = !context.is_occluded(&towards, 0);
+        // Another surface point on the same ray agrees.
+        let between = context.intersect(&towards, 1).map(|there| *there.surface());
+        let agrees = between.is_none_or(|to: Surface| !context.is_occluded_between(at.surface(), &to, 1));
+        Vec3::new(f32::from(u8::from(open)), f32::from(u8::from(agrees)), 0.0)
+    }
+}
+
+fn run(scene: &Scene, settings: &Settings, integrator: &dyn Integrator) -> Outcome {
+    let camera = &scene.cameras[0].camera;
+    let mut renderer = Renderer::with_integrator(scene, camera, settings, integrator).unwrap();
+    renderer.advance(u32::MAX, &go);
+    renderer.finish()
+}
+
+/// Within four standard errors of the built-in path tracer, and the same for any number of threads.
+#[test]
+fn an_integrator_of_public_parts_agrees_with_the_path_tracer() {
+    let scene = scene("cornell");
+    let settings = Settings { size: (12, 12), pattern: Pattern::Random, ..Settings::default() }
+        .with_spp(2000)
+        .with_path(|p| p.roulette = false);
+    let ours = run(&scene, &settings, &Paths);
+    let built_in = render(&scene, &scene.cameras[0].camera, &settings, &go);
+    let mean = |outcome: &Outcome| f64::from(outcome.film.mean().mean().y);
+    let error = |outcome: &Outcome| {
+        let variance = outcome.film.variance();
+        let sum: f64 = variance.pixels.iter().map(|v| f64::from(v.y)).sum();
+        sum.sqrt() / variance.pixels.len() as f64
+    };
+    let (a, b) = (mean(&ours), mean(&built_in));
+    let error = error(&ours).hypot(error(&built_in));
+    assert!((a - b).abs() < 4.0 * error && error < 0.005 * b, "{a} {b} ± {error}");
+    assert!(ours.stats.rays > 2 * ours.stats.samples);
+    let again = run(&scene, &settings.with_threads(1), &Paths);
+    assert!(again.film == ours.film);
+}
+
+#[test]
+fn rays_between_points_leave_and_reach_their_surfaces() {
+    let scene = scene("cornell");
+    let settings = Settings { size: (32, 32), ..Settings::default() }.with_spp(16);
+    let image = run(&scene, &settings, &Open).film.mean();
+    // Nothing lies between two points of which one is the nearest surface from the other.
+    assert!(image.pixels.iter().all(|p| p.y == 1.0 || p.x == 0.0));
+    let unseen = image.pixels.iter().filter(|p| p.y < 1.0).count();
+    assert!(unseen == 0, "{unseen}");
+}
