@@ -12,6 +12,7 @@ mod args;
 mod choose;
 mod commands;
 mod complaint;
+mod consent;
 mod default_light;
 mod effects;
 mod ending;

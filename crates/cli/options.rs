@@ -7,6 +7,7 @@
 use crate::aliases;
 use crate::choose::ChoiceOptions;
 use crate::complaint;
+use crate::consent::OfScene;
 use crate::error::{self, Failure};
 use crate::values::{self, Color, Crop, PlanKind, Seconds, Size};
 use crate::view::ViewOptions;
@@ -225,6 +226,10 @@ pub struct RenderOptions {
     /// Say more about what is done
     #[arg(short, long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "General")]
     pub verbose: Option<bool>,
+
+    /// What of all this a file beside the scene said, and nobody after it.
+    #[arg(skip)]
+    pub of_scene: OfScene,
 }
 
 /// Options alone, as they would be typed.
@@ -272,6 +277,8 @@ impl RenderOptions {
         if matches.contains_id("env_nearest") || matches.contains_id("env_smooth") {
             (self.env_nearest, self.env_smooth) = (None, None);
         }
+        let said = |key: &String| matches.try_contains_id(&key.replace('-', "_")).unwrap_or(false);
+        self.of_scene.keys.retain(|key| !said(key));
         self.update_from_arg_matches(matches).map_err(|e| Failure::Arguments(error::clap_line(&e)))
     }
 
@@ -303,11 +310,13 @@ impl RenderOptions {
         self.plan == Some(PlanKind::General)
     }
 
-    /// Whether anything shows the picture itself, or says something about it. Layers of the first hit do not.
+    /// Whether anything shows the picture itself, or says something about it. Layers of the first hit do not; a file beside
+    /// the scene may add some, but leave out no picture.
     pub fn shows_picture(&self) -> bool {
         let first_hits = |all: &Vec<Aov>| !all.is_empty() && all.iter().all(|aov| aov.needs_first_hit());
         let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        !self.aov.as_ref().is_some_and(first_hits)
+        self.of_scene.set("aov")
+            || !self.aov.as_ref().is_some_and(first_hits)
             || !self.output.iter().flatten().all(is_exr)
             || self.error_limit.is_some()
             || self.log.is_some()

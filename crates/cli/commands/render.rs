@@ -10,7 +10,7 @@ use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::progress::Bar;
 use crate::report::{self, Report};
-use crate::{effects, interrupt, machine, metadata, metering, retrace, settings_file, verbose};
+use crate::{consent, effects, interrupt, machine, metadata, metering, retrace, settings_file, verbose};
 use clap::ArgMatches;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
@@ -42,6 +42,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     warn(&loaded);
     say_light_unit(&loaded, &options);
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
+    consent::of_rays(&options, &settings, &loaded.scene, &view.camera)?;
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
     say_no_picture(&options);
     if settings.transparent && outputs.drops_alpha() && !RenderOptions::is(options.quiet) {

@@ -3,6 +3,7 @@
 use super::folder::plain;
 use crate::args::study::ConvergeArgs;
 use crate::commands::render;
+use crate::consent::OfScene;
 use crate::error::Failure;
 use crate::load;
 use crate::options::{self, RenderOptions};
@@ -172,6 +173,7 @@ fn of_result(o: &RenderOptions) -> RenderOptions {
         verbose: None,
         half: None,
         settings: None,
+        of_scene: OfScene::default(),
         ..o.clone()
     }
 }
