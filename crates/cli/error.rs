@@ -1,10 +1,9 @@
 //! What can go wrong, in one line each, and the exit code it gives.
 
 use crate::complaint;
-use crate::saving;
+use crate::standard_output;
 use dapple_integrator::imaging::{ImageError, Window};
 use dapple_integrator::scene::SceneError;
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -61,9 +60,7 @@ pub fn one_line(message: &str) -> String {
 pub fn arguments(error: clap::Error) -> Result<(), Failure> {
     use clap::error::ErrorKind::{DisplayHelp, DisplayVersion};
     if matches!(error.kind(), DisplayHelp | DisplayVersion) {
-        if let Err(failed) = error.print().and_then(|()| std::io::stdout().flush()) {
-            saving::lose_standard_output(&failed);
-        }
+        standard_output::print(|| error.print());
         return Ok(());
     }
     Err(Failure::Arguments(complaint::line(&error)))

@@ -4,7 +4,7 @@
 //! (0 done · 1 a check failed · 2 bad input or arguments · 3 stopped early, with pictures of what was done · 4 computed, but
 //! not all of it written where it was asked for).
 //! Results go to standard output, everything said to a person to standard error.
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 #![cfg_attr(not(feature = "report"), allow(dead_code, reason = "some parts serve studies alone"))]
 
 mod aliases;
@@ -42,6 +42,7 @@ mod report;
 mod retrace;
 mod saving;
 mod settings_file;
+mod standard_output;
 mod suggest;
 mod uses;
 mod values;

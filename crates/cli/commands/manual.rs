@@ -2,18 +2,18 @@
 
 use crate::args::manual::{CompletionsArgs, ManArgs};
 use crate::error::Failure;
-use crate::{args, help, suggest};
+use crate::{args, help, standard_output, suggest};
 use clap::Command;
 use clap_mangen::Man;
-use std::io::{ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Prints the completions of a shell.
 pub fn completions(arguments: &CompletionsArgs) -> Result<(), Failure> {
     let mut command = help::visible(&args::command());
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut command, "dapple", &mut script);
-    print(&script)
+    standard_output::write(&script);
+    Ok(())
 }
 
 /// Prints a page, or writes all.
@@ -27,7 +27,10 @@ pub fn man(arguments: &ManArgs) -> Result<(), Failure> {
     }
     let asked = arguments.command.as_ref().map_or("dapple".into(), |command| format!("dapple-{command}"));
     match pages.iter().find(|(name, _)| *name == asked) {
-        Some((_, page)) => print(page),
+        Some((_, page)) => {
+            standard_output::write(page);
+            Ok(())
+        }
         None => {
             let asked = arguments.command.as_deref().unwrap_or_default();
             let remedy = suggest::command(&args::command(), asked);
@@ -55,17 +58,6 @@ fn page(command: Command) -> Vec<u8> {
     // Writing to memory does not fail.
     let _ = man.render(&mut page);
     page
-}
-
-/// To standard output as it is; a closed pipe is the reader's choice.
-fn print(bytes: &[u8]) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(bytes).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-            Err(cannot_write(&PathBuf::from("standard output"), &e))
-        }
-        _ => Ok(()),
-    }
 }
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
