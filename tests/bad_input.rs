@@ -406,3 +406,35 @@ fn names_do_not_act_on_the_terminal() {
         }
     }
 }
+
+/// Whoever words a message — the command line, the TOML or the JSON reader —, it repeats at most 80 characters of a value.
+#[test]
+fn messages_repeat_the_beginning_of_a_value() {
+    let long = "x".repeat(3000);
+    let short = |said: &str| !said.contains(&long[..81]) && said.contains(&long[..70]);
+    let of_json = [
+        triangle(|root, _| root["nodes"][1]["translation"] = long.as_str().into()),
+        triangle(|root, _| root["asset"]["version"] = long.as_str().into()),
+        triangle(|root, _| root["nodes"][0]["mesh"] = long.as_str().into()),
+    ];
+    for scene in of_json {
+        let folder = folder_with(&scene);
+        let run = run(folder.path(), &["render", "scene.gltf"]);
+        assert!(run.code == 2 && short(&run.err), "{}", run.err);
+        let run = dapple::run(folder.path(), &["info", "scene.gltf"]);
+        assert!(short(&format!("{}{}", run.out, run.err)), "{}{}", run.out, run.err);
+    }
+    let folder = folder_with(&triangle(|root, _| root["nodes"][1]["name"] = long.as_str().into()));
+    let names = ["camera", "scene", "env", "size", "filter", "aov", "orbit", "tone", "pixel", "time-limit"];
+    for name in names {
+        fs::write(folder.path().join("scene.toml"), format!("{name} = '{long}y'")).unwrap();
+        let run = run(folder.path(), &["render", "scene.gltf"]);
+        assert!(run.code == 2 && short(&run.err), "{name}: {}", run.err);
+    }
+    for text in [format!("{long} = 1"), format!("{long}.y = 1\n{long} = 2")] {
+        fs::write(folder.path().join("mine.toml"), text).unwrap();
+        fs::remove_file(folder.path().join("scene.toml")).ok();
+        let run = run(folder.path(), &["render", "scene.gltf", "--settings", "mine.toml"]);
+        assert!(run.code == 2 && !run.err.contains(&long[..81]), "{}", run.err);
+    }
+}

@@ -112,9 +112,7 @@ const NUMBERS: [(&str, &str); 4] = [
 fn validation(error: &Error) -> String {
     let (name, value) = (text(error, ContextKind::InvalidArg), text(error, ContextKind::InvalidValue));
     let mut line = error::clap_line(error);
-    if value.chars().count() > error::QUOTED {
-        line = line.replace(&value, &error::short(&value));
-    }
+    line = line.replace(&value, &error::short(&value));
     for (said, plain) in NUMBERS {
         line = line.replace(said, plain);
     }

@@ -4,6 +4,7 @@ use crate::complaint;
 use crate::standard_output;
 use dapple_integrator::imaging::{ImageError, Window};
 use dapple_integrator::scene::SceneError;
+use dapple_integrator::scene::error::shortened;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -51,8 +52,9 @@ impl Failure {
     }
 }
 
-/// A message as one line, whatever its parts were.
+/// A message as one line, whatever its parts were and however long the values that it quotes.
 pub fn one_line(message: &str) -> String {
+    let message = shortened(message);
     message.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
 }
 
@@ -66,16 +68,8 @@ pub fn arguments(error: clap::Error) -> Result<(), Failure> {
     Err(Failure::Arguments(complaint::line(&error)))
 }
 
-/// Most characters of a value that a message repeats.
-pub const QUOTED: usize = 80;
-
 /// The beginning of a value, as messages repeat it.
-pub fn short(value: &str) -> String {
-    match value.char_indices().nth(QUOTED) {
-        Some((end, _)) => format!("{}…", &value[..end]),
-        None => value.into(),
-    }
-}
+pub use dapple_integrator::scene::error::quoted as short;
 
 /// The part of clap's message that says what is wrong, without the usage that follows it.
 pub fn clap_line(error: &clap::Error) -> String {

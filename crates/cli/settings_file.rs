@@ -171,7 +171,8 @@ fn lay_file(
             ignored.push(format!("'{key}'"));
             continue;
         }
-        let wrong = |reason: String| Failure::SettingsKey { path: path.into(), key: key.clone(), reason };
+        let wrong =
+            |reason: String| Failure::SettingsKey { path: path.into(), key: error::short(key), reason };
         let given = argument(key, value, path, trust).map_err(wrong)?;
         // Alone first, so that the complaint names this key.
         RenderOptions::default().lay(&given).map_err(|e| wrong(e.to_string()))?;
@@ -244,9 +245,14 @@ fn beside(file: &Path, value: &str, trust: Trust) -> Result<String, String> {
     let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let path: PathBuf = file.parent().unwrap_or(Path::new("")).join(value);
     if trust == (Trust::Scene { anywhere: false }) {
-        let real = |path: &Path| path.canonicalize().map_err(|e| format!("'{value}' cannot be read: {e}"));
+        let real = |path: &Path| {
+            path.canonicalize().map_err(|e| format!("'{}' cannot be read: {e}", error::short(value)))
+        };
         if !real(&path)?.starts_with(real(folder)?) {
-            return Err(format!("'{value}' lies outside the scene's folder; allow it with --allow-path"));
+            return Err(format!(
+                "'{}' lies outside the scene's folder; allow it with --allow-path",
+                error::short(value)
+            ));
         }
     }
     path.into_os_string().into_string().map_err(|_| "the folder's name is not Unicode".into())

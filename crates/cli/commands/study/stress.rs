@@ -2,7 +2,7 @@
 
 use crate::args::study::StressArgs;
 use crate::commands::study::checks::{Row, Table};
-use crate::error::Failure;
+use crate::error::{self, Failure};
 use crate::report;
 use dapple_analysis::stress::{self, Case, Check, Effort};
 use std::process::ExitCode;
@@ -17,7 +17,8 @@ pub fn run(arguments: &StressArgs) -> Result<ExitCode, Failure> {
         None => stress::catalogue(),
         Some(patterns) => stress::select(patterns).map_err(|pattern| {
             Failure::Arguments(format!(
-                "no case '{pattern}': give ids such as A03, or B* for all that begin with B"
+                "no case '{}': give ids such as A03, or B* for all that begin with B",
+                error::short(&pattern)
             ))
         })?,
     };

@@ -4,7 +4,7 @@ use super::folder::plain;
 use crate::args::study::ConvergeArgs;
 use crate::commands::render;
 use crate::consent::OfScene;
-use crate::error::Failure;
+use crate::error::{self, Failure};
 use crate::load;
 use crate::options::{self, RenderOptions};
 use crate::uses;
@@ -96,7 +96,10 @@ fn split(text: &str) -> Result<(String, String), Failure> {
     let (name, options) = text.split_once(':').unwrap_or((text, ""));
     let name = name.trim();
     if name.is_empty() || name.starts_with('-') {
-        return Err(Failure::Arguments(format!("--run '{text}': write it as 'NAME: OPTIONS'")));
+        return Err(Failure::Arguments(format!(
+            "--run '{}': write it as 'NAME: OPTIONS'",
+            error::short(text)
+        )));
     }
     Ok((name.into(), options.trim().into()))
 }
