@@ -48,7 +48,9 @@ fn unknown(error: &Error, all: &Command, sub: &str) -> Option<String> {
     let help = ["dapple", sub, "--help"].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>();
     let see = format!("see {}", help.join(" "));
     if word.starts_with('-') {
-        let remedy = suggest::option(all, sub, &word).unwrap_or(see);
+        let render = || suggest::option(all, "render", &word).map(|meant| format!("dapple render: {meant}"));
+        let meant = suggest::option(all, sub, &word).or_else(|| render().filter(|_| sub.is_empty()));
+        let remedy = meant.unwrap_or(see);
         return Some(format!("unknown option '{quoted}'; {remedy}"));
     }
     let remedy = match word.as_str() {
