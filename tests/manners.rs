@@ -365,7 +365,11 @@ fn manual_pages_are_made() {
         assert!(pages.contains(&name.to_string()), "{pages:?}");
     }
     assert_eq!(fs::read_to_string(folder.path().join("dapple-render.1")).unwrap(), page);
-    complains(&["man", "-o", "missing"], &["missing", "cannot be written"]);
+    well(folder.path(), &["man", "-o", "new/pages"]);
+    assert_eq!(fs::read_to_string(folder.path().join("new/pages/dapple-render.1")).unwrap(), page);
+    fs::write(folder.path().join("file"), "").unwrap();
+    let run = run(folder.path(), &["man", "-o", "file"]);
+    assert!(run.code == 2 && run.err.contains("-o file: cannot be made"), "{}", run.err);
 }
 
 /// The first picture of all: the mean is a middle grey, and little but the lamp is white.

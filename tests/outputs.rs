@@ -69,6 +69,7 @@ fn what_is_lost_is_told_and_the_rest_is_written() {
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!((output.status.code(), output.stdout), (Some(4), b"b.png\n".to_vec()), "{said}");
     assert!(said.contains("a.exr") && said.contains("c.exr") && said.contains("lost"), "{said}");
+    assert!(!said.contains(".dapple-") && !said.contains(".part"), "{said}");
     assert_eq!(
         (files(folder.path()), files(&folder.path().join("tmp"))),
         (vec!["b.png".into(), "tmp".into()], vec![])

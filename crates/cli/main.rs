@@ -30,6 +30,7 @@ mod interrupt;
 mod known;
 mod ledger;
 mod load;
+mod log;
 mod machine;
 mod measure;
 mod memory;

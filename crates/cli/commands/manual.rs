@@ -2,9 +2,10 @@
 
 use crate::args::manual::{CompletionsArgs, ManArgs};
 use crate::error::Failure;
-use crate::{args, help, standard_output, suggest};
+use crate::{args, help, saving, standard_output, suggest};
 use clap::Command;
 use clap_mangen::Man;
+use dapple_integrator::imaging::write;
 use std::path::Path;
 
 /// Prints the completions of a shell.
@@ -20,10 +21,7 @@ pub fn completions(arguments: &CompletionsArgs) -> Result<(), Failure> {
 pub fn man(arguments: &ManArgs) -> Result<(), Failure> {
     let pages = pages();
     if let Some(folder) = &arguments.output {
-        return pages.iter().try_for_each(|(name, page)| {
-            let path = folder.join(format!("{name}.1"));
-            std::fs::write(&path, page).map_err(|e| cannot_write(&path, &e))
-        });
+        return write_all(&pages, folder);
     }
     let asked = arguments.command.as_ref().map_or("dapple".into(), |command| format!("dapple-{command}"));
     match pages.iter().find(|(name, _)| *name == asked) {
@@ -38,6 +36,18 @@ pub fn man(arguments: &ManArgs) -> Result<(), Failure> {
             Err(Failure::Arguments(format!("unknown command '{}'; {remedy}", crate::error::short(asked))))
         }
     }
+}
+
+/// Writes the pages into a folder, which is made where it is not there; whichever of them fail, the others are tried.
+fn write_all(pages: &[(String, Vec<u8>)], folder: &Path) -> Result<(), Failure> {
+    let wrong = |e| Failure::Arguments(format!("-o {}: cannot be made: {e}", folder.display()));
+    std::fs::create_dir_all(folder).map_err(wrong)?;
+    let at = |name: &str| folder.join(format!("{name}.1"));
+    pages.iter().try_for_each(|(name, _)| write::probe(&at(name)))?;
+    for (name, page) in pages {
+        saving::save(&at(name), |path| write::replace(path, page));
+    }
+    Ok(())
 }
 
 /// The pages by name, of the program and of each command.
@@ -58,8 +68,4 @@ fn page(command: Command) -> Vec<u8> {
     // Writing to memory does not fail.
     let _ = man.render(&mut page);
     page
-}
-
-fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::Arguments(format!("{}: cannot be written: {error}", path.display()))
 }
