@@ -84,7 +84,7 @@ impl External {
             let last = said.lines().rfind(|l| !l.trim().is_empty()).unwrap_or_default().to_string();
             return Err(failed(format!("failed ({}): {}", done.status, error::short(&last))));
         }
-        let picture = read::windowed_within(&out, memory::limit(None))
+        let picture = read::windowed_within(&out, memory::limit(session.memory_limit))
             .map_err(|e| failed(format!("left no picture: {e}")))?;
         let full = Window::full(picture.full_size);
         let picture = picture.covering(full, &out.display().to_string())?;
