@@ -55,7 +55,7 @@ pub struct EffectOptions {
     /// Constant light on diffuse surfaces in place of interreflection (--diffuse 0), an approximation
     #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, help_heading = "Effects")]
     pub ambient: Option<Color>,
-    /// Render although a pixel takes more than 100 000 rays
+    /// Render although a pixel takes more than 100 000 rays, or a file beside the scene asks for hours
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Effects")]
     pub yes: Option<bool>,
 
