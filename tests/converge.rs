@@ -163,7 +163,7 @@ fn pictures_of_others_obey_the_memory_limit() {
         fs::write(folder.path().join("mine.toml"), "memory-limit = '100M'").unwrap();
         let found = run(folder.path(), &[&base[..], limit, &["--external", command]].concat());
         assert_eq!(found.code, 2, "{}", found.err);
-        for word in ["other", "4096×4096", "100", "--memory-limit"] {
+        for word in ["other", "4096×4096", "--memory-limit allows 104.9 MB"] {
             assert!(found.err.contains(word), "'{word}' is not in: {}", found.err);
         }
     }
