@@ -419,10 +419,9 @@ fn messages_repeat_the_beginning_of_a_value() {
     ];
     for scene in of_json {
         let folder = folder_with(&scene);
-        let run = run(folder.path(), &["render", "scene.gltf"]);
-        assert!(run.code == 2 && short(&run.err), "{}", run.err);
-        let run = dapple::run(folder.path(), &["info", "scene.gltf"]);
-        assert!(short(&format!("{}{}", run.out, run.err)), "{}{}", run.out, run.err);
+        let [render, info] = ["render", "info"].map(|command| run(folder.path(), &[command, "scene.gltf"]));
+        assert!(render.code == 2 && short(&render.err), "{}", render.err);
+        assert!(short(&format!("{}{}", info.out, info.err)), "{}{}", info.out, info.err);
     }
     let folder = folder_with(&triangle(|root, _| root["nodes"][1]["name"] = long.as_str().into()));
     let names = ["camera", "scene", "env", "size", "filter", "aov", "orbit", "tone", "pixel", "time-limit"];
@@ -431,9 +430,9 @@ fn messages_repeat_the_beginning_of_a_value() {
         let run = run(folder.path(), &["render", "scene.gltf"]);
         assert!(run.code == 2 && short(&run.err), "{name}: {}", run.err);
     }
+    fs::remove_file(folder.path().join("scene.toml")).unwrap();
     for text in [format!("{long} = 1"), format!("{long}.y = 1\n{long} = 2")] {
         fs::write(folder.path().join("mine.toml"), text).unwrap();
-        fs::remove_file(folder.path().join("scene.toml")).ok();
         let run = run(folder.path(), &["render", "scene.gltf", "--settings", "mine.toml"]);
         assert!(run.code == 2 && !run.err.contains(&long[..81]), "{}", run.err);
     }
