@@ -245,7 +245,7 @@ pub fn rect(options: &RenderOptions, size: Size) -> Result<Option<PixelRect>, Fa
 pub fn pixel_bytes(options: &RenderOptions) -> u64 {
     // Cryptomatte is six layers of four channels, and what lies behind each pixel meanwhile.
     let layers = |aov: &Aov| if *aov == Aov::Cryptomatte { 6 } else { 1 };
-    PIXEL_BYTES + LAYER_BYTES * options.aov.iter().flatten().map(layers).sum::<u64>()
+    PIXEL_BYTES + LAYER_BYTES * options.layers().iter().map(layers).sum::<u64>()
 }
 
 #[cfg(test)]

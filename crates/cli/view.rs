@@ -3,7 +3,7 @@
 //! `--look-from` and `--orbit` make a camera of their own. `--look-at`, `--up` and `--fov` change that one or, without it,
 //! the scene's camera.
 
-use crate::error::Failure;
+use crate::error::{self, Failure};
 use crate::options::RenderOptions;
 use crate::{report, values};
 use clap::Args;
@@ -204,11 +204,12 @@ fn named<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a NamedCamera, 
     let by_name = scene.cameras.iter().find(|c| *c.name == *wanted);
     let by_index = || wanted.parse::<usize>().ok().and_then(|i| scene.cameras.get(i));
     by_name.or_else(by_index).ok_or_else(|| {
-        let names = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} '{}'", c.name));
+        let names = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} '{}'", error::short(&c.name)));
         let mut names = names.take(NAMED).collect::<Vec<_>>().join(", ");
         if let more @ 1.. = scene.cameras.len().saturating_sub(NAMED) {
             names += &format!(" and {more} more");
         }
+        let wanted = error::short(wanted);
         Failure::Arguments(format!("--camera {wanted}: there is no such camera; the scene has {names}"))
     })
 }

@@ -12,7 +12,7 @@ mod hdr;
 #[cfg(feature = "png")]
 mod png;
 
-pub use file::{elsewhere, replace};
+pub use file::{elsewhere, probe, replace};
 
 use crate::{ImageError, Layers, Picture, Tone};
 use std::path::Path;

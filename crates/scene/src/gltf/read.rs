@@ -19,7 +19,7 @@ use gltf::json::{
     self, Index, camera, extensions::scene::khr_lights_punctual as punctual, validation::Checked,
 };
 use serde_json::Value;
-use std::{collections::HashMap, f64::consts::FRAC_PI_2, sync::Arc};
+use std::{borrow::Cow, collections::HashMap, f64::consts::FRAC_PI_2, sync::Arc};
 
 const SHAPES: &str = "extras.dapple.shape must be \"sphere\" or \"disk\"";
 
@@ -375,9 +375,13 @@ pub(super) fn cone(light: &punctual::Light) -> (f64, f64) {
 }
 
 /// A camera is called like its node, else like itself.
-pub(super) fn camera_name(index: Index<json::Camera>, camera: &json::Camera, node: Option<&str>) -> String {
+pub(super) fn camera_name<'a>(
+    index: Index<json::Camera>,
+    camera: &'a json::Camera,
+    node: Option<&'a str>,
+) -> Cow<'a, str> {
     let name = node.filter(|n| !n.is_empty()).or(camera.name.as_deref().filter(|n| !n.is_empty()));
-    name.map_or_else(|| label("camera", index.value(), None), str::to_owned)
+    name.map_or_else(|| label("camera", index.value(), None).into(), Cow::from)
 }
 
 /// Near and far plane of a glTF camera; None where they are no range.
