@@ -135,7 +135,7 @@ impl Hierarchy {
         let node = &self.nodes[index];
         let parent = node.parent.map_or(Placement::IDENTITY, |p| placements[p]);
         let camera = parent.child(&node.unscaled(time));
-        if axes(&camera.linear).is_some() {
+        if !is_flat(&camera.linear) {
             return camera;
         }
         let up_to_root = std::iter::successors(Some(index), |&i| self.nodes[i].parent);
@@ -211,7 +211,7 @@ impl Node {
         trs(translation, tracks.rotation.as_ref().map_or(rotation, |t| t.at(time)), DVec3::ONE)
     }
 
-    /// The rotation alone; of a matrix without directions none.
+    /// The rotation alone; none of a matrix that leaves less than two directions.
     fn rotation(&self, time: f64) -> DMat3 {
         let axes = axes(&self.unscaled(time).linear);
         axes.map_or(DMat3::IDENTITY, |(right, up, backward)| DMat3::from_cols(right, up, backward))
@@ -251,6 +251,13 @@ impl Local {
             Self::Trs { translation, rotation, scale } => (translation, rotation, scale),
         }
     }
+}
+
+/// Whether a transform scales some direction to nothing, so that others are turned.
+pub(super) fn is_flat(m: &DMat3) -> bool {
+    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::normalize_or_zero);
+    // Above zero by rounding at most; negated, so that NaN is flat.
+    !(x.dot(y.cross(z)).abs() > 1e-12)
 }
 
 /// Translation · rotation · scale.
