@@ -19,6 +19,7 @@ mod node;
 mod read;
 mod source;
 mod texture;
+mod visible;
 
 use crate::{LightUnit, Reads, SceneBuilder, SceneError};
 pub use choose::Choice;

@@ -6,6 +6,7 @@ use super::{
     material::Materials,
     mesh::{self, Wanted},
     node::{self, Hierarchy},
+    visible,
 };
 use crate::light_unit::TakenUnit;
 use crate::{CameraPose, Placement, SceneBuilder, SceneError, Unread};
@@ -27,6 +28,7 @@ const SHAPES: &str = "extras.dapple.shape must be \"sphere\" or \"disk\"";
 pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let selected = Selected::new(doc)?;
     let hierarchy = Hierarchy::new(doc, &selected)?;
+    visible::warn(doc, &selected, &hierarchy);
     load::check(doc, &hierarchy)?;
     let (at, shutter) = (doc.options.at, doc.options.shutter);
     let placements = hierarchy.placements(at + shutter.open);

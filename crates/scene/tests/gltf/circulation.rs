@@ -26,6 +26,71 @@ fn extensions_are_known_by_their_use() {
     assert!(said("KHR_materials_clearcoat") && !said("sheen"));
 }
 
+/// Extensions that change nothing of what is shown are not warned of.
+#[test]
+fn extensions_without_effect_are_not_warned_of() {
+    let clearcoat =
+        |factor: f64| json!({"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": factor}}});
+    let warned = |change: &dyn Fn(&mut File)| {
+        let mut file = square();
+        file.set("materials", json!([{}, clearcoat(1.0), clearcoat(0.0)]));
+        file.json["meshes"][0]["primitives"][0]["material"] = json!(1);
+        change(&mut file);
+        load(&file).warnings.iter().any(|w| w.0.contains("is not supported"))
+    };
+    assert!(warned(&|_| {}));
+    for material in [0, 2] {
+        assert!(!warned(&|file| file.json["meshes"][0]["primitives"][0]["material"] = json!(material)));
+    }
+    // Its mesh is in another scene, or hidden.
+    assert!(!warned(&|file| file.set("scenes", json!([{"nodes": []}, {"nodes": [0]}]))));
+    assert!(!warned(&|file| {
+        file.json["nodes"][0]["extensions"] = json!({"KHR_node_visibility": {"visible": false}});
+    }));
+    // Another level of detail, sounds.
+    let harmless = json!({"MSFT_lod": {"ids": [1]}, "KHR_audio_emitter": {"emitter": 0}});
+    assert!(!warned(&|file| {
+        file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+        file.json["nodes"][0]["extensions"] = harmless.clone();
+    }));
+    // A variant that is not chosen.
+    let mapped = json!({"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [0]}]}});
+    assert!(!warned(&|file| {
+        file.set("extensions", json!({"KHR_materials_variants": {"variants": [{"name": "coated"}]}}));
+        file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+        file.json["meshes"][0]["primitives"][0]["extensions"] = mapped.clone();
+    }));
+}
+
+#[test]
+fn morph_targets_are_missed_where_they_would_show() {
+    let warned = |mesh: Value, node: Value| {
+        let mut file = square();
+        let primitive = &mut file.json["meshes"][0]["primitives"][0];
+        primitive["targets"] = json!([{"POSITION": primitive["attributes"]["POSITION"]}]);
+        file.json["meshes"][0]["weights"] = mesh;
+        file.json["nodes"][0]["weights"] = node;
+        load(&file).warnings.iter().any(|w| w.0.contains("morph targets"))
+    };
+    assert!(
+        !warned(json!(null), json!(null))
+            && !warned(json!([0]), json!(null))
+            && !warned(json!([1]), json!([0]))
+    );
+    assert!(warned(json!([1]), json!(null)) && warned(json!([0]), json!([0.5])));
+}
+
+#[test]
+fn a_mesh_that_is_compressed_alone_is_left_out_with_one_warning() {
+    let mut file = square();
+    file.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+    file.json["meshes"][0]["primitives"][0]["extensions"] = json!({"KHR_draco_mesh_compression": {}});
+    let scene = load(&file);
+    assert_eq!(scene.survey.objects, 0);
+    let said: Vec<_> = scene.warnings.iter().filter(|w| !w.0.contains("studio")).collect();
+    assert!(said.len() == 1 && said[0].0.contains("no uncompressed copy are left out"), "{said:?}");
+}
+
 #[test]
 fn images_are_found_by_the_names_of_other_systems_or_left_out() {
     let dir = tempfile::tempdir().unwrap();
