@@ -8,6 +8,7 @@ mod animation;
 mod choose;
 mod container;
 mod document;
+mod enumerations;
 mod extensions;
 mod info;
 mod instancing;

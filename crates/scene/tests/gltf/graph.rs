@@ -105,13 +105,57 @@ fn the_node_graph_is_a_forest() {
         assert_eq!(scene.survey.objects, if said == "as the child" { 2 } else { 1 });
         assert!(scene.warnings.iter().any(|w| w.0.contains("node 0") && w.0.contains(said)), "{said}");
     }
-    let twice = with_nodes(json!([{"mesh": 0}]), json!([0, 0]));
-    assert!(error(&twice).contains("node 0: is in the scene twice"));
+    // Listed twice, shown once.
+    for (nodes, roots) in [
+        (json!([{"mesh": 0}]), json!([0, 0, 0])),
+        (json!([{"mesh": 0}, {"children": [0, 0]}]), json!([1])),
+        (json!([{"mesh": 0}, {"children": [0]}]), json!([1, 0, 0])),
+    ] {
+        let scene = load(&with_nodes(nodes, roots));
+        assert_eq!(scene.survey.objects, 1);
+        assert!(scene.warnings.iter().any(|w| w.0.contains("node 0 is listed more than once")));
+    }
     // Deep, but a chain: no recursion to overflow.
     let n = 100_000;
     let mut nodes: Vec<Value> = (0..n).map(|i| json!({"children": [i + 1]})).collect();
     nodes.push(json!({"mesh": 0}));
     assert_eq!(load(&with_nodes(json!(nodes), json!([0]))).survey.objects, 1);
+}
+
+/// Names in lower case and numbers for names, with one warning for each kind.
+#[test]
+fn enumerations_are_read_in_other_spellings() {
+    let mut file = square();
+    let times = file.scalars(&[0.0, 1.0]);
+    let places = file.floats(&[[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]]);
+    file.json["materials"] = json!([{"alphaMode": "mask", "alphaCutoff": 0.25}]);
+    file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    file.json["meshes"][0]["primitives"][0]["mode"] = json!("TRIANGLES");
+    let x = |interpolation: Value| {
+        let mut file = file.clone();
+        file.set(
+            "animations",
+            json!([{
+                "samplers": [{"input": times, "output": places, "interpolation": interpolation}],
+                "channels": [{"sampler": 0, "target": {"node": 0, "path": "TRANSLATION"}}],
+            }]),
+        );
+        let options = gltf::Options { at: 0.25, ..OPTIONS };
+        let scene =
+            gltf::read_bytes(Path::new("test.gltf"), &file.gltf(), &options).unwrap().build().unwrap();
+        let said = |word: &str| scene.warnings.iter().any(|w| w.0.contains(word));
+        assert!(
+            said("interpolations") && said("paths") && said("alpha modes") && said("modes of primitives")
+        );
+        assert_eq!(scene.materials[0].alpha_mode, AlphaMode::Mask { cutoff: 0.25 });
+        corners(&scene, 0, 0)[0].x
+    };
+    for linear in [json!(9729), json!(0), json!("linear"), json!("Linear")] {
+        assert!((x(linear.clone()) - 1.0).abs() < 1e-5, "{linear}");
+    }
+    for step in [json!(9728), json!(1), json!("step")] {
+        assert!(x(step.clone()).abs() < 1e-5, "{step}");
+    }
 }
 
 #[test]
