@@ -128,7 +128,8 @@ fn enumerations_are_read_in_other_spellings() {
     let mut file = square();
     let times = file.scalars(&[0.0, 1.0]);
     let places = file.floats(&[[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]]);
-    file.json["materials"] = json!([{"alphaMode": "mask", "alphaCutoff": 0.25}]);
+    file.json["materials"] =
+        json!([{"alphaMode": "blend", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5]}}]);
     file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
     file.json["meshes"][0]["primitives"][0]["mode"] = json!("TRIANGLES");
     let x = |interpolation: Value| {
@@ -147,7 +148,7 @@ fn enumerations_are_read_in_other_spellings() {
         assert!(
             said("interpolations") && said("paths") && said("alpha modes") && said("modes of primitives")
         );
-        assert_eq!(scene.materials[0].alpha_mode, AlphaMode::Mask { cutoff: 0.25 });
+        assert_eq!(scene.materials[0].alpha_mode, AlphaMode::Blend);
         corners(&scene, 0, 0)[0].x
     };
     for linear in [json!(9729), json!(0), json!("linear"), json!("Linear")] {

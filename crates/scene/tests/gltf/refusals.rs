@@ -10,7 +10,8 @@ fn required_extensions_are_named() {
     assert!(text.contains("VENDOR_magic") && !text.contains("ior"), "{text}");
     file.set("extensionsRequired", json!([]));
     file.set("extensionsUsed", json!(["KHR_materials_clearcoat", "KHR_xmp_json_ld"]));
-    file.json["nodes"][0]["extensions"] = json!({"KHR_materials_clearcoat": {}, "KHR_xmp_json_ld": {}});
+    file.json["nodes"][0]["extensions"] =
+        json!({"KHR_materials_clearcoat": {"clearcoatFactor": 1}, "KHR_xmp_json_ld": {}});
     let scene = load(&file);
     assert!(scene.warnings.iter().any(|w| w.0.contains("clear coats are left out")));
     assert!(!scene.warnings.iter().any(|w| w.0.contains("xmp")));
