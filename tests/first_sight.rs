@@ -109,8 +109,13 @@ fn a_camera_in_a_closed_space_says_so() {
             assert!(said.contains("--orbit") && !said.contains("studio"), "{said}");
             assert_eq!(said.contains("--backfaces culled"), opens, "{said}");
         }
+        // Walls that face inwards are looked through from outside, at others that no light gets to.
         let (mean, said) = render(at, &scene, &["--orbit", "30,20"]);
-        assert!(mean > 0.1 && !said.contains("closed space") && said.contains("studio"), "{mean} {said}");
+        let is_unlit = said.contains("next to no light reaches") && said.contains("--backfaces shown");
+        assert!(mean > 0.1 && !said.contains("closed space"), "{mean} {said}");
+        assert!(said.contains("studio") != is_unlit, "{said}");
+        let (_, said) = render(at, &scene, &["--orbit", "30,20", "--backfaces", "shown"]);
+        assert!(said.contains("studio") && !said.contains("next to no light"), "{said}");
     }
     let (mean, said) = render(at, &cell(false, false), &["--backfaces", "culled"]);
     assert!(mean > 0.1 && !said.contains("closed space"), "{mean} {said}");

@@ -83,9 +83,13 @@ fn why_dark(look: &Look<'_>, view: &NamedCamera) -> String {
         return format!("what {camera} sees reflects next to no light: the picture is nearly black");
     }
     if !look.is_enclosed() {
-        return format!(
-            "next to no light reaches what {camera} sees: the picture is nearly black; {ELSEWHERE}"
-        );
+        let shown = Look { backfaces: Backfaces::Shown, ..*look };
+        let helps = if look.backfaces == Backfaces::Shown || shown.is_nearly_black() {
+            ELSEWHERE
+        } else {
+            "--backfaces shown shows the backs of walls that it looks through"
+        };
+        return format!("next to no light reaches what {camera} sees: the picture is nearly black; {helps}");
     }
     let culled = Look { backfaces: Backfaces::Culled, ..*look };
     let opens = match culled.is_nearly_black() || !culled.shows_a_surface((1, 1)) {
