@@ -22,6 +22,7 @@ mod error_watch;
 #[cfg(not(feature = "report"))]
 #[path = "no_error_watch.rs"]
 mod error_watch;
+mod first_sight;
 mod first_word;
 mod help;
 mod idle;

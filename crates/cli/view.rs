@@ -155,6 +155,17 @@ pub fn view(scene: &Scene, options: &RenderOptions) -> Result<NamedCamera, Failu
     Ok(named)
 }
 
+/// Says where the view that was asked for stops the scene's camera.
+pub fn note_held(scene: &Scene, options: &RenderOptions) {
+    let asked = &options.view;
+    if asked.places_camera() || (asked.look_at.is_none() && asked.up.is_none()) {
+        return;
+    }
+    if named(scene, options.camera.as_deref()).is_ok_and(|named| named.camera.motion.is_some()) {
+        report::say("note: the camera stands as when the shutter opens: --look-at and --up hold it still");
+    }
+}
+
 fn placed(scene: &Scene, name: &str, pose: &CameraPose) -> Result<NamedCamera, Failure> {
     let camera = scene.place_camera(pose);
     let camera = camera.map_err(|what| Failure::Arguments(format!("--{name}: the camera {what}")))?;
@@ -183,9 +194,7 @@ fn changed(scene: &Scene, mut camera: Camera, asked: &ViewOptions) -> Result<Cam
     if asked.look_at.is_none() && asked.up.is_none() {
         return Ok(camera);
     }
-    if camera.motion.take().is_some() {
-        report::say("note: the camera stands as when the shutter opens: --look-at and --up hold it still");
-    }
+    camera.motion = None;
     let from = scene.space.to_world(camera.origin);
     let ahead = -camera.backward.as_dvec3();
     let axes = match asked.look_at {

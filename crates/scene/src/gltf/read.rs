@@ -6,10 +6,11 @@ use super::{
     material::Materials,
     mesh::{self, Wanted},
     node::{self, Hierarchy},
+    visible,
 };
 use crate::light_unit::TakenUnit;
 use crate::{CameraPose, Placement, SceneBuilder, SceneError, Unread};
-use dapple_camera::{Clip, Projection, camera::axes};
+use dapple_camera::{Clip, Projection};
 use dapple_geometry::{
     Mesh,
     motion::{self, Chain},
@@ -27,6 +28,7 @@ const SHAPES: &str = "extras.dapple.shape must be \"sphere\" or \"disk\"";
 pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let selected = Selected::new(doc)?;
     let hierarchy = Hierarchy::new(doc, &selected)?;
+    visible::warn(doc, &selected, &hierarchy);
     load::check(doc, &hierarchy)?;
     let (at, shutter) = (doc.options.at, doc.options.shutter);
     let placements = hierarchy.placements(at + shutter.open);
@@ -309,9 +311,9 @@ impl Assembly<'_, '_> {
         };
         let pose = |transform| CameraPose { transform, projection, aspect, clip };
         let placement = &whereabouts.placement;
-        // A chain that gives no direction of view when the shutter opens is not followed.
+        // A chain that flattens the view when the shutter opens is not followed.
         let chain = whereabouts.chain.as_ref();
-        match chain.filter(|chain| axes(&self.builder.exposure.placement(chain).linear).is_some()) {
+        match chain.filter(|chain| !node::is_flat(&self.builder.exposure.placement(chain).linear)) {
             None => self.builder.camera(name, pose((*placement).into())),
             Some(chain) => self.builder.moving_camera(name, pose(DAffine3::IDENTITY), chain.clone()),
         }
