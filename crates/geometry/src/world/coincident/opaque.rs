@@ -1,18 +1,27 @@
 //! Which surfaces of different objects that let no light through share a place?
 //!
-//! Every triangle may share a place with every other one here, so that the search of [`super::search`], a way through a
-//! tree for each of them, would take long. Only triangles whose boxes meet those of another object come in; they are put in
-//! order along a space-filling curve, and the tree over that order is compared with itself.
+//! Nearly all of a scene lets no light through, so that every triangle might be compared with every other one. Asked about
+//! are the triangles of small meshes only: walls, panels, boxes. Other triangles come in where their boxes and planes meet
+//! one of these. What came in is put in order along a space-filling curve, and the tree over that order is compared with
+//! itself. All of it is kept to a number of steps that take a tenth of the time in which the world's trees are built; where
+//! that is not enough, nothing is found. Two large meshes in one place are not found either.
 use super::search::{Item, Search};
 use super::{Coincident, NONE, Sides};
 use crate::boxes::{Aabb, BoxTree};
 use glam::{DVec3, UVec3, Vec3};
+use std::cell::Cell;
 use std::ops::Range;
 
-/// Comparisons at most: so many, and so many per triangle. A comparison of outlines counts as many.
-const BUDGET: u64 = 1 << 22;
-const PER_TRIANGLE: u64 = 64;
-const OUTLINE: u64 = 32;
+/// Steps at most: so many, and so many per triangle of the world, which takes about a tenth of the time that its trees take.
+/// A look at corners counts as more, and a comparison of outlines as many.
+const BUDGET: u64 = 1 << 19;
+const PER_TRIANGLE: u64 = 6;
+const ENTRY: u64 = 4;
+const CORNERS: u64 = 8;
+const OUTLINE: u64 = 64;
+/// As in the quick look at outlines: wider than so many error bounds, triangles that cross at a larger angle are apart.
+const WIDE: f32 = 2048.0;
+const ANGLE: f32 = 1.01 / 64.0;
 /// Triangles per leaf.
 const LEAF: usize = 4;
 /// Objects of at most so many triangles are asked about: as many as the trees' cost allows, which is as this share of all
@@ -44,6 +53,34 @@ impl Box32 {
     }
 }
 
+/// A triangle that is to be compared.
+#[derive(Clone, Copy)]
+struct Entry {
+    item: Item,
+    bounds: Box32,
+    normal: Vec3,
+    /// Half its height over its longest side, and a bound of the error of its points.
+    width: f32,
+    within: f32,
+}
+
+impl Entry {
+    fn new(search: &Search<'_>, item: Item, bounds: &Aabb) -> Self {
+        let [a, b, c] = search.triangle(item).unwrap_or_default();
+        let n = (b - a).cross(c - a);
+        let within = search.within(item, bounds.largest().max_element());
+        let width = 0.5 * n.length() / (bounds.hi - bounds.lo).length();
+        let normal = n.normalize_or_zero().as_vec3();
+        Self { item, bounds: Box32::new(*bounds), normal, width: width as f32, within: within as f32 }
+    }
+
+    /// Whether the two cross at an angle, as wide as they are; the first look of all.
+    fn crosses(&self, other: &Self) -> bool {
+        let wide = self.width.min(other.width) > WIDE * self.within.max(other.within);
+        wide && self.normal.cross(other.normal).length_squared() > ANGLE * ANGLE
+    }
+}
+
 struct Node {
     bounds: Box32,
     items: Range<u32>,
@@ -59,7 +96,7 @@ struct Pairs<'a, 'w> {
     asked: Vec<bool>,
     sides: Vec<Option<Sides>>,
     search: &'a mut Search<'w>,
-    items: Vec<(Item, Box32)>,
+    items: Vec<Entry>,
     found: Vec<bool>,
     nodes: Vec<Node>,
     budget: u64,
@@ -71,15 +108,19 @@ impl Search<'_> {
     pub(super) fn solids(&mut self, solid: impl Fn(u32) -> Option<Sides>) {
         let sides: Vec<Option<Sides>> = (0..self.world.objects.len() as u32).map(solid).collect();
         let boxes = self.standing(&sides);
-        let asked = self.asked(&boxes);
-        let items = self.crowded(&boxes, &asked);
-        if items.is_empty() {
+        if boxes.iter().filter(|b| b.is_finite()).count() < 2 {
+            return;
+        }
+        let near = Near::new(self, self.asked(&boxes));
+        let most = BUDGET + PER_TRIANGLE * self.world.triangles as u64;
+        let items = self.crowded(&boxes, &near, most);
+        let budget = most.saturating_sub(near.looks.get());
+        if items.is_empty() || budget == 0 {
             return;
         }
         let before = self.result.clone();
-        let budget = BUDGET + PER_TRIANGLE * items.len() as u64;
         let (found, nodes) = (vec![false; items.len()], Vec::with_capacity(items.len() / 2 + 1));
-        let mut pairs = Pairs { asked, sides, search: self, items, found, nodes, budget };
+        let mut pairs = Pairs { asked: near.asked, sides, search: self, items, found, nodes, budget };
         let all = 0..pairs.items.len() as u32;
         pairs.build(all);
         pairs.within(0);
@@ -99,20 +140,23 @@ impl Search<'_> {
     }
 
     /// The triangles to be compared, near each other in space where they are so in order.
-    fn crowded(&self, boxes: &[Aabb], asked: &[bool]) -> Vec<(Item, Box32)> {
+    fn crowded(&self, boxes: &[Aabb], near: &Near, most: u64) -> Vec<Entry> {
         let whole = boxes.iter().filter(|b| b.is_finite()).fold(Aabb::EMPTY, |a, b| a.union(*b));
-        let near = Near::new(self, asked);
         let (mut items, mut order) = (Vec::new(), Vec::new());
         for (object, bounds) in (0u32..).zip(boxes) {
-            if !bounds.is_finite() || !near.meets(object, bounds) {
+            let is_asked = near.asked[object as usize];
+            if !bounds.is_finite() || !(is_asked || near.meets(object, bounds)) {
                 continue;
             }
-            for primitive in self.primitives(object) {
-                let item = Item { object, primitive };
+            for item in self.primitives(object).map(|primitive| Item { object, primitive }) {
                 let bounds = self.bounds(item);
-                if bounds.is_finite() && near.meets(object, &bounds) {
+                if near.looks.get() > most {
+                    return Vec::new();
+                }
+                if bounds.is_finite() && (is_asked || near.meets(object, &bounds)) {
+                    near.look(ENTRY);
                     order.push(curve(&bounds, &whole) << 28 | items.len() as u64);
-                    items.push((item, Box32::new(bounds)));
+                    items.push(Entry::new(self, item, &bounds));
                 }
             }
         }
@@ -139,10 +183,12 @@ struct Near {
     tree: BoxTree,
     /// The object of each, its unit normal, and how far along that it lies.
     planes: Vec<(u32, DVec3, f64)>,
+    asked: Vec<bool>,
+    looks: Cell<u64>,
 }
 
 impl Near {
-    fn new(search: &Search<'_>, asked: &[bool]) -> Self {
+    fn new(search: &Search<'_>, asked: Vec<bool>) -> Self {
         let (mut boxes, mut planes) = (Vec::new(), Vec::new());
         for object in (0..asked.len() as u32).filter(|&o| asked[o as usize]) {
             for item in search.primitives(object).map(|primitive| Item { object, primitive }) {
@@ -152,7 +198,11 @@ impl Near {
                 planes.push((object, n, n.dot(a)));
             }
         }
-        Self { tree: BoxTree::build(boxes), planes }
+        Self { tree: BoxTree::build(boxes), planes, asked, looks: Cell::new(0) }
+    }
+
+    fn look(&self, steps: u64) {
+        self.looks.set(self.looks.get() + steps);
     }
 
     /// Whether the padded box meets the box and the plane of a triangle of another object.
@@ -160,6 +210,7 @@ impl Near {
         let (middle, half) = (0.5 * (bounds.lo + bounds.hi), 0.5 * (bounds.hi - bounds.lo));
         let reach = 1e-6 * bounds.largest().max_element();
         self.tree.meets(bounds, &|i| {
+            self.look(1);
             let (of, n, height) = self.planes[i as usize];
             of != object && (n.dot(middle) - height).abs() <= n.abs().dot(half) + 2.0 * reach
         })
@@ -186,13 +237,13 @@ fn spread(x: u32) -> u64 {
 impl Pairs<'_, '_> {
     fn build(&mut self, items: Range<u32>) -> (Box32, u32) {
         let index = self.nodes.len();
-        let bounds = self.items[items.start as usize].1;
+        let bounds = self.items[items.start as usize].bounds;
         self.nodes.push(Node { bounds, items: items.clone(), second: 0, object: MIXED, done: false });
         let joined =
             |(a, o): (Box32, u32), (b, p): (Box32, u32)| (a.union(b), if o == p { o } else { MIXED });
         let (bounds, object) = if items.len() <= LEAF {
             let of = &self.items[items.start as usize..items.end as usize];
-            of.iter().map(|(item, b)| (*b, item.object)).reduce(joined).unwrap_or((bounds, MIXED))
+            of.iter().map(|entry| (entry.bounds, entry.item.object)).reduce(joined).unwrap_or((bounds, MIXED))
         } else {
             let middle = items.start + items.len() as u32 / 2;
             let first = self.build(items.start..middle);
@@ -256,24 +307,26 @@ impl Pairs<'_, '_> {
 
     fn compare(&mut self, first: Range<u32>, second: Range<u32>) {
         for (i, j) in first.flat_map(|i| second.clone().map(move |j| (i as usize, j as usize))) {
-            let ((a, of_a), (b, of_b)) = (self.items[i], self.items[j]);
-            let asked = self.asked[a.object as usize] || self.asked[b.object as usize];
-            if !asked || a.object == b.object || (self.found[i] && self.found[j]) || !of_a.meets(&of_b) {
+            let (a, b) = (self.items[i], self.items[j]);
+            let (first, second) = (a.item.object, b.item.object);
+            let asked = self.asked[first as usize] || self.asked[second as usize];
+            if !asked || first == second || (self.found[i] && self.found[j]) || !a.bounds.meets(&b.bounds) {
                 continue;
             }
             self.budget = self.budget.saturating_sub(1);
-            if self.share_place((a, of_a), b) {
+            if !a.crosses(&b) && self.share_place(a, b.item) {
                 (self.found[i], self.found[j]) = (true, true);
-                self.search.mark(a);
-                self.search.mark(b);
+                self.search.mark(a.item);
+                self.search.mark(b.item);
             }
         }
     }
 
-    fn share_place(&mut self, (a, bounds): (Item, Box32), b: Item) -> bool {
+    fn share_place(&mut self, Entry { item: a, bounds, .. }: Entry, b: Item) -> bool {
         let (Some(own), Some(other)) = (self.search.triangle(a), self.search.triangle(b)) else {
             return false;
         };
+        self.budget = self.budget.saturating_sub(CORNERS);
         let largest = f64::from(bounds.lo.abs().max(bounds.hi.abs()).max_element());
         if self.search.are_apart((a, &own), b, largest) || self.are_back_to_back((a, &own), (b, &other)) {
             return false;

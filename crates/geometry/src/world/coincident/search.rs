@@ -81,9 +81,10 @@ impl World {
     /// per axis of the error with which coordinates came into the world. What moves shares a place with everything on its
     /// way.
     ///
-    /// `solid`: of objects that let no light through and are not asked about. Of these, triangles of two meshes that stand
-    /// still share a place where one mesh has few triangles (64, or less where such meshes make up more than a sixteenth of
-    /// the scene), unless both have one side and face opposite ways: such is all that stands on a floor.
+    /// `solid`: of objects that let no light through, have no holes and are not asked about. Of these, triangles of two meshes
+    /// that stand still share a place where one mesh has few triangles (64, or less where such meshes make up more than a
+    /// sixteenth of the world), unless both have one side and face opposite ways, as what stands on a floor does. Where it
+    /// takes too many steps to know, none of these do.
     pub fn coincident(
         &self,
         group: impl Fn(u32) -> Option<u32>,
@@ -258,13 +259,16 @@ impl<'a> Search<'a> {
     /// A quick look that tells most neighbours in a mesh; the tolerance is below every error bound, `within` above.
     pub(super) fn are_apart(&self, (item, own): (Item, &[DVec3; 3]), emitter: Item, largest: f64) -> bool {
         let Some(other) = self.triangle(emitter) else { return false };
-        let is_flat = |item: Item| matches!(self.world.objects[item.object as usize].place, Place::World);
-        let within = match is_flat(item) && is_flat(emitter) {
-            // Of two points, along a diagonal.
-            true => 4.0 * (largest * f64::from(gamma(8)) + self.origin_error.max_element()),
-            false => f64::INFINITY,
-        };
+        let within = self.within(item, largest).max(self.within(emitter, largest));
         are_apart(own, &other, largest / (1u64 << 40) as f64, within)
+    }
+
+    /// Above the error of two points of a triangle together, along a diagonal; `largest`: its largest coordinate.
+    pub(super) fn within(&self, item: Item, largest: f64) -> f64 {
+        match self.world.objects[item.object as usize].place {
+            Place::World => 4.0 * (largest * f64::from(gamma(8)) + self.origin_error.max_element()),
+            _ => f64::INFINITY,
+        }
     }
 
     pub(super) fn triangle(&self, item: Item) -> Option<[DVec3; 3]> {
