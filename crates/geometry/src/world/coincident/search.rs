@@ -339,6 +339,10 @@ impl<'a> Search<'a> {
 
     fn primitive_bounds(&self, object: &Object, primitive: u32) -> Aabb {
         match (&object.body, &object.place) {
+            (Body::Mesh(mesh), Place::World) => {
+                let [a, b, c] = mesh.corners(primitive);
+                Aabb::new(a.min(b).min(c).as_dvec3(), a.max(b).max(c).as_dvec3())
+            }
             (Body::Mesh(_), _) => object
                 .corners_exact(primitive, self.world.shutter.0.into())
                 .into_iter()
