@@ -23,7 +23,7 @@ pub use mesh::Mesh;
 pub use motion::Motion;
 pub use ray::Ray;
 pub use surface::Surface;
-pub use world::{Coincident, Filter, Opaque, PlacePoint, World, WorldBuilder};
+pub use world::{Coincident, Filter, Opaque, PlacePoint, Sides, World, WorldBuilder};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
