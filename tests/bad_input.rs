@@ -319,6 +319,51 @@ fn a_file_beside_the_scene_writes_nothing() {
     assert!(run.out.contains("scene.toml"), "{}", run.out);
 }
 
+/// A settings file that comes with a scene asks for no render without end: that takes the user's own word.
+#[test]
+fn a_file_beside_the_scene_asks_for_no_endless_render() {
+    let folder = folder_with(&triangle(|_, _| {}));
+    let render = |text: &str, more: &[&str]| {
+        fs::write(folder.path().join("scene.toml"), text).unwrap();
+        run(folder.path(), &[&["render", "scene.gltf"], more].concat())
+    };
+    for (text, key, own) in [
+        ("spp = 1000000000", "spp", "--spp=1"),
+        ("time-limit = '1000h'", "time-limit", "--time-limit=10ms"),
+        ("spp = 1\nmax-bounces = 4000000000\nno-roulette = true", "max-bounces", "--max-bounces=2"),
+        ("spp = 60000\nsize = '8192x4096'", "spp", "--spp=1"),
+    ] {
+        let refused = render(text, &[]);
+        assert_eq!(refused.code, 2, "{text}: {}", refused.err);
+        for word in ["scene.toml: key '", key, "--yes", &format!("--{key}")] {
+            assert!(refused.err.contains(word), "{text}: '{word}' is not in: {}", refused.err);
+        }
+        let granted = render(text, &["--size=4x4", own]);
+        assert!([0, 3].contains(&granted.code), "{text}: {}", granted.err);
+    }
+    // A yes of the file's own is none.
+    assert_eq!(render("spp = 1000000000\nyes = true", &[]).code, 2);
+    // An error alone ends with a stated time, and gives what it would give without.
+    let said = render("error-limit = 0.5\nsize = '8x4'", &["--env-color=1,1,1", "-o", "a.hdr"]);
+    assert!(said.code == 0 && said.err.contains("ends after 3600 s"), "{}", said.err);
+    let own = render("size = '8x4'", &["--env-color=1,1,1", "-o", "b.hdr", "--error-limit=0.5"]);
+    assert!(own.code == 0 && !own.err.contains("3600 s"), "{}", own.err);
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(bytes("a.hdr"), bytes("b.hdr"));
+}
+
+/// Layers that a file beside the scene asks for come with the picture, not in its place.
+#[test]
+fn a_file_beside_the_scene_leaves_out_no_picture() {
+    let folder = folder_with(&triangle(|_, _| {}));
+    fs::write(folder.path().join("scene.toml"), "size = '4x4'\nspp = 1\naov = ['depth', 'normal']").unwrap();
+    dapple::well(folder.path(), &["render", "scene.gltf"]);
+    assert_eq!(dapple::files(folder.path()), ["scene.exr", "scene.gltf", "scene.png", "scene.toml"]);
+    fs::remove_file(folder.path().join("scene.png")).unwrap();
+    dapple::well(folder.path(), &["render", "scene.gltf", "--aov", "depth"]);
+    assert_eq!(dapple::files(folder.path()), ["scene.exr", "scene.gltf", "scene.toml"]);
+}
+
 /// Names and URIs come from files: whatever they hold, the terminal gets plain text, and not much of it.
 #[test]
 fn names_do_not_act_on_the_terminal() {
@@ -359,5 +404,36 @@ fn names_do_not_act_on_the_terminal() {
             }
             assert!(run.err.len() < 2000, "{command}: {} bytes", run.err.len());
         }
+    }
+}
+
+/// Whoever words a message — the command line, the TOML or the JSON reader —, it repeats at most 80 characters of a value.
+#[test]
+fn messages_repeat_the_beginning_of_a_value() {
+    let long = "x".repeat(3000);
+    let short = |said: &str| !said.contains(&long[..81]) && said.contains(&long[..70]);
+    let of_json = [
+        triangle(|root, _| root["nodes"][1]["translation"] = long.as_str().into()),
+        triangle(|root, _| root["asset"]["version"] = long.as_str().into()),
+        triangle(|root, _| root["nodes"][0]["mesh"] = long.as_str().into()),
+    ];
+    for scene in of_json {
+        let folder = folder_with(&scene);
+        let [render, info] = ["render", "info"].map(|command| run(folder.path(), &[command, "scene.gltf"]));
+        assert!(render.code == 2 && short(&render.err), "{}", render.err);
+        assert!(short(&format!("{}{}", info.out, info.err)), "{}{}", info.out, info.err);
+    }
+    let folder = folder_with(&triangle(|root, _| root["nodes"][1]["name"] = long.as_str().into()));
+    let names = ["camera", "scene", "env", "size", "filter", "aov", "orbit", "tone", "pixel", "time-limit"];
+    for name in names {
+        fs::write(folder.path().join("scene.toml"), format!("{name} = '{long}y'")).unwrap();
+        let run = run(folder.path(), &["render", "scene.gltf"]);
+        assert!(run.code == 2 && short(&run.err), "{name}: {}", run.err);
+    }
+    fs::remove_file(folder.path().join("scene.toml")).unwrap();
+    for text in [format!("{long} = 1"), format!("{long}.y = 1\n{long} = 2")] {
+        fs::write(folder.path().join("mine.toml"), text).unwrap();
+        let run = run(folder.path(), &["render", "scene.gltf", "--settings", "mine.toml"]);
+        assert!(run.code == 2 && !run.err.contains(&long[..81]), "{}", run.err);
     }
 }

@@ -217,7 +217,7 @@ fn info_warns_as_a_render_does() {
         triangle(|_, _| {}),
         // A black emitter, an extension that is not supported, an unlikely index of refraction, a shared root.
         triangle(|root, _| {
-            root["materials"] = json!([{"emissiveFactor": [0, 0, 0], "extensions": {"KHR_materials_clearcoat": {},
+            root["materials"] = json!([{"emissiveFactor": [0, 0, 0], "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1},
                 "KHR_materials_ior": {"ior": 0.5}}}]);
             root["meshes"][0]["primitives"][0]["material"] = json!(0);
             root["nodes"][1]["children"] = json!([0]);
@@ -233,6 +233,7 @@ fn info_warns_as_a_render_does() {
             let mut lines = primitive.clone();
             lines["mode"] = json!(1);
             root["meshes"][0]["primitives"] = json!([primitive, lines]);
+            root["meshes"][0]["weights"] = json!([1]);
             root["nodes"][0]["scale"] = json!([1, 0, 0]);
         }),
         // Two lamps in one place; a light too weak to see by.

@@ -139,6 +139,36 @@ fn a_reference_from_a_file() {
     assert!(results["runs"][0]["slope"].as_f64().unwrap() < -0.5);
 }
 
+/// A Radiance picture of one grey, run-length encoded: 2 MB for 16 million pixels.
+fn grey(side: usize) -> Vec<u8> {
+    let mut bytes = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {side} +X {side}\n").into_bytes();
+    for _ in 0..side {
+        bytes.extend([2, 2, (side >> 8) as u8, side as u8]);
+        for _ in 0..4 {
+            (0..side / 64).for_each(|_| bytes.extend([128 + 64, 128]));
+        }
+    }
+    bytes
+}
+
+/// What another renderer leaves is read in as much memory as the user grants.
+#[test]
+fn pictures_of_others_obey_the_memory_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("big.hdr"), grey(4096)).unwrap();
+    let command = "other=cp big.hdr {out}; true {spp}";
+    let base =
+        ["converge", "builtin:cornell", "-o", "out", "--size", "16x16", "--run", "a:", "--budget", "1s"];
+    for limit in [&["--memory-limit", "100M"][..], &["--settings", "mine.toml"]] {
+        fs::write(folder.path().join("mine.toml"), "memory-limit = '100M'").unwrap();
+        let found = run(folder.path(), &[&base[..], limit, &["--external", command]].concat());
+        assert_eq!(found.code, 2, "{}", found.err);
+        for word in ["other", "4096×4096", "--memory-limit allows 104.9 MB"] {
+            assert!(found.err.contains(word), "'{word}' is not in: {}", found.err);
+        }
+    }
+}
+
 /// The same renderer from outside has the same errors, and a reference of its own.
 #[test]
 fn another_renderer() {

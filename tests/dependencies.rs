@@ -4,17 +4,18 @@ use std::path::Path;
 use std::process::Command;
 
 /// Crate, its dependencies without default features, and what the default features add.
-const PINNED: [(&str, &[&str], &[&str]); 10] = [
+const PINNED: [(&str, &[&str], &[&str]); 11] = [
+    ("dapple-math", &["glam", "libm"], &[]),
     ("dapple-sampling", &["glam", "libm", "rand_pcg"], &[]),
-    ("dapple-geometry", &["bytemuck", "glam", "libm", "obvhs"], &["libc", "rayon"]),
+    ("dapple-geometry", &["bytemuck", "dapple-math", "glam", "libm", "obvhs"], &["libc", "rayon"]),
     (
         "dapple-imaging",
-        &["gethostname", "glam", "libm", "tempfile", "thiserror"],
+        &["dapple-math", "gethostname", "glam", "libm", "tempfile", "thiserror"],
         &["exr", "half", "image", "rayon"],
     ),
     ("dapple-materials", &["dapple-sampling", "glam", "libm"], &[]),
-    ("dapple-lights", &["dapple-geometry", "dapple-imaging", "dapple-sampling", "glam", "libm"], &[]),
-    ("dapple-camera", &["dapple-geometry", "dapple-imaging", "dapple-sampling", "glam", "libm"], &[]),
+    ("dapple-lights", &["dapple-math", "dapple-sampling", "glam", "libm"], &[]),
+    ("dapple-camera", &["dapple-math", "dapple-sampling", "glam", "libm"], &[]),
     (
         "dapple-scene",
         &[
@@ -24,6 +25,7 @@ const PINNED: [(&str, &[&str], &[&str]); 10] = [
             "dapple-imaging",
             "dapple-lights",
             "dapple-materials",
+            "dapple-math",
             "dapple-sampling",
             "glam",
             "libm",
@@ -40,6 +42,7 @@ const PINNED: [(&str, &[&str], &[&str]); 10] = [
             "dapple-imaging",
             "dapple-lights",
             "dapple-materials",
+            "dapple-math",
             "dapple-sampling",
             "dapple-scene",
             "glam",
@@ -50,7 +53,7 @@ const PINNED: [(&str, &[&str], &[&str]); 10] = [
     ),
     (
         "dapple-analysis",
-        &["base64", "dapple-imaging", "dapple-integrator", "glam", "libm", "serde", "thiserror"],
+        &["base64", "dapple-imaging", "dapple-integrator", "dapple-math", "glam", "libm", "serde", "thiserror"],
         &[],
     ),
     (

@@ -100,6 +100,40 @@ fn names_of_other_programs_lead_to_ours() {
     }
 }
 
+/// What other programs have and this one has not is answered with what serves instead; a file before the options changes
+/// nothing about that.
+#[test]
+fn what_there_is_not_has_an_answer() {
+    for (typed, meant) in [
+        ("--list", "dapple info"),
+        ("--denoise", "--error-limit"),
+        ("--no-env", "--env none"),
+        ("--position", "--look-from, the camera's place"),
+        ("--sppp", "--spp"),
+        ("--samples", "--spp"),
+        ("--szie=3x3", "--size"),
+    ] {
+        let name = typed.split('=').next().unwrap();
+        for before in [&[][..], &["render"], &["render", "a.glb"], &["a.glb"], &["builtin:cornell"]] {
+            complains(&[before, &[typed]].concat(), &[&format!("unknown option '{name}'"), meant]);
+        }
+    }
+    complains(&["builtin:cornell", "--vary", "light"], &["it is an option of sheet"]);
+}
+
+#[test]
+fn values_have_other_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |name: &str, aov: &str| {
+        let small = ["builtin:cornell", "--size=4x4", "--spp=1", "--backfaces=cull", "-o"];
+        well(folder.path(), &[&small[..], &[name, "--aov", aov]].concat());
+        read::layers(&folder.path().join(name)).unwrap()
+    };
+    assert_eq!(render("a.exr", "z,crypto"), render("b.exr", "depth,cryptomatte"));
+    let all = "beauty,albedo,normal,depth,position,variance,samples,object,material,removed,cryptomatte";
+    assert_eq!(render("c.exr", "All"), render("d.exr", all));
+}
+
 #[test]
 fn misspelt_commands_are_recognised() {
     for (typed, meant) in [
@@ -331,7 +365,11 @@ fn manual_pages_are_made() {
         assert!(pages.contains(&name.to_string()), "{pages:?}");
     }
     assert_eq!(fs::read_to_string(folder.path().join("dapple-render.1")).unwrap(), page);
-    complains(&["man", "-o", "missing"], &["missing", "cannot be written"]);
+    well(folder.path(), &["man", "-o", "new/pages"]);
+    assert_eq!(fs::read_to_string(folder.path().join("new/pages/dapple-render.1")).unwrap(), page);
+    fs::write(folder.path().join("file"), "").unwrap();
+    let run = run(folder.path(), &["man", "-o", "file"]);
+    assert!(run.code == 2 && run.err.contains("-o file: cannot be made"), "{}", run.err);
 }
 
 /// The first picture of all: the mean is a middle grey, and little but the lamp is white.

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 
 /// Small numbers that are no lengths: file, literal, what it is.
 const DIMENSIONLESS: [(&str, &str, &str); 29] = [
-    ("geometry/src/frame.rs", "1e-12", "squared sine"),
-    ("geometry/src/motion/chain.rs", "1e-6", "ratio of scales"),
-    ("geometry/src/motion/pose.rs", "1e-12", "volume over the product of the edges"),
-    ("geometry/src/motion/pose.rs", "1e-14", "normal over the square of the size"),
-    ("geometry/src/motion/pose.rs", "1e-15", "length over the product of lengths"),
-    ("geometry/src/motion/track.rs", "1e-8", "angle"),
+    ("math/src/frame.rs", "1e-12", "squared sine"),
+    ("math/src/motion/chain.rs", "1e-6", "ratio of scales"),
+    ("math/src/motion/pose.rs", "1e-12", "volume over the product of the edges"),
+    ("math/src/motion/pose.rs", "1e-14", "normal over the square of the size"),
+    ("math/src/motion/pose.rs", "1e-15", "length over the product of lengths"),
+    ("math/src/motion/track.rs", "1e-8", "angle"),
     ("scene/src/builtin.rs", "1e-3", "metres in a millimetre"),
     ("scene/src/emission.rs", "1e-3", "gap over the edge"),
     ("scene/src/gltf/material.rs", "1e-30", "transmitted share"),
@@ -75,7 +75,7 @@ fn suspects(text: &str) -> Vec<String> {
 fn lengths_are_not_compared_with_constants() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates");
     let mut files = Vec::new();
-    for part in ["geometry", "integrator", "scene", "camera", "lights", "materials", "sampling"] {
+    for part in ["math", "geometry", "integrator", "scene", "camera", "lights", "materials", "sampling"] {
         sources(&crates.join(part).join("src"), &mut files);
     }
     assert!(files.len() > 50);
@@ -96,7 +96,7 @@ fn lengths_are_not_compared_with_constants() {
 fn differences_are_not_held_above_constants() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates");
     let mut files = Vec::new();
-    for part in ["geometry", "integrator", "scene", "camera", "lights", "materials", "sampling"] {
+    for part in ["math", "geometry", "integrator", "scene", "camera", "lights", "materials", "sampling"] {
         sources(&crates.join(part).join("src"), &mut files);
     }
     for file in files {

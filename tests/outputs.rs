@@ -69,6 +69,7 @@ fn what_is_lost_is_told_and_the_rest_is_written() {
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!((output.status.code(), output.stdout), (Some(4), b"b.png\n".to_vec()), "{said}");
     assert!(said.contains("a.exr") && said.contains("c.exr") && said.contains("lost"), "{said}");
+    assert!(!said.contains(".dapple-") && !said.contains(".part"), "{said}");
     assert_eq!(
         (files(folder.path()), files(&folder.path().join("tmp"))),
         (vec!["b.png".into(), "tmp".into()], vec![])
@@ -95,14 +96,53 @@ fn a_log_that_takes_nothing_is_told() {
     }
 }
 
+/// Commands that print results, whatever they are.
+fn commands_that_print<'a>(render: &'a [&'a str]) -> Vec<&'a [&'a str]> {
+    let mut all: Vec<&[&str]> = vec![render, &["plan", "builtin:cornell"], &["--help"], &["--version"], &[]];
+    all.extend([&["info", "builtin:cornell"][..], &["info", "builtin:cornell", "--json"]]);
+    all.extend([&["rays", "builtin:cornell"][..], &["render", "-h"], &["help", "info"]]);
+    if cfg!(feature = "manual") {
+        all.extend([&["completions", "bash"][..], &["man"], &["man", "render"]]);
+    }
+    if cfg!(feature = "report") {
+        let budget =
+            &["budget", "builtin:cornell", "--error-limit", "0.5", "--size", "4x4", "--time-limit", "1ms"];
+        all.push(budget);
+    }
+    all
+}
+
+/// A process may be started without a standard output, by `>&-`.
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+#[test]
+fn a_standard_output_that_is_not_there_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = [&RENDER[..], &["--spp", "1", "--quiet", "-o", "a.hdr"]].concat();
+    for arguments in commands_that_print(&small) {
+        let run = |out: &str| {
+            let mut shell = Command::new("sh");
+            let script = format!("exec \"$@\" {out}");
+            shell.args(["-c", &script, "sh", env!("CARGO_BIN_EXE_dapple")]).args(arguments);
+            let output = shell.current_dir(folder.path()).output().unwrap();
+            (output.status.code(), String::from_utf8(output.stderr).unwrap())
+        };
+        let (code, said) = run(">&-");
+        assert_eq!(code, Some(4), "{arguments:?}: {said}");
+        assert_eq!(said.matches("error: standard output").count(), 1, "{arguments:?}: {said}");
+        // Nobody reads this, by choice; it may be open for reading as well.
+        for nobody in [">/dev/null", "1<>/dev/null", "2>&- >/dev/null", "<&- >/dev/null"] {
+            assert_eq!(run(nobody).0, Some(0), "{arguments:?} {nobody}");
+        }
+    }
+    assert!(folder.path().join("a.hdr").is_file());
+}
+
 /// Full or closed, standard output is an error of its own; the picture is there all the same.
 #[test]
 fn standard_output_that_takes_nothing_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let small = [&RENDER[..], &["--spp", "1", "--quiet", "-o", "a.hdr"]].concat();
-    for arguments in
-        [&small[..], &["plan", "builtin:cornell"], &["info", "builtin:cornell", "--json"], &["--help"]]
-    {
+    for arguments in commands_that_print(&small) {
         for full in [true, false] {
             if full && !Path::new("/dev/full").exists() {
                 continue;

@@ -50,12 +50,17 @@ pub const LAYERS: Aliases = &[
     ("image", "beauty"),
     ("normals", "normal"),
     ("positions", "position"),
+    ("z", "depth"),
+    ("crypto", "cryptomatte"),
     ("sample-count", "samples"),
     ("object-id", "object"),
     ("objects", "object"),
     ("material-id", "material"),
     ("materials", "material"),
 ];
+
+pub const BACKFACES: Aliases =
+    &[("cull", "culled"), ("hide", "culled"), ("show", "shown"), ("visible", "shown")];
 
 pub const EFFECTS: Aliases = &[
     ("antialiasing", "pixel"),
@@ -105,7 +110,7 @@ pub fn plan(said: &str) -> Result<dapple_integrator::sampling::Plan, String> {
 mod tests {
     use super::*;
     use dapple_integrator::sampling::Pattern;
-    use dapple_integrator::{Aov, Effect};
+    use dapple_integrator::{Aov, Backfaces, Effect};
 
     #[test]
     fn names_have_other_names() {
@@ -138,6 +143,7 @@ mod tests {
         check(TONES, |s| s.parse::<dapple_integrator::imaging::Tone>().ok());
         check(FILTERS, |s| s.parse::<dapple_integrator::camera::Filter>().ok());
         check(APERTURES, |s| s.parse::<dapple_integrator::camera::Aperture>().ok());
+        check(BACKFACES, |s| s.parse::<Backfaces>().ok());
         check(LAYERS, |s| s.parse::<Aov>().ok());
         check(EFFECTS, |s| Effect::ALL.iter().find(|(_, name)| *name == s));
         check(METHODS, |s| ["path", "distribution"].contains(&s).then_some(()));

@@ -48,7 +48,9 @@ fn unknown(error: &Error, all: &Command, sub: &str) -> Option<String> {
     let help = ["dapple", sub, "--help"].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>();
     let see = format!("see {}", help.join(" "));
     if word.starts_with('-') {
-        let remedy = suggest::option(all, sub, &word).unwrap_or(see);
+        let render = || suggest::option(all, "render", &word).map(|meant| format!("dapple render: {meant}"));
+        let meant = suggest::option(all, sub, &word).or_else(|| render().filter(|_| sub.is_empty()));
+        let remedy = meant.unwrap_or(see);
         return Some(format!("unknown option '{quoted}'; {remedy}"));
     }
     let remedy = match word.as_str() {
@@ -112,9 +114,7 @@ const NUMBERS: [(&str, &str); 4] = [
 fn validation(error: &Error) -> String {
     let (name, value) = (text(error, ContextKind::InvalidArg), text(error, ContextKind::InvalidValue));
     let mut line = error::clap_line(error);
-    if value.chars().count() > error::QUOTED {
-        line = line.replace(&value, &error::short(&value));
-    }
+    line = line.replace(&value, &error::short(&value));
     for (said, plain) in NUMBERS {
         line = line.replace(said, plain);
     }

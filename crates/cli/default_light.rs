@@ -11,7 +11,7 @@
 //! are left alone.
 
 use crate::interrupt;
-use dapple_integrator::camera::Camera;
+use dapple_integrator::camera::{Camera, Projection};
 use dapple_integrator::imaging::{Image, color};
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Aov, Backfaces, Settings, render};
@@ -26,6 +26,23 @@ const SAMPLES: u32 = 8;
 const GLANCE: (u32, u32) = (16, 12);
 const CLEARLY: f64 = 0.4;
 
+/// How finely is looked for a surface: the side of the picture, were it a square, and samples per pixel.
+const PROBES: [(f64, u32); 3] = [(14.0, 1), (64.0, 1), (384.0, 2)];
+
+/// Right and up of the views onto the sides of a cube around the camera, and the pixels along an edge.
+const AROUND: [(Vec3, Vec3); 6] = [
+    (Vec3::X, Vec3::Y),
+    (Vec3::NEG_X, Vec3::Y),
+    (Vec3::Z, Vec3::Y),
+    (Vec3::NEG_Z, Vec3::Y),
+    (Vec3::X, Vec3::Z),
+    (Vec3::X, Vec3::NEG_Z),
+];
+const WALL: u32 = 24;
+
+/// Albedo of a surface that is black, light or not.
+const BLACK: f32 = 1.0 / 256.0;
+
 /// Shares of the pixels that show a surface: lit at all, and by light that it reflects.
 const LIT: f64 = 0.25;
 const REFLECTING: f64 = 0.125;
@@ -34,33 +51,106 @@ const SEEN: f64 = 1.0 / 256.0;
 /// Which brightness is the picture's: that of the pixel that so large a share are not brighter than.
 const PERCENTILE: f64 = 0.99;
 
-/// Whether the scene, seen by `camera`, is nearly black by its own light.
-pub fn is_wanted(scene: &Scene, camera: &Camera, backfaces: Backfaces) -> bool {
-    let progress = |_| if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    // The picture, and a mask that is 0 where no surface is seen.
-    let look = |settings: &Settings| {
-        let outcome = render(scene, camera, settings, &progress);
-        (
-            outcome.film.mean(),
-            outcome
-                .layers
-                .picture(&Aov::ObjectId.to_string())
-                .unwrap_or_else(|| Image::filled(0, 0, Vec3::ZERO)),
-        )
-    };
-    let aovs = vec![Aov::Albedo, Aov::ObjectId];
-    let glance = Settings { size: GLANCE, max_bounces: 1, backfaces, aovs, ..Settings::default() }
+/// A scene and how it is looked at.
+#[derive(Clone, Copy)]
+pub struct Look<'a> {
+    pub scene: &'a Scene,
+    pub camera: &'a Camera,
+    pub backfaces: Backfaces,
+}
+
+/// A small render: the picture, the objects that it shows + 1 (0 where there is none), and their albedo.
+struct Seen {
+    picture: Image,
+    surfaces: Image,
+    albedo: Image,
+}
+
+impl Look<'_> {
+    fn settings(&self, size: (u32, u32), spp: u32, max_bounces: u32) -> Settings {
+        Settings {
+            size,
+            max_bounces,
+            backfaces: self.backfaces,
+            aovs: vec![Aov::Albedo, Aov::ObjectId],
+            ..Settings::default()
+        }
         .with_threads(1)
-        .with_spp(1);
-    let (picture, surfaces) = look(&glance);
-    let black = Image::filled(picture.width, picture.height, Vec3::ZERO);
-    if shares(&picture, &black, &surfaces).is_some_and(|(lit, _)| lit > CLEARLY) {
-        return false;
+        .with_spp(spp)
     }
-    let whole =
-        Settings { size: SIZE, max_bounces: Settings::default().max_bounces, ..glance }.with_spp(SAMPLES);
-    let (emitted, surfaces) = look(&Settings { max_bounces: 0, ..whole.clone() });
-    is_dark(&look(&whole).0, &emitted, &surfaces)
+
+    fn at(&self, settings: &Settings) -> Seen {
+        let progress =
+            |_| if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        let outcome = render(self.scene, self.camera, settings, &progress);
+        let layer = |aov: Aov| {
+            let layer = outcome.layers.picture(&aov.to_string());
+            layer.unwrap_or_else(|| Image::filled(0, 0, Vec3::ZERO))
+        };
+        let (surfaces, albedo) = (layer(Aov::ObjectId), layer(Aov::Albedo));
+        Seen { picture: outcome.film.mean(), surfaces, albedo }
+    }
+
+    /// Whether next to nothing of what is seen is lit, by the light that there is.
+    pub fn is_nearly_black(&self) -> bool {
+        let glance = self.at(&self.settings(GLANCE, 1, 1));
+        let black = Image::filled(glance.picture.width, glance.picture.height, Vec3::ZERO);
+        if shares(&glance.picture, &black, &glance.surfaces).is_some_and(|(lit, _)| lit > CLEARLY) {
+            return false;
+        }
+        let emitted = self.at(&self.settings(SIZE, SAMPLES, 0));
+        let whole = self.at(&self.settings(SIZE, SAMPLES, Settings::default().max_bounces));
+        is_dark(&whole.picture, &emitted.picture, &emitted.surfaces)
+    }
+
+    /// Whether next to nothing of what is seen would reflect light.
+    pub fn is_of_black_surfaces(&self) -> bool {
+        let seen = self.at(&Settings { picture: false, ..self.settings(SIZE, SAMPLES, 0) });
+        let pairs = seen.albedo.pixels.iter().zip(&seen.surfaces.pixels);
+        let (mut shown, mut black) = (0_u32, 0_u32);
+        for (albedo, _) in pairs.filter(|(_, id)| id.x > 0.0) {
+            shown += 1;
+            black += u32::from(albedo.max_element() < BLACK);
+        }
+        f64::from(shown - black) < LIT * f64::from(shown)
+    }
+
+    /// Whether a camera ray meets a surface: of those of [`PROBES`], each of which is asked only where those before it met
+    /// none. The picture has this width and height.
+    pub fn shows_a_surface(&self, size: (u32, u32)) -> bool {
+        let aspect = (f64::from(size.0.max(1)) / f64::from(size.1.max(1))).sqrt();
+        PROBES.iter().any(|&(side, spp)| {
+            let length = |scale: f64| (side * scale).round().max(1.0) as u32;
+            let settings = self.settings((length(aspect), length(1.0 / aspect)), spp, 0);
+            self.meets(&settings).any(|met| met)
+        })
+    }
+
+    /// Whether the camera stands in a space that is closed on all sides: every ray from its place meets a surface.
+    pub fn is_enclosed(&self) -> bool {
+        AROUND.iter().all(|(right, up)| {
+            let camera = Camera {
+                right: *right,
+                up: *up,
+                backward: right.cross(*up),
+                projection: Projection::Perspective { tan_half: 1.0 },
+                lens: None,
+                motion: None,
+                aspect: None,
+                clip: None,
+                ..*self.camera
+            };
+            let look = Look { camera: &camera, backfaces: Backfaces::Shown, ..*self };
+            look.meets(&look.settings((WALL, WALL), 1, 0)).all(|met| met)
+        })
+    }
+
+    /// Of each pixel whether its first ray meets a surface.
+    fn meets(&self, settings: &Settings) -> impl Iterator<Item = bool> {
+        let aovs = vec![Aov::ObjectId];
+        let seen = self.at(&Settings { picture: false, aovs, ..settings.clone() });
+        seen.surfaces.pixels.into_iter().map(|id| id.x > 0.0)
+    }
 }
 
 /// The rule, for the picture, the light in it that surfaces emit, and the mask.

@@ -1,10 +1,10 @@
 //! What can go wrong, in one line each, and the exit code it gives.
 
 use crate::complaint;
-use crate::saving;
+use crate::standard_output;
 use dapple_integrator::imaging::{ImageError, Window};
 use dapple_integrator::scene::SceneError;
-use std::io::Write;
+use dapple_integrator::scene::error::shortened;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -52,8 +52,9 @@ impl Failure {
     }
 }
 
-/// A message as one line, whatever its parts were.
+/// A message as one line, whatever its parts were and however long the values that it quotes.
 pub fn one_line(message: &str) -> String {
+    let message = shortened(message);
     message.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
 }
 
@@ -61,24 +62,14 @@ pub fn one_line(message: &str) -> String {
 pub fn arguments(error: clap::Error) -> Result<(), Failure> {
     use clap::error::ErrorKind::{DisplayHelp, DisplayVersion};
     if matches!(error.kind(), DisplayHelp | DisplayVersion) {
-        if let Err(failed) = error.print().and_then(|()| std::io::stdout().flush()) {
-            saving::lose_standard_output(&failed);
-        }
+        standard_output::print(|| error.print());
         return Ok(());
     }
     Err(Failure::Arguments(complaint::line(&error)))
 }
 
-/// Most characters of a value that a message repeats.
-pub const QUOTED: usize = 80;
-
 /// The beginning of a value, as messages repeat it.
-pub fn short(value: &str) -> String {
-    match value.char_indices().nth(QUOTED) {
-        Some((end, _)) => format!("{}…", &value[..end]),
-        None => value.into(),
-    }
-}
+pub use dapple_integrator::scene::error::quoted as short;
 
 /// The part of clap's message that says what is wrong, without the usage that follows it.
 pub fn clap_line(error: &clap::Error) -> String {

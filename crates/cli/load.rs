@@ -1,8 +1,8 @@
 //! From what was typed to a checked scene: the file or built-in scene, its environment, the camera and the size.
 
-use crate::default_light;
 use crate::effects;
 use crate::error::{self, Failure};
+use crate::first_sight;
 use crate::memory;
 use crate::options::RenderOptions;
 use crate::report;
@@ -14,8 +14,7 @@ use dapple_integrator::Aov;
 use dapple_integrator::imaging::read;
 use dapple_integrator::lights::Environment;
 use dapple_integrator::math::PixelRect;
-use dapple_integrator::scene::studio::{self, STUDIO};
-use dapple_integrator::scene::{NamedCamera, Scene, SceneBuilder, Warning, builtin};
+use dapple_integrator::scene::{NamedCamera, Scene, SceneBuilder, builtin};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -163,13 +162,10 @@ pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure>
     let load_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let mut scene = builder.build()?;
-    if own_light_alone && options.reads().light && scene.environment.is_none() && !scene.lights.is_empty() {
-        let camera = camera(&scene, options)?;
-        if default_light::is_wanted(&scene, &camera.camera, options.backfaces()) {
-            scene.surround(studio::studio());
-            scene.warnings.push(Warning(format!("the scene's own light leaves it nearly black: {STUDIO}")));
-        }
-    }
+    let view = view::view(&scene, options)?;
+    let Size { width, height } = size(options, &view);
+    let bounds = first_sight::bounds(options, (width, height), own_light_alone);
+    first_sight::settle(&mut scene, &view, &bounds);
     let loaded = Loaded { scene, notes, load_seconds, build_seconds: start.elapsed().as_secs_f64() };
     if RenderOptions::is(options.verbose) {
         report::say(&verbose::scene(&loaded));
@@ -207,6 +203,7 @@ fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> 
 /// The camera asked for, with its lens.
 pub fn camera(scene: &Scene, options: &RenderOptions) -> Result<NamedCamera, Failure> {
     let mut named = view::view(scene, options)?;
+    view::note_held(scene, options);
     named.camera = effects::with_lens(named.camera, scene, options);
     Ok(named)
 }
@@ -245,7 +242,7 @@ pub fn rect(options: &RenderOptions, size: Size) -> Result<Option<PixelRect>, Fa
 pub fn pixel_bytes(options: &RenderOptions) -> u64 {
     // Cryptomatte is six layers of four channels, and what lies behind each pixel meanwhile.
     let layers = |aov: &Aov| if *aov == Aov::Cryptomatte { 6 } else { 1 };
-    PIXEL_BYTES + LAYER_BYTES * options.aov.iter().flatten().map(layers).sum::<u64>()
+    PIXEL_BYTES + LAYER_BYTES * options.layers().iter().map(layers).sum::<u64>()
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! (0 done · 1 a check failed · 2 bad input or arguments · 3 stopped early, with pictures of what was done · 4 computed, but
 //! not all of it written where it was asked for).
 //! Results go to standard output, everything said to a person to standard error.
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 #![cfg_attr(not(feature = "report"), allow(dead_code, reason = "some parts serve studies alone"))]
 
 mod aliases;
@@ -12,6 +12,7 @@ mod args;
 mod choose;
 mod commands;
 mod complaint;
+mod consent;
 mod default_light;
 mod effects;
 mod ending;
@@ -21,6 +22,7 @@ mod error_watch;
 #[cfg(not(feature = "report"))]
 #[path = "no_error_watch.rs"]
 mod error_watch;
+mod first_sight;
 mod first_word;
 mod help;
 mod idle;
@@ -29,6 +31,7 @@ mod interrupt;
 mod known;
 mod ledger;
 mod load;
+mod log;
 mod machine;
 mod measure;
 mod memory;
@@ -41,6 +44,7 @@ mod report;
 mod retrace;
 mod saving;
 mod settings_file;
+mod standard_output;
 mod suggest;
 mod uses;
 mod values;

@@ -7,8 +7,9 @@
 use crate::aliases;
 use crate::choose::ChoiceOptions;
 use crate::complaint;
+use crate::consent::OfScene;
 use crate::error::{self, Failure};
-use crate::values::{self, Color, Crop, PlanKind, Seconds, Size};
+use crate::values::{self, Color, Crop, Layers, PlanKind, Seconds, Size};
 use crate::view::ViewOptions;
 use clap::{ArgMatches, Args, FromArgMatches};
 use dapple_integrator::camera::{Aperture, Filter, Shutter};
@@ -54,7 +55,7 @@ pub struct EffectOptions {
     /// Constant light on diffuse surfaces in place of interreflection (--diffuse 0), an approximation
     #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, help_heading = "Effects")]
     pub ambient: Option<Color>,
-    /// Render although a pixel takes more than 100 000 rays
+    /// Render although a pixel takes more than 100 000 rays, or a file beside the scene asks for hours
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Effects")]
     pub yes: Option<bool>,
 
@@ -86,9 +87,9 @@ pub struct RenderOptions {
     /// Bits per channel of PNG output: 8 or 16 [default: 8]
     #[arg(long, value_name = "BITS", value_parser = values::png_depth, help_heading = "Output")]
     pub png_depth: Option<PngDepth>,
-    /// EXR layers beside the picture, comma-separated: albedo, normal, depth, position, variance, samples, object, material, removed, cryptomatte (ids of objects and materials by name, for compositing). Where these show first hits alone (all but variance, samples and removed), the picture is rendered only if `beauty` is named too, or a PNG or HDR shows it
-    #[arg(long, value_parser = aliases::named::<Aov>(aliases::LAYERS), value_name = "LIST", value_delimiter = ',', help_heading = "Output")]
-    pub aov: Option<Vec<Aov>>,
+    /// EXR layers beside the picture, comma-separated: albedo, normal, depth, position, variance, samples, object, material, removed, cryptomatte (ids of objects and materials by name, for compositing), or all. Where these show first hits alone (all but variance, samples and removed), the picture is rendered only if `beauty` is named too, or a PNG or HDR shows it
+    #[arg(long, value_parser = aliases::named::<Layers>(aliases::LAYERS), value_name = "LIST", value_delimiter = ',', help_heading = "Output")]
+    pub aov: Option<Vec<Layers>>,
     /// Exposure of PNG output, in stops; 0 shows radiance 1 as white [default: metered on a small render of the whole frame, and said]
     #[arg(long, value_name = "EV", allow_hyphen_values = true, value_parser = values::finite, help_heading = "Output")]
     pub exposure: Option<f32>,
@@ -167,7 +168,7 @@ pub struct RenderOptions {
     #[command(flatten)]
     pub view: ViewOptions,
     /// Back faces of single-sided materials: camera = hidden from the camera, as glTF asks, but not from light; shown = there for all; culled = there for none, not even for light [default: camera]
-    #[arg(long, value_parser = aliases::named::<Backfaces>(aliases::NONE), value_name = "NAME", help_heading = "View")]
+    #[arg(long, value_parser = aliases::named::<Backfaces>(aliases::BACKFACES), value_name = "NAME", help_heading = "View")]
     pub backfaces: Option<Backfaces>,
     /// The same as --backfaces culled
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, conflicts_with = "backfaces", help_heading = "View")]
@@ -225,6 +226,10 @@ pub struct RenderOptions {
     /// Say more about what is done
     #[arg(short, long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "General")]
     pub verbose: Option<bool>,
+
+    /// What of all this a file beside the scene said, and nobody after it.
+    #[arg(skip)]
+    pub of_scene: OfScene,
 }
 
 /// Options alone, as they would be typed.
@@ -272,6 +277,8 @@ impl RenderOptions {
         if matches.contains_id("env_nearest") || matches.contains_id("env_smooth") {
             (self.env_nearest, self.env_smooth) = (None, None);
         }
+        let said = |key: &String| matches.try_contains_id(&key.replace('-', "_")).unwrap_or(false);
+        self.of_scene.keys.retain(|key| !said(key));
         self.update_from_arg_matches(matches).map_err(|e| Failure::Arguments(error::clap_line(&e)))
     }
 
@@ -279,6 +286,17 @@ impl RenderOptions {
     pub fn samples(&self) -> Option<u32> {
         let limited = self.time_limit.is_some() || self.error_limit.is_some();
         self.spp.or(if limited { None } else { Some(64) })
+    }
+
+    /// The layers asked for, each once.
+    pub fn layers(&self) -> Vec<Aov> {
+        let mut layers = Vec::new();
+        for &aov in self.aov.iter().flatten().flat_map(|named| &named.0) {
+            if !layers.contains(&aov) {
+                layers.push(aov);
+            }
+        }
+        layers
     }
 
     /// Which rays meet back faces.
@@ -303,11 +321,14 @@ impl RenderOptions {
         self.plan == Some(PlanKind::General)
     }
 
-    /// Whether anything shows the picture itself, or says something about it. Layers of the first hit do not.
+    /// Whether anything shows the picture itself, or says something about it. Layers of the first hit do not; a file beside
+    /// the scene may add some, but leave out no picture.
     pub fn shows_picture(&self) -> bool {
-        let first_hits = |all: &Vec<Aov>| !all.is_empty() && all.iter().all(|aov| aov.needs_first_hit());
+        let layers = self.layers();
+        let first_hits = !layers.is_empty() && layers.iter().all(|aov| aov.needs_first_hit());
         let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        !self.aov.as_ref().is_some_and(first_hits)
+        self.of_scene.set("aov")
+            || !first_hits
             || !self.output.iter().flatten().all(is_exr)
             || self.error_limit.is_some()
             || self.log.is_some()
@@ -319,7 +340,8 @@ impl RenderOptions {
         if self.is_general() {
             return Reads::EVERYTHING;
         }
-        let shows = |aov| self.aov.as_ref().is_some_and(|all| all.contains(&aov));
+        let layers = self.layers();
+        let shows = |aov| layers.contains(&aov);
         let picture = self.shows_picture();
         Reads {
             light: picture,

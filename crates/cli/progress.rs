@@ -62,9 +62,19 @@ impl Bar {
 
     /// A line to standard error, above the bar.
     pub fn say(&self, line: &str) {
+        self.aside(|| report::say(line));
+    }
+
+    /// Whether anyone sees it.
+    pub fn is_shown(&self) -> bool {
+        self.bar.is_some()
+    }
+
+    /// Does what writes to the terminal, above the bar.
+    pub fn aside(&self, write: impl FnOnce()) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| report::say(line)),
-            None => report::say(line),
+            Some(bar) => bar.suspend(write),
+            None => write(),
         }
     }
 

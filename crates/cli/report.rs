@@ -5,7 +5,7 @@ use crate::ledger::Ledger;
 use crate::load::Loaded;
 use crate::machine;
 use crate::output::{Outputs, Written};
-use crate::saving;
+use crate::standard_output;
 use dapple_integrator::{Effect, MethodKind, Settings, Stats};
 use serde::Serialize;
 use std::borrow::Cow;
@@ -14,10 +14,7 @@ use std::io::Write;
 
 /// A line to standard output.
 pub fn result(line: &str) {
-    let mut out = std::io::stdout().lock();
-    if let Err(error) = writeln!(out, "{}", printable(line)).and_then(|()| out.flush()) {
-        saving::lose_standard_output(&error);
-    }
+    standard_output::write(format!("{}\n", printable(line)).as_bytes());
 }
 
 /// A line to standard error.

@@ -5,8 +5,10 @@
 //!
 //! A sidecar comes with a scene that may come from anywhere, so it can change how the scene looks and nothing else:
 //! the keys in [`SIDECAR_KEYS`] are read, all others are ignored with a warning. It writes no file, reads none outside
-//! the scene's folder (symbolic links are resolved first), and cannot give the user's consent (`yes`, `allow-path`).
+//! the scene's folder (symbolic links are resolved first), cannot give the user's consent (`yes`, `allow-path`), and asks for
+//! no more work than [`crate::consent`] grants it.
 
+use crate::consent::{self, OfScene};
 use crate::error::{self, Failure};
 use crate::load;
 use crate::options::{self, RenderOptions};
@@ -103,7 +105,8 @@ const USER_KEYS: [&str; 14] = [
 
 /// All layers: the sidecar of `scene`, then `--settings`, then what was typed. What `command` does not use is passed over.
 pub fn layered(scene: Option<&Path>, typed: &ArgMatches, command: &str) -> Result<RenderOptions, Failure> {
-    let (options, warning) = layers(scene, typed, command)?;
+    let (mut options, warning) = layers(scene, typed, command)?;
+    consent::of_values(&mut options)?;
     warning.iter().for_each(|warning| report::say(&format!("warning: {warning}")));
     Ok(options)
 }
@@ -162,17 +165,20 @@ fn lay_file(
     let text = read_text(path).map_err(|e| broken(e.to_string()))?;
     let table: toml::Table = text.parse().map_err(|e: toml::de::Error| broken(toml_line(&text, &e)))?;
     let (mut arguments, mut ignored, mut idle) = (Vec::new(), Vec::new(), Vec::new());
+    let mut keys = Vec::new();
     for (key, value) in &table {
         if trust != Trust::User && !SIDECAR_KEYS.contains(&key.as_str()) {
             ignored.push(format!("'{key}'"));
             continue;
         }
-        let wrong = |reason: String| Failure::SettingsKey { path: path.into(), key: key.clone(), reason };
+        let wrong =
+            |reason: String| Failure::SettingsKey { path: path.into(), key: error::short(key), reason };
         let given = argument(key, value, path, trust).map_err(wrong)?;
         // Alone first, so that the complaint names this key.
         RenderOptions::default().lay(&given).map_err(|e| wrong(e.to_string()))?;
         if uses::serves(command, key) {
             arguments.extend(given);
+            keys.push(key.clone());
         } else {
             idle.push(key.as_str());
         }
@@ -182,6 +188,9 @@ fn lay_file(
         report::say(&format!("note: {file}: {keys}: left out, for dapple {command} does not use it"));
     }
     options.lay(&arguments).map_err(|e| broken(e.to_string()))?;
+    if trust != Trust::User {
+        options.of_scene = OfScene { file: path.into(), command: command.into(), keys };
+    }
     Ok(ignored)
 }
 
@@ -236,9 +245,14 @@ fn beside(file: &Path, value: &str, trust: Trust) -> Result<String, String> {
     let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let path: PathBuf = file.parent().unwrap_or(Path::new("")).join(value);
     if trust == (Trust::Scene { anywhere: false }) {
-        let real = |path: &Path| path.canonicalize().map_err(|e| format!("'{value}' cannot be read: {e}"));
+        let real = |path: &Path| {
+            path.canonicalize().map_err(|e| format!("'{}' cannot be read: {e}", error::short(value)))
+        };
         if !real(&path)?.starts_with(real(folder)?) {
-            return Err(format!("'{value}' lies outside the scene's folder; allow it with --allow-path"));
+            return Err(format!(
+                "'{}' lies outside the scene's folder; allow it with --allow-path",
+                error::short(value)
+            ));
         }
     }
     path.into_os_string().into_string().map_err(|_| "the folder's name is not Unicode".into())

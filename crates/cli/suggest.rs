@@ -89,6 +89,11 @@ const OPTIONS: &[(&str, &str)] = &[
     ("window", "crop"),
     ("roi", "crop"),
     ("cam", "camera"),
+    ("position", "look-from"),
+    ("camera-position", "look-from"),
+    ("no-env", "env"),
+    ("no-environment", "env"),
+    ("no-background", "transparent"),
     ("frame", "at"),
     ("animation-time", "at"),
     ("exposure-time", "shutter"),
@@ -138,7 +143,27 @@ const WRITTEN: &[(&str, &str)] = &[
     ("f-stop", ", the radius of the lens in scene units"),
     ("fstop", ", the radius of the lens in scene units"),
     ("frame", ", in seconds"),
+    ("no-env", " none"),
+    ("no-environment", " none"),
+    ("position", ", the camera's place as X,Y,Z"),
+    ("camera-position", ", the camera's place as X,Y,Z"),
 ];
+
+/// Options of other programs that there are none like, and what serves instead.
+const ABSENT: &[(&str, &str)] = &[
+    ("denoise", NO_DENOISER),
+    ("denoiser", NO_DENOISER),
+    ("oidn", NO_DENOISER),
+    ("gpu", "pictures are rendered on the processor; see --threads"),
+    ("device", "pictures are rendered on the processor; see --threads"),
+    ("list", LISTS),
+    ("list-cameras", LISTS),
+    ("list-scenes", LISTS),
+];
+
+const NO_DENOISER: &str =
+    "there is no denoiser; --spp N takes more samples, --error-limit X as many as the picture needs";
+const LISTS: &str = "dapple info SCENE lists what is in a scene, dapple render --help the built-in scenes";
 
 /// What other programs call a command.
 const COMMANDS: &[(&str, &str)] = &[
@@ -194,6 +219,9 @@ pub fn option(all: &Command, sub: &str, word: &str) -> Option<String> {
         let how = alias(WRITTEN, &plain).unwrap_or_default();
         return Some(format!("did you mean --{name}{how}?"));
     }
+    if let Some(instead) = alias(ABSENT, &plain) {
+        return Some(instead.into());
+    }
     if own.contains(&plain) {
         return Some(format!("did you mean --{plain}?"));
     }
@@ -221,6 +249,9 @@ pub fn command(all: &Command, word: &str) -> Option<String> {
 /// What to write in place of an unknown key of a settings file.
 pub fn key(word: &str, keys: &[String]) -> Option<String> {
     let plain = word.trim_start_matches('-').to_ascii_lowercase().replace('_', "-");
+    if let Some(instead) = alias(ABSENT, &plain) {
+        return Some(instead.into());
+    }
     let is_key = |name: &&str| keys.iter().any(|key| key == name);
     let meant = alias(OPTIONS, &plain).filter(is_key);
     let meant = meant.or_else(|| slip(&plain, keys));
@@ -282,6 +313,10 @@ mod tests {
         for (alias, name) in OPTIONS {
             let is_there = all.get_subcommands().any(|sub| longs(sub).iter().any(|long| long == name));
             assert!(is_there || !cfg!(feature = "report"), "--{alias}: there is no --{name}");
+        }
+        for (absent, _) in ABSENT {
+            let is_there = all.get_subcommands().any(|sub| longs(sub).iter().any(|long| long == absent));
+            assert!(!is_there && super::alias(OPTIONS, absent).is_none(), "{absent}");
         }
         for (alias, _) in WRITTEN {
             assert!(super::alias(OPTIONS, alias).is_some(), "{alias}");

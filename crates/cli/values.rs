@@ -6,7 +6,7 @@ use dapple_integrator::imaging::Tone;
 use dapple_integrator::imaging::write::PngDepth;
 use dapple_integrator::math::PixelRect;
 use dapple_integrator::sampling::plan::MAX_COUNT;
-use dapple_integrator::{Effect, MethodKind};
+use dapple_integrator::{Aov, Effect, MethodKind};
 use glam::Vec3;
 use std::str::FromStr;
 use std::time::Duration;
@@ -217,6 +217,21 @@ pub fn duration(s: &str) -> Result<Seconds, String> {
         return Err("expected a time of more than 0 and less than 100 years".into());
     }
     Ok(Duration::from_secs_f64(seconds))
+}
+
+/// Layers by one word: one of them, or `all`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Layers(pub Vec<Aov>);
+
+impl FromStr for Layers {
+    type Err = <Aov as FromStr>::Err;
+
+    fn from_str(s: &str) -> Result<Self, Self::Err> {
+        match s {
+            "all" => Ok(Self(Aov::ALL.iter().map(|(aov, _)| *aov).collect())),
+            one => one.parse().map(|aov| Self(vec![aov])),
+        }
+    }
 }
 
 /// A number of points of an integral that is not off.

@@ -3,7 +3,7 @@
 //! `--look-from` and `--orbit` make a camera of their own. `--look-at`, `--up` and `--fov` change that one or, without it,
 //! the scene's camera.
 
-use crate::error::Failure;
+use crate::error::{self, Failure};
 use crate::options::RenderOptions;
 use crate::{report, values};
 use clap::Args;
@@ -155,6 +155,17 @@ pub fn view(scene: &Scene, options: &RenderOptions) -> Result<NamedCamera, Failu
     Ok(named)
 }
 
+/// Says where the view that was asked for stops the scene's camera.
+pub fn note_held(scene: &Scene, options: &RenderOptions) {
+    let asked = &options.view;
+    if asked.places_camera() || (asked.look_at.is_none() && asked.up.is_none()) {
+        return;
+    }
+    if named(scene, options.camera.as_deref()).is_ok_and(|named| named.camera.motion.is_some()) {
+        report::say("note: the camera stands as when the shutter opens: --look-at and --up hold it still");
+    }
+}
+
 fn placed(scene: &Scene, name: &str, pose: &CameraPose) -> Result<NamedCamera, Failure> {
     let camera = scene.place_camera(pose);
     let camera = camera.map_err(|what| Failure::Arguments(format!("--{name}: the camera {what}")))?;
@@ -183,9 +194,7 @@ fn changed(scene: &Scene, mut camera: Camera, asked: &ViewOptions) -> Result<Cam
     if asked.look_at.is_none() && asked.up.is_none() {
         return Ok(camera);
     }
-    if camera.motion.take().is_some() {
-        report::say("note: the camera stands as when the shutter opens: --look-at and --up hold it still");
-    }
+    camera.motion = None;
     let from = scene.space.to_world(camera.origin);
     let ahead = -camera.backward.as_dvec3();
     let axes = match asked.look_at {
@@ -204,11 +213,12 @@ fn named<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a NamedCamera, 
     let by_name = scene.cameras.iter().find(|c| *c.name == *wanted);
     let by_index = || wanted.parse::<usize>().ok().and_then(|i| scene.cameras.get(i));
     by_name.or_else(by_index).ok_or_else(|| {
-        let names = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} '{}'", c.name));
+        let names = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} '{}'", error::short(&c.name)));
         let mut names = names.take(NAMED).collect::<Vec<_>>().join(", ");
         if let more @ 1.. = scene.cameras.len().saturating_sub(NAMED) {
             names += &format!(" and {more} more");
         }
+        let wanted = error::short(wanted);
         Failure::Arguments(format!("--camera {wanted}: there is no such camera; the scene has {names}"))
     })
 }

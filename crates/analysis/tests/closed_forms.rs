@@ -1,8 +1,8 @@
 //! Where every pixel is known in closed form: do errors fall as they should, and do renders know how large they are?
 //!
-//! A floor seen from above, lit by a lamp outside of the picture (irradiance of a rectangle, SCIENCE E1), alone and
-//! behind a screen whose slanted edge cuts the lamp seen from every pixel (irradiance of a polygon, E3). Only the lamp's
-//! integral is on. Slopes are those of SCIENCE §1.F in two dimensions.
+//! A floor seen from above, lit by a lamp outside of the picture (irradiance of a rectangle), alone and
+//! behind a screen whose slanted edge cuts the lamp seen from every pixel (irradiance of a polygon). Only the lamp's
+//! integral is on. Slopes are those of docs/science.md, "Convergence rates" in two dimensions.
 
 use dapple_analysis::closed_form::{parallel_rectangle, polygon};
 use dapple_analysis::converge::{Allowance, Reference, Run, measure};

@@ -180,16 +180,25 @@ fn finest(d: DVec3) -> Vec3 {
 const LENGTHS: u32 = 1024;
 
 /// Unit right, up and backward of a transform without its scale, shear and mirroring; None when it has no direction of
-/// view. The direction of view is kept. Of the two ways to undo a mirroring that leaves, in x and in y, the one is taken
-/// with the top of the view towards +y.
+/// view. The direction of view is kept; one axis that is scaled to nothing follows from the two others. Of the two ways to
+/// undo a mirroring that leaves, in x and in y, the one is taken with the top of the view towards +y, and x in a view
+/// straight up or down, where no rounding may decide.
 pub fn axes(m: &DMat3) -> Option<(DVec3, DVec3, DVec3)> {
-    let backward = m.z_axis.try_normalize()?;
-    let up = (m.y_axis - backward * backward.dot(m.y_axis)).try_normalize()?;
+    let unit = |v: DVec3| v.try_normalize();
+    let backward = unit(m.z_axis).or_else(|| unit(m.x_axis.cross(m.y_axis)))?;
+    let across = |v: DVec3| unit(v - backward * backward.dot(v));
+    let up = match unit(m.y_axis) {
+        Some(_) => across(m.y_axis)?,
+        None => backward.cross(across(m.x_axis)?),
+    };
     let is_mirrored = m.x_axis.dot(up.cross(backward)) < 0.0;
-    let up = if is_mirrored && up.y < 0.0 { -up } else { up };
+    let up = if is_mirrored && up.y < -LEVEL { -up } else { up };
     let right = up.cross(backward);
     (right.is_finite() && up.is_finite() && backward.is_finite()).then_some((right, up, backward))
 }
+
+/// Height of a unit vector that is level but for its rounding in f32.
+const LEVEL: f64 = 1e-6;
 
 /// The film point on a plane whose top edge is y = 1 and bottom edge y = −1, centre 0, x to the right in the same unit.
 #[inline]
@@ -304,8 +313,32 @@ mod tests {
                 (right - turned.x_axis).abs() + (up - turned.y_axis).abs() + (backward - turned.z_axis).abs();
             assert!(off.max_element() < 1e-12, "{mirror}");
         }
+        // Straight down there is no top: the rounding of either sign decides nothing.
+        for tilt in [-1e-8, 1e-8] {
+            let down = DMat3::from_rotation_x(-std::f64::consts::FRAC_PI_2 + tilt);
+            let (right, up, _) = axes(&(down * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)))).unwrap();
+            assert!(
+                (right - DVec3::X).length() < 1e-6 && (up - DVec3::NEG_Z).length() < 1e-6,
+                "{right} {up}"
+            );
+        }
         // Upside down, but not mirrored.
         let (_, up, _) = axes(&DMat3::from_rotation_z(3.0)).unwrap();
         assert!(up.y < -0.9);
+    }
+
+    #[test]
+    fn one_axis_follows_from_the_two_others() {
+        let turned = DMat3::from_rotation_y(0.4) * DMat3::from_rotation_x(-0.3);
+        for lost in 0..3 {
+            let mut scale = DVec3::new(2.0, 0.5, 3.0);
+            scale[lost] = 0.0;
+            let (right, up, backward) = axes(&(turned * DMat3::from_diagonal(scale))).unwrap();
+            let off = DMat3::from_cols(right, up, backward) - turned;
+            assert!(off.to_cols_array().iter().all(|x| x.abs() < 1e-12), "{lost}: {off}");
+        }
+        for scale in [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z] {
+            assert!(axes(&DMat3::from_diagonal(scale)).is_none(), "{scale}");
+        }
     }
 }

@@ -2,32 +2,33 @@
 
 use crate::args::manual::{CompletionsArgs, ManArgs};
 use crate::error::Failure;
-use crate::{args, help, suggest};
+use crate::{args, help, saving, standard_output, suggest};
 use clap::Command;
 use clap_mangen::Man;
-use std::io::{ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use dapple_integrator::imaging::write;
+use std::path::Path;
 
 /// Prints the completions of a shell.
 pub fn completions(arguments: &CompletionsArgs) -> Result<(), Failure> {
     let mut command = help::visible(&args::command());
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut command, "dapple", &mut script);
-    print(&script)
+    standard_output::write(&script);
+    Ok(())
 }
 
 /// Prints a page, or writes all.
 pub fn man(arguments: &ManArgs) -> Result<(), Failure> {
     let pages = pages();
     if let Some(folder) = &arguments.output {
-        return pages.iter().try_for_each(|(name, page)| {
-            let path = folder.join(format!("{name}.1"));
-            std::fs::write(&path, page).map_err(|e| cannot_write(&path, &e))
-        });
+        return write_all(&pages, folder);
     }
     let asked = arguments.command.as_ref().map_or("dapple".into(), |command| format!("dapple-{command}"));
     match pages.iter().find(|(name, _)| *name == asked) {
-        Some((_, page)) => print(page),
+        Some((_, page)) => {
+            standard_output::write(page);
+            Ok(())
+        }
         None => {
             let asked = arguments.command.as_deref().unwrap_or_default();
             let remedy = suggest::command(&args::command(), asked);
@@ -35,6 +36,18 @@ pub fn man(arguments: &ManArgs) -> Result<(), Failure> {
             Err(Failure::Arguments(format!("unknown command '{}'; {remedy}", crate::error::short(asked))))
         }
     }
+}
+
+/// Writes the pages into a folder, which is made where it is not there; whichever of them fail, the others are tried.
+fn write_all(pages: &[(String, Vec<u8>)], folder: &Path) -> Result<(), Failure> {
+    let wrong = |e| Failure::Arguments(format!("-o {}: cannot be made: {e}", folder.display()));
+    std::fs::create_dir_all(folder).map_err(wrong)?;
+    let at = |name: &str| folder.join(format!("{name}.1"));
+    pages.iter().try_for_each(|(name, _)| write::probe(&at(name)))?;
+    for (name, page) in pages {
+        saving::save(&at(name), |path| write::replace(path, page));
+    }
+    Ok(())
 }
 
 /// The pages by name, of the program and of each command.
@@ -55,19 +68,4 @@ fn page(command: Command) -> Vec<u8> {
     // Writing to memory does not fail.
     let _ = man.render(&mut page);
     page
-}
-
-/// To standard output as it is; a closed pipe is the reader's choice.
-fn print(bytes: &[u8]) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(bytes).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-            Err(cannot_write(&PathBuf::from("standard output"), &e))
-        }
-        _ => Ok(()),
-    }
-}
-
-fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::Arguments(format!("{}: cannot be written: {error}", path.display()))
 }

@@ -10,7 +10,7 @@ use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::progress::Bar;
 use crate::report::{self, Report};
-use crate::{effects, interrupt, machine, metadata, metering, retrace, settings_file, verbose};
+use crate::{consent, effects, interrupt, log, machine, metadata, metering, retrace, settings_file, verbose};
 use clap::ArgMatches;
 use dapple_integrator::scene::NamedCamera;
 use dapple_integrator::{MethodKind, Outcome, Settings, SettingsError, Stats, render_watched};
@@ -30,7 +30,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     let mut outputs = Outputs::plan(&options, &source.name())?;
     let mut inputs = Inputs::of_render(&source, &options);
     inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
-    check_log(&options)?;
+    log::check(&options, &outputs)?;
     let loaded = load::load(&source, &options)?;
     inputs.add_scene_files(&loaded.scene.files);
     inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
@@ -39,6 +39,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     warn(&loaded);
     say_light_unit(&loaded, &options);
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
+    consent::of_rays(&options, &settings, &loaded.scene, &view.camera)?;
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
     say_no_picture(&options);
     if settings.transparent && outputs.drops_alpha() && !RenderOptions::is(options.quiet) {
@@ -76,7 +77,7 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
         max_bounces: options.max_bounces.unwrap_or(default.max_bounces),
         seed: options.seed.unwrap_or(0),
         filter: options.filter.unwrap_or_default(),
-        aovs: options.aov.clone().unwrap_or_default(),
+        aovs: options.layers(),
         picture: options.shows_picture(),
         general: options.is_general(),
         clamp: options.clamp,
@@ -98,18 +99,6 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
     }
     check(&settings, options)?;
     Ok(settings)
-}
-
-/// Fails early where the log cannot be written. What is there stays until rendering begins.
-fn check_log(options: &RenderOptions) -> Result<(), Failure> {
-    let Some(path) = &options.log else { return Ok(()) };
-    let is_new = std::fs::symlink_metadata(path).is_err();
-    let opened = std::fs::OpenOptions::new().append(true).create(true).open(path);
-    if is_new && opened.is_ok() {
-        let _ = std::fs::remove_file(path);
-    }
-    let failed = |e| Failure::Arguments(format!("--log {}: cannot be written: {e}", path.display()));
-    opened.map(drop).map_err(failed)
 }
 
 /// Names the options that settings without sense come from.

@@ -117,6 +117,24 @@ impl BoxTree {
         None
     }
 
+    /// Whether a box with an index that `counts` meets `bounds`.
+    pub fn meets(&self, bounds: &Aabb, counts: &impl Fn(u32) -> bool) -> bool {
+        !self.nodes.is_empty() && self.meets_below(0, bounds, counts)
+    }
+
+    fn meets_below(&self, index: usize, bounds: &Aabb, counts: &impl Fn(u32) -> bool) -> bool {
+        let node = &self.nodes[index];
+        if !node.bounds.meets(bounds) {
+            return false;
+        }
+        if node.count == 0 {
+            return self.meets_below(index + 1, bounds, counts)
+                || self.meets_below(node.at as usize, bounds, counts);
+        }
+        let of = &self.order[node.at as usize..(node.at + node.count) as usize];
+        of.iter().any(|&i| counts(i) && self.boxes[i as usize].meets(bounds))
+    }
+
     fn enter(&self, slabs: &Slabs, node: u32, limit: f64) -> Option<f64> {
         slabs.enter(&self.nodes[node as usize].bounds, limit)
     }

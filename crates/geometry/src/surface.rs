@@ -44,8 +44,9 @@ impl Surface {
     }
 
     /// The point with barycentrics (u, v) of a triangle: p = Σ bᵢpᵢ, summed in f64 and rounded once. The bound
-    /// γ₇ Σ|bᵢpᵢ| \[pbrt-v4, §6.8.4\] is wider than that rounding: it also covers what the intersection test can see of
-    /// the triangle from nearby (and is never zero for a triangle that has an extent). `ng` is the f64 cross product of two edges; `ns` interpolates `normals`.
+    /// γ₇ Σ|bᵢpᵢ| [Pharr, Jakob & Humphreys 2023, §6.8.4] is wider than that rounding: it also covers what the intersection
+    /// test can see of the triangle from nearby (and is never zero for a triangle that has an extent). `ng` is
+    /// the f64 cross product of two edges; `ns` interpolates `normals`.
     pub fn on_triangle(corners: [Vec3; 3], normals: Option<[Vec3; 3]>, u: f32, v: f32) -> Self {
         let (p, size) = weighted(corners, u, v);
         let winding = winding(corners);

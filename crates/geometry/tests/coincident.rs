@@ -23,7 +23,13 @@ fn square(z: f32, half: f32, n: u32, turn: DQuat) -> Mesh {
 /// The objects from `emitters` on emit.
 fn found(world: &World, emitters: u32, points: &[DVec3]) -> Option<Box<Coincident>> {
     let points: Vec<_> = points.iter().map(|p| (*p, *p)).collect();
-    world.coincident(|object| (object >= emitters).then_some(object), |_, _| true, &points, Vec3::ZERO)
+    world.coincident(
+        |object| (object >= emitters).then_some(object),
+        |_, _| true,
+        &points,
+        Vec3::ZERO,
+        |_| None,
+    )
 }
 
 fn turns() -> [DQuat; 3] {
@@ -81,7 +87,7 @@ fn many_emitters_in_one_place_are_found_without_the_square_of_their_number() {
     assert!((0..2 * copies).all(|p| coincident.contains(0, p)));
     assert!(coincident.memory_bytes() < 10_000);
     // Dark all over, they need not be told apart.
-    assert!(world.coincident(Some, |_, _| false, &[], Vec3::ZERO).is_none());
+    assert!(world.coincident(Some, |_, _| false, &[], Vec3::ZERO, |_| None).is_none());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Objects that move: at every time they are where their keys put them, closed meshes stay closed, boxes hold all
-//! through the shutter, and transforms that mirror or flatten do no harm (SCIENCE A17–A20).
+//! through the shutter, and transforms that mirror or flatten do no harm
+//! (docs/science.md, "Turning wedge" and "Transforms").
 mod solids;
 
 use dapple_geometry::shapes::{Shape, Sphere};

@@ -1,5 +1,5 @@
 //! A ray that leaves a surface does not hit it again, and one that enters does not miss the other side: origins are
-//! moved out of their error bound and no farther (SCIENCE A11, A12, A13).
+//! moved out of their error bound and no farther (docs/science.md, "Leaving a surface").
 mod solids;
 
 use dapple_geometry::shapes::{Disk, Sphere};

@@ -1,4 +1,5 @@
-//! Exact spheres and disks: right at any size and distance (SCIENCE A14), in any number, with ties and filters.
+//! Exact spheres and disks: right at any size and distance (docs/science.md, "Spheres"), in any number, with ties and
+//! filters.
 mod solids;
 
 use dapple_geometry::shapes::{Disk, Shape, Sphere};

@@ -13,8 +13,11 @@
 
 #[cfg(feature = "exr")]
 mod exr;
+mod jpeg;
 #[cfg(feature = "png")]
 mod raster;
+
+pub use jpeg::{Gap, gap};
 
 use crate::{Image, ImageError, Layers, MemoryLimit, Windowed};
 use std::fs::File;

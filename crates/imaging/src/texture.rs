@@ -1,8 +1,8 @@
 //! What colour does a texture have at (u, v)?
 //!
 //! glTF convention: (0, 0) is the top-left corner of the first texel, u to the right, v down; texel i of n covers
-//! [i/n, (i+1)/n) and its value sits at its centre (i + ½)/n (SCIENCE B11: the other convention, i/(n−1), moves a
-//! sun by 3.65 % of its energy at 64×32). sRGB is decoded before filtering; alpha is always linear. Only the finest
+//! [i/n, (i+1)/n) and its value sits at its centre (i + ½)/n (docs/science.md, "Skies": the other convention, i/(n−1),
+//! moves a sun by 3.65 % of its energy at 64×32). sRGB is decoded before filtering; alpha is always linear. Only the finest
 //! level is looked up: prefiltering would be a bias, and averaging many rays per pixel does its work.
 //!
 //! Lookups are total: any uv, NaN and ±∞ included, gives a colour of the texture.

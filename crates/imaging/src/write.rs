@@ -12,7 +12,7 @@ mod hdr;
 #[cfg(feature = "png")]
 mod png;
 
-pub use file::{elsewhere, replace};
+pub use file::{elsewhere, probe, replace};
 
 use crate::{Image, ImageError, Layers, Tone};
 use std::path::Path;

@@ -334,6 +334,33 @@ fn files_are_ordinary_ones() {
     assert!(matches!(write::hdr(&at("null.hdr"), &gradient(5, 4, 1.0)), Err(ImageError::NotAFile { .. })));
 }
 
+/// Only data that are missing are missed: what lacks nothing but its end marker holds all of its picture.
+#[test]
+fn a_jpeg_is_cut_short_where_texels_are_missing() {
+    use dapple_imaging::{MemoryLimit, read::Gap};
+    let gap = |bytes: &[u8]| read::gap(bytes, "a", MemoryLimit::NONE);
+    for (width, height) in [(17, 19), (64, 48), (8, 8)] {
+        let data = write::code_values(&gradient(width as usize, height as usize, 2.0), Tone::Srgb, 0.0);
+        let mut jpeg = Vec::new();
+        image::codecs::jpeg::JpegEncoder::new(&mut jpeg)
+            .write_image(&data, width, height, Color::Rgb8)
+            .unwrap();
+        let whole = read::texels_within(&jpeg, "a", MemoryLimit::NONE).unwrap();
+        assert_eq!(gap(&jpeg), None);
+        let end = jpeg.len() - 2;
+        assert_eq!(jpeg[end..], [0xff, 0xd9]);
+        for kept in [end, end + 1] {
+            assert_eq!(gap(&jpeg[..kept]), None, "{width}x{height}");
+            assert!(read::texels_within(&jpeg[..kept], "a", MemoryLimit::NONE).unwrap() == whole);
+        }
+        for missing in [8, 12, 40] {
+            assert_eq!(gap(&jpeg[..end - missing]), Some(Gap::Grey), "{width}x{height} without {missing}");
+        }
+    }
+    let png = png(3, 2, &[7; 18], Color::Rgb8);
+    assert_eq!(gap(&png[..png.len() - 20]), None);
+}
+
 /// No byte of a valid file can be such that reading it panics or hangs; wrong pictures are possible, of course.
 #[test]
 fn damaged_files_never_panic() {

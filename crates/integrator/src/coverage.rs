@@ -1,7 +1,11 @@
 //! What covers a pixel: the share of its samples that meet a surface, and the shares of the objects.
 //!
-//! Shares are taken by the weights that the pixel filter gives the samples, as colours are: (Σ weight · share) / Σ weight,
-//! cut to 0 and 1. All filters but Mitchell have weights of 1, so that the shares are fractions of the samples.
+//! Samples count by the weights that the pixel filter gives them, as colours do. Alpha is what is left of the background:
+//! 1 − (Σ weight · open) / n of n samples, where `open` is the share of a sample's rays that met nothing. So the
+//! transparent picture over a background of one colour is, to rounding, the picture with that background, whatever the
+//! filter. All filters but Mitchell have weights of 1, and alpha is a fraction of the samples; with
+//! negative weights it may lie outside of 0 and 1. The shares of the objects are parts of a whole,
+//! (Σ weight · share) / Σ weight, cut to 0 and 1.
 
 use crate::aov::Aov;
 use crate::settings::Settings;
@@ -9,10 +13,10 @@ use crate::settings::Settings;
 /// Sums over the samples of each pixel; of what is not asked for, nothing.
 #[derive(Clone, Default)]
 pub(crate) struct Coverage {
+    /// Of the weights of samples that met nothing, in shares of a sample.
+    open: Vec<f64>,
     /// Of the weights.
     weights: Vec<f64>,
-    /// Of the weights of samples that met something, in shares of a sample.
-    hits: Vec<f64>,
     /// The same for each object + 1 that was met, in the order in which they were.
     objects: Vec<Vec<(u32, f64)>>,
 }
@@ -22,8 +26,8 @@ impl Coverage {
         let has_matte = settings.aovs.contains(&Aov::Cryptomatte);
         let count = |asked| if asked { pixels } else { 0 };
         Self {
-            weights: vec![0.0; count(settings.transparent || has_matte)],
-            hits: vec![0.0; count(settings.transparent)],
+            open: vec![0.0; count(settings.transparent)],
+            weights: vec![0.0; count(has_matte)],
             objects: vec![Vec::new(); count(has_matte)],
         }
     }
@@ -36,7 +40,7 @@ impl Coverage {
     /// What a pixel takes that shows one object.
     pub fn bytes_of_a_pixel(&self) -> usize {
         let objects = self.objects.len() * (size_of::<Vec<(u32, f64)>>() + size_of::<(u32, f64)>());
-        size_of_val(&*self.weights) + size_of_val(&*self.hits) + objects
+        size_of_val(&*self.weights) + size_of_val(&*self.open) + objects
     }
 
     /// Takes in a sample of which `hits` rays, each of this share of it, met `objects`.
@@ -47,10 +51,11 @@ impl Coverage {
         (hits, share): (u32, f64),
         objects: impl Iterator<Item = u32>,
     ) {
-        let Some(sum) = self.weights.get_mut(pixel) else { return };
-        *sum += weight;
-        if let Some(sum) = self.hits.get_mut(pixel) {
-            *sum += weight * share * f64::from(hits);
+        if let Some(sum) = self.open.get_mut(pixel) {
+            *sum += weight * (1.0 - share * f64::from(hits));
+        }
+        if let Some(sum) = self.weights.get_mut(pixel) {
+            *sum += weight;
         }
         if let Some(all) = self.objects.get_mut(pixel) {
             for object in objects {
@@ -62,9 +67,9 @@ impl Coverage {
         }
     }
 
-    /// The share of a pixel that is covered; 0 without samples.
-    pub fn alpha(&self, pixel: usize) -> f32 {
-        self.share(pixel, self.hits[pixel]) as f32
+    /// How much of a pixel of so many samples is covered; 0 without samples.
+    pub fn alpha(&self, pixel: usize, samples: u64) -> f32 {
+        if samples == 0 { 0.0 } else { (1.0 - self.open[pixel] / samples as f64) as f32 }
     }
 
     /// Objects + 1 and their shares.

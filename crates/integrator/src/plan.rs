@@ -192,7 +192,7 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
     leave(
         job.scene.shared_places.is_some(),
         "the question which of several surfaces in one place is there",
-        "no light and nothing that light passes shares its place with a surface",
+        "nothing is known to share its place with a surface so that it matters which is there",
     );
     leave(!job.media.is_empty(), "media, and bodies that overlap", "no volume is filled");
     leave(survey.has_transmission, "transmission", "no surface transmits light");

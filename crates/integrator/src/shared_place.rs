@@ -3,9 +3,14 @@
 //! Hits of a ray that lie within each other's error bounds are one place: which of them is nearer is rounding. There the
 //! side of an emitter that emits wins over any other surface, then what lets no light through, so that nothing shines
 //! through the table that a glass stands on, then the boundaries of bodies (all of them: `interface::gather`) before thin
-//! walls; among equals the lowest object, then the lowest primitive. Camera rays, rays that leave by a lobe and light samples all ask [`resolve`], so that light sampling and lobes see the same
-//! lamp in the same place and weigh it once: lamps that lie in one another shine as one, and a lamp in the plane of a
+//! walls; among equals the lowest object, then the lowest primitive, so that of two walls in one place one is seen, without
+//! speckle. Camera rays, rays that leave by a lobe and light samples all ask [`resolve`], so that light sampling and lobes
+//! see the same lamp in the same place and weigh it once: lamps that lie in one another shine as one, and a lamp in the plane of a
 //! ceiling shines like one just below it.
+//!
+//! Two single-sided opaque faces in one place that face opposite ways are not asked about: camera rays pass back faces
+//! (`first_hit`), so that each side shows its own. Other rays meet either of the two, by rounding. All that stands on a floor
+//! touches it in this way, and a question at every hit of the floor would cost more than it is worth.
 //!
 //! Only surfaces and lights that [`SharedPlaces`](dapple_scene::SharedPlaces) knows to share a place come here.
 

@@ -13,7 +13,8 @@ fn settings(side: u32, spp: u32) -> Settings {
     Settings { size: (side, side), ..Settings::default() }.with_spp(spp)
 }
 
-/// Every wall emits 1 and reflects half: L = 1/(1 − ½) = 2 whatever the size and the place (SCIENCE A01, A02).
+/// Every wall emits 1 and reflects half: L = 1/(1 − ½) = 2 whatever the size and the place
+/// (docs/science.md, "Closed room").
 fn furnace(scale: f64, offset: f64, mesh_offset: f32) {
     let centre = DVec3::splat(offset);
     let eye = centre + (DVec3::new(0.31, -0.22, 0.4) + DVec3::splat(f64::from(mesh_offset))) * scale;
@@ -90,7 +91,7 @@ fn emitter_seen_directly_is_exact() {
     assert!(outcome.film.mean().pixels.iter().all(|p| *p == Vec3::splat(3.25)));
 }
 
-/// Corner form of a rectangle parallel to the receiver (SCIENCE E1): E = πL·C.
+/// Corner form of a rectangle parallel to the receiver (docs/science.md, "Rectangles"): E = πL·C.
 fn corner(x: f64, y: f64) -> f64 {
     let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
     (x / p * (y / p).atan() + y / q * (x / q).atan()) / (2.0 * PI)
@@ -117,7 +118,7 @@ fn irradiance_under_a_quad_light() {
     }
 }
 
-/// E = πL(R/d)² for a sphere above the horizon, any size (SCIENCE B01).
+/// E = πL(R/d)² for a sphere above the horizon, any size (docs/science.md, "Sphere lights").
 #[test]
 fn irradiance_under_a_sphere_light() {
     for radius in [0.9, 0.1, 1e-3, 1e-5] {

@@ -56,7 +56,7 @@ fn distribution(size: (u32, u32), points: u32) -> Settings {
     Settings { plans, ..settings(size, 1) }.with_method(MethodKind::Distribution).with_spp(points)
 }
 
-/// G of SCIENCE A17: the integral to x of the coverage of a box from 0 to w that moves by Δ.
+/// G of docs/science.md, "Moving box": the integral to x of the coverage of a box from 0 to w that moves by Δ.
 fn streak(x: f64, w: f64, delta: f64) -> f64 {
     let square = |x: f64| x.max(0.0) * x.max(0.0);
     (square(x) - square(x - w) - square(x - delta) + square(x - w - delta)) / (2.0 * delta)
@@ -82,7 +82,7 @@ fn plate(w: f64, z: f64) -> Mesh {
     quad(Vec3::new(0.0, -8.0, z as f32), Vec3::X * w as f32, Vec3::Y * 16.0)
 }
 
-/// SCIENCE A17, E10.
+/// docs/science.md, "Moving box".
 #[test]
 fn a_translating_plate_is_a_trapezoid() {
     for delta in [1e-3, 0.7, 2.4, 1e3] {
@@ -108,7 +108,7 @@ fn a_translating_plate_is_a_trapezoid() {
     }
 }
 
-/// SCIENCE A17 at the far end: half of the time something stands before a camera in the middle of the way.
+/// docs/science.md, "Moving box", at the far end: half of the time something stands before a camera in the middle of the way.
 #[test]
 fn a_plate_that_crosses_ten_million_pixels() {
     let (w, delta) = (5e6, 1e7);
@@ -119,7 +119,7 @@ fn a_plate_that_crosses_ten_million_pixels() {
     assert_columns("Δ = 1e7", &outcome, 1.0, |_| w / delta);
 }
 
-/// SCIENCE A18.
+/// docs/science.md, "Turning wedge".
 #[test]
 fn a_wedge_that_turns_by_any_angle() {
     let (beta, r) = (PI / 3.0, 3.0f32);
@@ -290,7 +290,7 @@ fn irradiance_under_lights_that_move() {
     assert!((mean * PI / 0.5 - 0.5 / theta).abs() < 0.01, "spot light: {mean}");
 }
 
-/// Corner form of a rectangle parallel to the receiver (SCIENCE E1): E = πL·C.
+/// Corner form of a rectangle parallel to the receiver [Howell 2010]: E = πL·C.
 fn corner(x: f64, y: f64) -> f64 {
     let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
     (x / p * (y / p).atan() + y / q * (x / q).atan()) / (2.0 * PI)
@@ -490,7 +490,8 @@ fn an_open_shutter_over_things_at_rest_changes_no_bit() {
     }
 }
 
-/// Every wall emits 1 and reflects half, wherever it is: 2, whatever the size and the place of the scene (SCIENCE A01, A02).
+/// Every wall emits 1 and reflects half, wherever it is: 2, whatever the size and the place of the scene
+/// (docs/science.md, "Closed room").
 #[test]
 fn a_moving_furnace_at_every_scale() {
     for (scale, offset) in [(1e-6, 0.0), (1.0, 0.0), (1e6, 0.0), (1.0, 1e5), (1.0, 1e7)] {

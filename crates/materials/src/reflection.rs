@@ -2,7 +2,7 @@
 //! every Fresnel law is linear in its share, so a blend of materials is a blend of F.
 //!
 //! f = F(wo·m) D(m) G2(wo,wi) / (4 wo.z wi.z), m = normalise(wo + wi) [Walter 2007, eq. 20]; single scattering only (what
-//! bounces twice between facets is lost: the energy column of SCIENCE C01).
+//! bounces twice between facets is lost: docs/science.md, "GGX").
 
 use crate::microfacet::Ggx;
 use glam::{Vec2, Vec3};

@@ -187,7 +187,7 @@ const LOBES: [Lobe; 6] = [
     Lobe::Mirror,
 ];
 
-/// f·cos/pdf of the square mirror is k_r exactly, and the blurs of SCIENCE E11 have the density 1/(l²cos³θ).
+/// f·cos/pdf of the square mirror is k_r exactly, and the density is 1/(l²cos³θ) (docs/science.md, "Linear edges").
 #[test]
 fn square_mirror_weighs_kr() {
     let kr = Vec3::new(0.9, 0.5, 0.1);

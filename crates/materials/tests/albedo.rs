@@ -33,7 +33,7 @@ fn mean_weight(bsdf: &Bsdf, lobes: Lobes) -> f64 {
     sum / f64::from(n)
 }
 
-/// The table of SCIENCE C01 (quadrature ± 5e-5), and 1 − ln 2 in closed form.
+/// The table of docs/science.md, "GGX" (quadrature ± 5e-5), and 1 − ln 2 in closed form.
 #[test]
 fn the_oracle_has_the_published_values() {
     let rows = [

@@ -33,6 +33,12 @@ impl Aabb {
         Self { lo: self.lo - DVec3::splat(by), hi: self.hi + DVec3::splat(by) }
     }
 
+    /// Whether the two have a point in common.
+    #[must_use]
+    pub fn meets(&self, other: &Self) -> bool {
+        self.lo.cmple(other.hi).all() && other.lo.cmple(self.hi).all()
+    }
+
     /// Distance of the farthest corner from the origin.
     #[must_use]
     pub fn reach(self) -> f64 {

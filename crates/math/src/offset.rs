@@ -1,4 +1,5 @@
-//! Where may the next ray start? Error-bounded ray origins [pbrt-v4, §6.8]: no epsilon in world units.
+//! Where may the next ray start? Error-bounded ray origins [Pharr, Jakob & Humphreys 2023, §6.8]: no epsilon in
+//! world units.
 //!
 //! A computed position `p` lies somewhere in the box `p ± p_error` around the true one. The origin is moved along
 //! the geometric normal until the whole box lies behind it, and each coordinate is then rounded outward.
@@ -15,9 +16,9 @@ pub const fn gamma(n: u32) -> f32 {
 
 /// `p` moved along `ng` out of its own error box, to the side `d` points to, each coordinate rounded outward.
 ///
-/// The step is |ng|·p_error along `ng` [pbrt-v4, §6.8.6]. A coordinate whose component of `ng` is not zero moves by at
-/// least one ulp, so that the origin leaves the plane even where `p_error` underflows or is zero; a coordinate along
-/// which the plane extends stays as it is.
+/// The step is |ng|·p_error along `ng` [Pharr, Jakob & Humphreys 2023, §6.8.6]. A coordinate whose component of `ng` is
+/// not zero moves by at least one ulp, so that the origin leaves the plane even where `p_error` underflows or is zero; a
+/// coordinate along which the plane extends stays as it is.
 pub fn offset_origin(p: Vec3, p_error: Vec3, ng: Vec3, d: Vec3) -> Vec3 {
     let n = if d.dot(ng) < 0.0 { -ng } else { ng };
     let step = n.abs().dot(p_error);

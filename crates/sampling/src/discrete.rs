@@ -113,7 +113,7 @@ mod tests {
         }
     }
 
-    /// SCIENCE B13: with equal weights bin i owns the 2^7 inputs from i·2^7 on.
+    /// docs/science.md, "Tables": with equal weights bin i owns the 2^7 inputs from i·2^7 on.
     #[test]
     fn all_of_2_to_the_25_bins_can_be_reached() {
         let n = 1u32 << 25;
@@ -128,7 +128,7 @@ mod tests {
         assert_eq!(d.pmf(77), 1.0 / n as f32);
     }
 
-    /// SCIENCE B13: a sum of ones that stalls at 2^24 in f32, and one heavy bin.
+    /// docs/science.md, "Tables": a sum of ones that stalls at 2^24 in f32, and one heavy bin.
     #[test]
     fn a_heavy_bin_among_many_keeps_its_probability() {
         let n = 1usize << 25;

@@ -211,7 +211,7 @@ mod tests {
         assert!((0..64).any(|s| permuted(s, 64, key) != permuted(64 + s, 64, key)));
     }
 
-    /// SCIENCE D14: the last cells of the largest count.
+    /// docs/science.md, "Points": the last cells of the largest count.
     #[test]
     fn cells_are_found_up_to_2_to_the_32() {
         let n = u32::MAX;

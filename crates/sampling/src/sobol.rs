@@ -7,8 +7,8 @@
 //!
 //! Two keys used for two integrals over the same sample index (pads) need more: under those shuffles indices 2k and
 //! 2k + 1 lie in opposite halves for every key, so the coarse product of two pads has equal signs in pairs and its error
-//! has 1.5 times the variance of independent points (SCIENCE D06). [`pad`] therefore permutes the indices within blocks
-//! of 16 first.
+//! has 1.5 times the variance of independent points (docs/science.md, "Points"). [`pad`] therefore permutes the indices within
+//! blocks of 16 first.
 
 use crate::hash::{mix64, unit};
 use crate::key::Key;
@@ -198,7 +198,7 @@ mod tests {
         }
     }
 
-    /// SCIENCE D05: 2^17 points, all different in each coordinate.
+    /// docs/science.md, "Points": 2^17 points, all different in each coordinate.
     #[test]
     fn does_not_repeat_after_65536() {
         let key = Key::pixel(1, 2, 3);

@@ -1,4 +1,4 @@
-//! How fast errors fall: fitted slopes of log MSE on log N against SCIENCE §1.F.
+//! How fast errors fall: fitted slopes of log MSE on log N against docs/science.md, "Convergence rates".
 //!
 //! The full table (1000 replicas, to N = 2^14) is printed by
 //! `cargo test --release -p dapple-sampling --test convergence -- --ignored --nocapture`.

@@ -1,4 +1,4 @@
-//! What the patterns promise, by number: SCIENCE C17, D05, D06, D07, D14, and the bits that replay rests on.
+//! What the patterns promise, by number (docs/science.md, "Points"), and the bits that replay rests on.
 
 use dapple_sampling::pattern::{nearest_square, permuted};
 use dapple_sampling::{Key, Moments, Pattern, padded_1d, padded_2d, point_1d, point_2d, sobol};

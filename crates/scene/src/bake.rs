@@ -1,7 +1,7 @@
 //! Meshes from object space into render space: positions, winding, normals and tangents under any affine placement.
 //!
 //! Transforms are applied in f64 and rounded once. Normals go by the cofactor matrix, which needs no inverse and so
-//! survives flattening (SCIENCE A19). A mirroring placement (negative determinant) swaps the winding, so that the
+//! survives flattening [Turkowski 1990]. A mirroring placement (negative determinant) swaps the winding, so that the
 //! front side stays the image of the front side, as glTF asks. Triangles without area are dropped: nothing can hit
 //! them, and their normals would point anywhere.
 use crate::{Placement, Space};

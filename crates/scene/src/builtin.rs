@@ -1,8 +1,8 @@
 //! Scenes that need no file: `builtin:cornell` and friends.
 //!
 //! The Cornell box is the physical one at Cornell University: corner coordinates as published with its measurements
-//! [Cornell University Program of Computer Graphics, "Cornell Box Data", 1998, in millimetres; here in metres]. Its
-//! measured spectra are replaced by the RGB values most renderers use [Bitterli 2016, "Rendering resources"]:
+//! [Cornell 1998], in millimetres there and in metres here. Its measured spectra are replaced by the RGB values most
+//! renderers use [Bitterli 2016]:
 //! white (0.725, 0.71, 0.68), red (0.63, 0.065, 0.05), green (0.14, 0.45, 0.091), light (17, 12, 4).
 use crate::{CameraPose, SceneBuilder, TexturedMaterial};
 use dapple_camera::Projection;
@@ -135,7 +135,7 @@ fn cornell_spheres() -> SceneBuilder {
 }
 
 /// Closed cube of side 2 about the origin, inside out: emission 1, albedo ½, so that every ray returns
-/// 1 / (1 − ½) = 2 (SCIENCE A01).
+/// 1 / (1 − ½) = 2 (docs/science.md, "Closed room").
 fn furnace() -> SceneBuilder {
     let mut b = SceneBuilder::new("furnace");
     let wall =

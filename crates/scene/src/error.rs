@@ -100,9 +100,11 @@ impl SceneError {
     }
 }
 
+/// Most characters of a value that a message repeats.
+pub const MOST: usize = 80;
+
 /// A value of the file as messages quote it: its first 80 characters, without control characters.
-pub(crate) fn quoted(value: &str) -> String {
-    const MOST: usize = 80;
+pub fn quoted(value: &str) -> String {
     let mut shown: String =
         value.chars().take(16 * MOST).filter(|c| !c.is_control()).take(MOST + 1).collect();
     if let Some((end, _)) = shown.char_indices().nth(MOST) {
@@ -110,6 +112,51 @@ pub(crate) fn quoted(value: &str) -> String {
         shown.push('…');
     }
     shown
+}
+
+/// A message with each value that it quotes, in '…', "…" or `…`, cut as by [`quoted`]: for the words of other libraries,
+/// which repeat values whole.
+pub fn shortened(message: &str) -> String {
+    let (mut shown, mut rest) = (String::new(), message);
+    while let Some((start, mark)) = opening(rest, shown.chars().next_back()) {
+        let (before, inner) = rest.split_at(start + 1);
+        shown.push_str(before);
+        rest = inner;
+        if let Some(end) = closing(inner, mark) {
+            let (value, after) = inner.split_at(end);
+            shown.push_str(&if value.chars().count() > MOST { quoted(value) } else { value.into() });
+            // The closing mark goes with the value: it opens nothing.
+            shown.push(mark);
+            rest = &after[1..];
+        }
+    }
+    shown + rest
+}
+
+/// The first mark that opens a quotation. An apostrophe after a letter or digit opens none.
+fn opening(text: &str, mut before: Option<char>) -> Option<(usize, char)> {
+    for (at, c) in text.char_indices() {
+        let in_word = before.is_some_and(char::is_alphanumeric);
+        if matches!(c, '"' | '`') || (c == '\'' && !in_word) {
+            return Some((at, c));
+        }
+        before = Some(c);
+    }
+    None
+}
+
+/// Where the quotation ends: at the mark that opened it, unless a backslash stands before it or, for an apostrophe, a
+/// letter or digit behind it.
+fn closing(text: &str, mark: char) -> Option<usize> {
+    let mut escaped = false;
+    for (at, c) in text.char_indices() {
+        let in_word = || mark == '\'' && text[at + 1..].starts_with(char::is_alphanumeric);
+        if c == mark && !escaped && !in_word() {
+            return Some(at);
+        }
+        escaped = c == '\\' && !escaped;
+    }
+    None
 }
 
 /// Something that will look different from what the file says; rendering goes on.
@@ -124,12 +171,36 @@ impl std::fmt::Display for Warning {
 
 #[cfg(test)]
 mod tests {
-    use super::quoted;
+    use super::{quoted, shortened};
 
     #[test]
     fn long_values_are_cut_between_characters() {
         assert_eq!(quoted("a\u{1b}[2J b"), "a[2J b");
         assert_eq!(quoted(&"ü".repeat(80)), "ü".repeat(80));
         assert_eq!(quoted(&"ü".repeat(81)), format!("{}…", "ü".repeat(80)));
+    }
+
+    #[test]
+    fn what_others_quote_is_cut() {
+        let long = "ü\\\"".repeat(100);
+        let cut = quoted(&long);
+        for (message, shown) in [
+            (
+                format!("invalid type: string \"{long}\", expected f32"),
+                format!("invalid type: string \"{cut}\", expected f32"),
+            ),
+            (
+                "the scene's own 'name', \"it's\" and `x`".into(),
+                "the scene's own 'name', \"it's\" and `x`".into(),
+            ),
+            (
+                format!("it isn't '{}' or `b`", "a".repeat(81)),
+                format!("it isn't '{}…' or `b`", "a".repeat(80)),
+            ),
+            (format!("an open \" and {}", "x ".repeat(99)), format!("an open \" and {}", "x ".repeat(99))),
+            (String::new(), String::new()),
+        ] {
+            assert_eq!(shortened(&message), shown);
+        }
     }
 }

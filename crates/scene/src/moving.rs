@@ -176,7 +176,8 @@ impl OwnSpaces {
 }
 
 impl Own {
-    /// As far from the origin and of whatever size the vertices are, rays meet them near unit scale (SCIENCE A02).
+    /// As far from the origin and of whatever size the vertices are, rays meet them near unit scale
+    /// (docs/science.md, "Render space").
     fn new(mesh: &Mesh, material: &TexturedMaterial) -> Self {
         let bounds = bake::bounds(mesh, &Placement::IDENTITY);
         let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));

@@ -1,5 +1,5 @@
 //! Render space: the scene recentred and scaled by a power of two, so that traversal works near unit scale whatever
-//! the units of the file (SCIENCE A01, A02).
+//! the units of the file (docs/science.md, "Render space").
 //!
 //! render = (world − centre) · scale, in f64, rounded to f32 once at the end. `scale` is a power of two, so scaling
 //! rounds nothing; `centre` is a multiple of 1/scale, so that a scene moved by a multiple of 1/scale — or scaled by a

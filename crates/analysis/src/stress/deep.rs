@@ -14,7 +14,7 @@ pub(super) const CASES: &[Case] = &[Case {
     id: "D18",
     title: "ten thousand bounces between mirrors, in both tracers",
     naive: "a tree of rays that grows by recursion overflows its stack, on some threads only",
-    source: "a geometric series, Σ ε·kᵏ",
+    source: "docs/science.md, \"Parallel mirrors\"",
     check: Check::Run(deep),
 }];
 

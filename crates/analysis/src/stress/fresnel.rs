@@ -14,14 +14,14 @@ pub(super) const CASES: &[Case] = &[
         id: "C09",
         title: "edge of total internal reflection",
         naive: "the root of a small negative number: a ring of NaN pixels",
-        source: "SCIENCE C09",
+        source: "docs/science.md, \"Fresnel\"",
         check: Check::Run(edge),
     },
     Case {
         id: "C10",
         title: "exact averages of Fresnel's law",
         naive: "Schlick's approximation in place of Fresnel's law",
-        source: "Walsh 1926; SCIENCE C10",
+        source: "Walsh 1926; docs/science.md, \"Fresnel\"",
         check: Check::Run(averages),
     },
 ];

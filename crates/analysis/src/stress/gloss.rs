@@ -15,42 +15,42 @@ pub(super) const CASES: &[Case] = &[
         id: "C01",
         title: "white furnace table of GGX",
         naive: "energy appears at grazing angles, or disappears in the sampling",
-        source: "Heitz 2014; SCIENCE C01",
+        source: "Heitz 2014; docs/science.md, \"GGX\"",
         check: Check::Run(furnace_table),
     },
     Case {
         id: "C02",
         title: "α towards 0",
         naive: "1 − cos² in f32: D is off by 12 % at α = 1e-3 and by 300 % at 1e-4",
-        source: "Walter 2007; SCIENCE C02",
+        source: "Walter 2007; docs/science.md, \"GGX\"",
         check: Check::Run(smooth_limit),
     },
     Case {
         id: "C03",
         title: "grazing view, cosine 1e-6, 0 and −0",
         naive: "0/0 in the masking function, weights above 1",
-        source: "Heitz 2014; SCIENCE C03",
+        source: "Heitz 2014; docs/science.md, \"GGX\"",
         check: Check::Run(grazing),
     },
     Case {
         id: "C04",
         title: "samples, density and value agree",
         naive: "a wrong Jacobian gives a picture that looks right",
-        source: "Pharr, Jakob & Humphreys 2023, §9; SCIENCE C04",
+        source: "Pharr, Jakob & Humphreys 2023, §9; docs/science.md, \"GGX\"",
         check: Check::Run(consistent),
     },
     Case {
         id: "C05",
         title: "reciprocity",
         naive: "an asymmetric mix of coat and base; the missing η² of refraction",
-        source: "Veach 1997, §5.2; SCIENCE C05",
+        source: "Veach 1997, §5.2; docs/science.md, \"Clear bodies\"",
         check: Check::Run(reciprocal),
     },
     Case {
         id: "C12",
         title: "energy compensation of multiple scattering",
         naive: "rough metals are 60 % too dark",
-        source: "SCIENCE C12",
+        source: "Kulla & Conty 2017; docs/science.md, \"Compensation\"",
         check: Check::Pending("waits for multiple-scattering compensation: lobes scatter once"),
     },
 ];
@@ -76,7 +76,7 @@ pub(super) fn albedo(material: &Material, wo: Vec3, points: u32, sets: u64) -> M
     (0..sets).map(set).collect()
 }
 
-/// E(μ, α) of SCIENCE C01 at μ = 1, 0.75, 0.5, 0.25, 0.1, 0.01; known to 5e-5.
+/// E(μ, α) of docs/science.md, "GGX", at μ = 1, 0.75, 0.5, 0.25, 0.1, 0.01; known to 5e-5.
 const TABLE: [(f32, [f64; 6]); 5] = [
     (0.10, [0.98830, 0.98315, 0.96921, 0.92161, 0.88346, 0.97653]),
     (0.25, [0.91581, 0.89153, 0.85726, 0.84008, 0.89162, 0.98196]),

@@ -14,14 +14,14 @@ pub(super) const CASES: &[Case] = &[
         id: "A11",
         title: "a convex body does not shadow itself",
         naive: "a fixed offset is too small far away (acne) and too large nearby (missed walls)",
-        source: "Pharr, Jakob & Humphreys 2023, §6.8; SCIENCE A11",
+        source: "Pharr, Jakob & Humphreys 2023, §6.8; docs/science.md, \"Leaving a surface\"",
         check: Check::Run(convex),
     },
     Case {
         id: "A13",
         title: "grazing hits lie on their plane",
         naive: "o + t·d is off by t·2⁻²⁴, many times its height over the plane",
-        source: "Pharr, Jakob & Humphreys 2023, §6.8; SCIENCE A13",
+        source: "Pharr, Jakob & Humphreys 2023, §6.8; docs/science.md, \"Leaving a surface\"",
         check: Check::Run(grazing),
     },
 ];

@@ -14,7 +14,7 @@ pub(super) const CASES: &[Case] = &[Case {
     id: "D19",
     title: "media within media, and lights behind panes",
     naive: "leaving an inner body leaves all of them; which of two overlapping ones counts depends on the way through; a pane of index 1 casts a shadow",
-    source: "the issue: media are a stack, clear panes",
+    source: "Schmidt & Budge 2002; docs/science.md, \"Nested bodies\"",
     check: Check::Run(nested),
 }];
 

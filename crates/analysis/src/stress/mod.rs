@@ -1,5 +1,5 @@
-//! Which stiff and extreme cases does this build get right? SCIENCE §1 as data: every case with the one thing that goes
-//! wrong in naive renderers, its source, and a check that runs on the user's machine.
+//! Which stiff and extreme cases does this build get right? The catalogue: every case with the one thing that goes wrong in
+//! naive renderers, its source, and a check that runs on the user's machine.
 //!
 //! A case that waits for a feature is pending, with the reason; it neither passes nor fails.
 

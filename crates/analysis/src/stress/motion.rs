@@ -20,21 +20,21 @@ pub(super) const CASES: &[Case] = &[
         id: "A16",
         title: "shadow terminator of a tessellated ball",
         naive: "shading normals and flat facets disagree at the terminator: hard facet edges that no refinement removes",
-        source: "Hanika 2021; SCIENCE A16",
+        source: "Hanika 2021; docs/science.md, \"Shadow terminator\"",
         check: Check::Run(terminator),
     },
     Case {
         id: "A17",
         title: "linear motion from none to 1e7 pixels",
         naive: "boxes for one instant lose what moves; a(1 − t) + bt in the wrong form does not arrive",
-        source: "SCIENCE A17",
+        source: "docs/science.md, \"Moving box\"",
         check: Check::Run(streak),
     },
     Case {
         id: "A18",
         title: "rotation beyond 180° in the shutter",
         naive: "interpolated matrices collapse at 180°, quaternions take the short way round",
-        source: "SCIENCE A18",
+        source: "docs/science.md, \"Turning wedge\"",
         check: Check::Run(turns),
     },
 ];
@@ -163,7 +163,7 @@ fn streak(effort: Effort) -> Outcome {
         }
         for (i, m) in columns.iter().enumerate() {
             let x = i as f64 - 4.0;
-            // G of SCIENCE A17 runs along the streak, which begins w behind the edge that starts at 0.
+            // G of docs/science.md, "Moving box", runs along the streak, which begins w behind the edge that starts at 0.
             let exact = if delta > 100.0 { plateau(x, w, delta) } else { moving_box(x + w, w, delta) };
             let what = format!("pixel {i}, moved by {delta}");
             let error = m.standard_error();

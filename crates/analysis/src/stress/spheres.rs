@@ -14,7 +14,7 @@ pub(super) const CASES: &[Case] = &[Case {
     id: "A14",
     title: "tiny and huge spheres",
     naive: "b² − 4ac cancels: at a distance of 1e4 radii nothing is left",
-    source: "Haines, Günther, Akenine-Möller 2019; SCIENCE A14",
+    source: "Haines, Günther, Akenine-Möller 2019; docs/science.md, \"Spheres\"",
     check: Check::Run(spheres),
 }];
 

@@ -1,5 +1,5 @@
-//! Do both tracers, with every estimator, find the values that can be written down? The closed-form scenes of SCIENCE
-//! §1.E: value, error in standard errors, and the rate at which the error falls with the number of points.
+//! Do both tracers, with every estimator, find the values that can be written down (docs/science.md, "Closed-form scenes")?
+//! Value, error in standard errors, and the rate at which the error falls with the number of points.
 
 mod effects;
 mod rooms;
@@ -39,7 +39,7 @@ impl Form {
         exact: f64,
         effects: &'static [Effect],
     ) -> Self {
-        let source = "SCIENCE §1.E";
+        let source = "docs/science.md, \"Closed-form scenes\"";
         Self { id, title, source, scene, exact, effects, max_bounces: 1, grid: None, certain: false }
     }
 }

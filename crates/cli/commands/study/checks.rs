@@ -1,11 +1,12 @@
 //! Results of checks, as a table, as JSON and as a page.
 
 use crate::error::Failure;
-use crate::report;
+use crate::{report, saving};
 use dapple_analysis::stress::Outcome;
+use dapple_integrator::imaging::write;
 use serde::Serialize;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Exit code of checks that fail.
@@ -112,6 +113,23 @@ fn number(x: Option<f64>) -> String {
     }
 }
 
+/// A page to write.
+pub struct Page {
+    path: PathBuf,
+    title: &'static str,
+}
+
+impl Page {
+    /// `folder/TITLE.html`, which can be written; makes the folder.
+    pub fn plan(folder: &Path, title: &'static str) -> Result<Self, Failure> {
+        let wrong = |e| Failure::Arguments(format!("-o {}: cannot be made: {e}", folder.display()));
+        fs::create_dir_all(folder).map_err(wrong)?;
+        let path = folder.join(format!("{title}.html"));
+        write::probe(&path)?;
+        Ok(Self { path, title })
+    }
+}
+
 impl Table {
     pub fn new(cases: Vec<Row>, seconds: f64) -> Self {
         let count = |passed| cases.iter().filter(|row| row.passed == passed).count();
@@ -120,32 +138,19 @@ impl Table {
     }
 
     /// Says what came out, and gives the exit code.
-    pub fn tell(&self, json: bool, page: Option<(&Path, &str)>) -> Result<ExitCode, Failure> {
-        if let Some((folder, title)) = page {
-            self.write(folder, title)?;
+    pub fn tell(&self, json: bool, page: Option<&Page>) -> ExitCode {
+        if let Some(Page { path, title }) = page {
+            let bytes = self.page(title).into_bytes();
+            if let Some(at) = saving::save(path, |path| write::replace(path, &bytes)) {
+                report::say(&format!("wrote {}", at.display()));
+            }
         }
         if json {
             report::json(self);
         }
         let Self { passed, failed, pending, seconds, .. } = self;
         report::say(&format!("{passed} pass, {failed} fail, {pending} pending; {seconds:.1} s"));
-        Ok(if *failed > 0 { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
-    }
-
-    /// `folder/TITLE.html`, whole or not at all.
-    fn write(&self, folder: &Path, title: &str) -> Result<(), Failure> {
-        let path = folder.join(format!("{title}.html"));
-        let wrong = |e: std::io::Error| Failure::Arguments(format!("cannot write {}: {e}", path.display()));
-        fs::create_dir_all(folder).map_err(wrong)?;
-        let unfinished = folder.join(format!(".{title}.{}.part", std::process::id()));
-        let written = fs::write(&unfinished, self.page(title)).and_then(|()| fs::rename(&unfinished, &path));
-        if written.is_err() {
-            // What cannot be written can often not be removed either.
-            let _ = fs::remove_file(&unfinished);
-        }
-        written.map_err(wrong)?;
-        report::say(&format!("wrote {}", path.display()));
-        Ok(())
+        if *failed > 0 { ExitCode::from(FAILED) } else { ExitCode::SUCCESS }
     }
 
     fn page(&self, title: &str) -> String {

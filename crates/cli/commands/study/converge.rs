@@ -12,9 +12,9 @@ use crate::inputs::Inputs;
 use crate::load::Source;
 use crate::options::RenderOptions;
 use crate::progress::Bar;
-use crate::{interrupt, machine, report, saving, settings_file};
+use crate::{interrupt, machine, memory, report, saving, settings_file};
 use clap::ArgMatches;
-use dapple_analysis::converge::Clock;
+use dapple_analysis::converge::{Clock, Reference};
 use dapple_analysis::report::summary;
 use dapple_analysis::results::{Machine, ReferenceRecord, Results, SCHEMA};
 use external::External;
@@ -31,9 +31,16 @@ struct Session<'a> {
     results: Results,
     bar: Bar,
     externals: Vec<External>,
+    /// What the user said of memory, for the scene that is measured.
+    memory_limit: Option<u64>,
 }
 
 impl Session<'_> {
+    /// A reference that lies in the folder.
+    fn kept(&self, record: &ReferenceRecord) -> Option<Reference> {
+        self.folder.reference(record, memory::limit(self.memory_limit))
+    }
+
     /// The first seed of runs; [`check`] sees to its size.
     fn first_seed(&self) -> u32 {
         self.arguments.options.seed.map_or(1, |seed| seed as u32)
@@ -100,7 +107,8 @@ pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Fai
     let spent = old.spent_seconds;
     let bar = Bar::new(RenderOptions::is(given.quiet));
     let results = Results { spent_seconds: spent, ..describe(arguments) };
-    let mut session = Session { arguments, clock, folder, results, bar, externals };
+    let mut session =
+        Session { arguments, clock, folder, results, bar, externals, memory_limit: given.memory_limit };
     interrupt::listen();
     for (i, scene) in scenes.into_iter().enumerate() {
         let rest = arguments.scenes.len() - i;

@@ -18,7 +18,7 @@ use crate::options::RenderOptions;
 use crate::output::refuse_link;
 use crate::progress::Bar;
 use crate::values::Size;
-use crate::{effects, interrupt, memory, metering, report, saving, settings_file};
+use crate::{consent, effects, interrupt, memory, metering, report, saving, settings_file};
 use clap::ArgMatches;
 use cost::Deadline;
 use dapple_integrator::imaging::sheet::{self, Cell, Frame};
@@ -78,8 +78,8 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
     let view = load::camera(&loaded.scene, &options)?;
     render::warn(&loaded);
     render::say_light_unit(&loaded, &options);
-    let limit = options.time_limit.take();
     let asked = options.clone();
+    let limit = options.time_limit.take();
     let options = common(options, arguments.vary, &view, given.as_ref());
     let mut sheet = Sheet { arguments, asked, options, loaded, view, exposure: 0.0 };
     let plans = sheet.checked()?;
@@ -222,6 +222,7 @@ impl Sheet<'_> {
             Failure::Arguments(format!("--size: a sheet of {cells} cells and {pixels} pixels {overrun}"))
         })?;
         effects::note_idle(&self.asked, &largest.settings, scene, camera);
+        consent::of_rays(&self.asked, &largest.settings, scene, camera)?;
         effects::confirm(&self.options, &largest.settings, scene, camera)?;
         Ok(plans)
     }

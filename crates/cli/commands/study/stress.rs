@@ -1,8 +1,9 @@
 //! `dapple stress`: the catalogue of stiff and extreme cases, on this build and this machine.
 
 use crate::args::study::StressArgs;
-use crate::commands::study::checks::{Row, Table};
-use crate::error::Failure;
+use crate::commands::study::checks::{Page, Row, Table};
+use crate::error::{self, Failure};
+use crate::progress::Bar;
 use crate::report;
 use dapple_analysis::stress::{self, Case, Check, Effort};
 use std::process::ExitCode;
@@ -17,31 +18,36 @@ pub fn run(arguments: &StressArgs) -> Result<ExitCode, Failure> {
         None => stress::catalogue(),
         Some(patterns) => stress::select(patterns).map_err(|pattern| {
             Failure::Arguments(format!(
-                "no case '{pattern}': give ids such as A03, or B* for all that begin with B"
+                "no case '{}': give ids such as A03, or B* for all that begin with B",
+                error::short(&pattern)
             ))
         })?,
     };
     let effort = if arguments.thorough { Effort::Thorough } else { Effort::Normal };
+    let page = arguments.output.as_deref().map(|folder| Page::plan(folder, "stress")).transpose()?;
     let start = Instant::now();
+    let bar = Bar::new(false);
     let told = |row: &Row| {
         if !arguments.json {
-            report::result(&row.line());
+            bar.aside(|| report::result(&row.line()));
         }
     };
-    let table = Table::new(measure_all(&cases, effort, &told), start.elapsed().as_secs_f64());
-    table.tell(arguments.json, arguments.output.as_deref().map(|folder| (folder, "stress")))
+    let rows = measure_all(&cases, effort, &bar, &told);
+    bar.finish();
+    Ok(Table::new(rows, start.elapsed().as_secs_f64()).tell(arguments.json, page.as_ref()))
 }
 
 /// As many cases at a time as there are cores, the long ones first; then one by one those that look at the clock. Rows are
 /// told and returned in the cases' order.
-fn measure_all(cases: &[Case], effort: Effort, told: &(impl Fn(&Row) + Sync)) -> Vec<Row> {
+fn measure_all(cases: &[Case], effort: Effort, bar: &Bar, told: &(impl Fn(&Row) + Sync)) -> Vec<Row> {
     let mut order: Vec<usize> = (0..cases.len()).collect();
     order.sort_by_key(|&i| (cases[i].is_timed(), !cases[i].is_long()));
     let shared = order.partition_point(|&i| !cases[i].is_timed());
-    let rows = Mutex::new(Rows { done: cases.iter().map(|_| None).collect(), told: 0 });
+    let rows =
+        Mutex::new(Rows { done: cases.iter().map(|_| None).collect(), told: 0, bar, start: Instant::now() });
     let one = |i: usize| {
         let row = measure(&cases[i], effort);
-        rows.lock().unwrap_or_else(PoisonError::into_inner).add(i, row, told);
+        rows.lock().unwrap_or_else(PoisonError::into_inner).add(i, &cases[i], row, told);
     };
     let next = AtomicUsize::new(0);
     let workers = available_parallelism().map_or(1, Into::into).min(shared);
@@ -59,18 +65,34 @@ fn measure_all(cases: &[Case], effort: Effort, told: &(impl Fn(&Row) + Sync)) ->
 }
 
 /// Rows in the order of the cases, as far as they are done.
-struct Rows {
+struct Rows<'a> {
     done: Vec<Option<Row>>,
     /// How many were told.
     told: usize,
+    bar: &'a Bar,
+    start: Instant,
 }
 
-impl Rows {
-    fn add(&mut self, i: usize, row: Row, told: &impl Fn(&Row)) {
+impl Rows<'_> {
+    fn add(&mut self, i: usize, case: &Case, row: Row, told: &impl Fn(&Row)) {
         self.done[i] = Some(row);
+        self.advance(case);
         while let Some(Some(row)) = self.done.get(self.told) {
             told(row);
             self.told += 1;
+        }
+    }
+
+    /// Shows how far the checks are, on a bar or, where there is none, by a line each tenth of the cases: the first rows
+    /// may have to wait for long ones.
+    fn advance(&self, case: &Case) {
+        let (count, seconds) = (self.done.len(), self.start.elapsed().as_secs_f64());
+        let done = self.done.iter().flatten().count();
+        let what = format!("{done} of {count} cases");
+        if self.bar.is_shown() {
+            self.bar.show_task(done as f64 / count as f64, seconds, &format!("{what}, {} done", case.id));
+        } else if 10 * done / count > 10 * (done - 1) / count && done < count {
+            report::say(&format!("{what} after {seconds:.0} s"));
         }
     }
 }

@@ -26,7 +26,7 @@ pub fn run(arguments: &VerifyArgs) -> Result<ExitCode, Failure> {
             rows.push(row);
         }
     }
-    Table::new(rows, start.elapsed().as_secs_f64()).tell(arguments.json, None)
+    Ok(Table::new(rows, start.elapsed().as_secs_f64()).tell(arguments.json, None))
 }
 
 fn row(form: &Form, measured: &Measured, seconds: f64) -> Row {

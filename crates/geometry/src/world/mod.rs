@@ -10,7 +10,7 @@ mod objects;
 mod second;
 
 pub use builder::WorldBuilder;
-pub use coincident::{Coincident, PlacePoint};
+pub use coincident::{Coincident, PlacePoint, Sides};
 
 use crate::bvh::{Candidate, Kernel, Tree, TriangleHit};
 use crate::{Hit, Surface};

@@ -174,6 +174,11 @@ impl Object {
         }
     }
 
+    /// Whether the front of a triangle that stands still is where its corners come clockwise.
+    pub fn is_mirrored(&self) -> bool {
+        matches!(&self.place, Place::Fixed(pose) if pose.is_mirrored())
+    }
+
     pub fn is_moving(&self) -> bool {
         matches!(self.place, Place::Moving(_))
     }

@@ -13,7 +13,7 @@ use tempfile::NamedTempFile;
 /// Puts `bytes` in place of whatever was at `path`: all of them, or on failure none, and the old file stays.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     let target = target(path)?;
-    let failed = |source| ImageError::Write { path: path.to_path_buf(), source };
+    let failed = |source| ImageError::Write { path: path.to_path_buf(), source: anonymous(source) };
     let mut file = beside(&target).map_err(failed)?;
     file.write_all(bytes).map_err(failed)?;
     // Without this a crash of the machine may keep the new name and lose the bytes.
@@ -36,7 +36,7 @@ pub fn elsewhere(
     let folder = match known.take().filter(|folder| folder.is_dir()) {
         Some(folder) => folder,
         None => {
-            let failed = |source| ImageError::Write { path: std::env::temp_dir(), source };
+            let failed = |source| ImageError::Write { path: std::env::temp_dir(), source: anonymous(source) };
             tempfile::Builder::new().prefix("dapple-").tempdir().map_err(failed)?.keep()
         }
     };
@@ -70,11 +70,19 @@ fn numbered(path: &Path, i: u32) -> PathBuf {
 }
 
 /// Tries to create a file beside `path`, and takes it away again. Removes what killed writers have left there.
-pub(super) fn probe(path: &Path) -> Result<(), ImageError> {
+pub fn probe(path: &Path) -> Result<(), ImageError> {
     let target = target(path)?;
     remove_abandoned(folder(&target));
-    let file = beside(&target).map_err(|source| ImageError::Write { path: path.to_path_buf(), source })?;
-    file.close().map_err(|source| ImageError::Write { path: path.to_path_buf(), source })
+    let failed = |source| ImageError::Write { path: path.to_path_buf(), source: anonymous(source) };
+    beside(&target).and_then(NamedTempFile::close).map_err(failed)
+}
+
+/// The error without the name of the temporary file, which tempfile adds to it: the user asked for another one.
+fn anonymous(error: io::Error) -> io::Error {
+    match error.to_string().split_once(" at path \"") {
+        Some((said, _)) => io::Error::new(error.kind(), said),
+        None => error,
+    }
 }
 
 /// The file to replace: the end of a symbolic link, so that the link itself survives. Only plain files are

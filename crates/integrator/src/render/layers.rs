@@ -41,7 +41,10 @@ fn beauty(job: &Job<'_>, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer 
     let mut beauty = rgb("", &film.mean());
     if job.settings.transparent {
         let mut alpha = vec![0.0; rect.area()];
-        each_pixel(rect, tiles, |to, tile, from| alpha[to] = tile.first_hits.coverage.alpha(from));
+        let counts: Vec<u64> = pixels(rect).map(|(x, y)| film.count(x, y)).collect();
+        each_pixel(rect, tiles, |to, tile, from| {
+            alpha[to] = tile.first_hits.coverage.alpha(from, counts[to]);
+        });
         beauty.channels.push(("A".into(), alpha));
     }
     beauty

@@ -1,4 +1,5 @@
-//! What is out of focus: an edge beside a round lens, and a small patch whose light is spread, none lost (SCIENCE E9).
+//! What is out of focus: an edge beside a round lens, and a small patch whose light is spread, none lost
+//! (docs/science.md, "Thin lens").
 
 use crate::common::tracers::*;
 use crate::common::*;

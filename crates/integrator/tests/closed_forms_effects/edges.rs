@@ -1,4 +1,5 @@
-//! A straight edge, blurred by everything that moves it linearly: pixel, square lens, motion, square gloss (SCIENCE E11, E12).
+//! A straight edge, blurred by everything that moves it linearly: pixel, square lens, motion, square gloss
+//! (docs/science.md, "Linear edges").
 
 use crate::common::moving::*;
 use crate::common::tracers::*;

@@ -1,4 +1,5 @@
-//! Rough mirrors under a cap and under half a sky (SCIENCE E13), found by chance and aimed at as well.
+//! Rough mirrors under a cap and under half a sky (docs/science.md, "Rough mirror and cap"), found by chance and aimed at
+//! as well.
 
 use crate::caps::{aimed_at, found_by_chance};
 use crate::common::tracers::*;

@@ -1,5 +1,5 @@
 //! Irradiance from lights of every shape, by their points alone and together with the directions of a diffuse lobe
-//! (SCIENCE E1, E2, E4, B02).
+//! (docs/science.md, "Rectangles", "Disks" and "Sphere lights").
 
 use crate::common::maps::midpoint_bound;
 use crate::common::tracers::*;

@@ -1,4 +1,5 @@
-//! The shadow of a straight edge under a quad light: the whole profile, and its width w·h/(H − h) (SCIENCE E8).
+//! The shadow of a straight edge under a quad light: the whole profile, and its width w·h/(H − h)
+//! (docs/science.md, "Penumbra").
 
 use crate::common::maps::midpoint_bound;
 use crate::common::tracers::*;

@@ -1,4 +1,4 @@
-//! Interreflection inside a sphere, where it is the same everywhere (SCIENCE E7).
+//! Interreflection inside a sphere, where it is the same everywhere (docs/science.md, "Integrating sphere").
 
 use crate::common::tracers::*;
 use crate::common::*;

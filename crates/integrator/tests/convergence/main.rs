@@ -1,5 +1,5 @@
-//! How fast the distribution tracer's error falls: slopes of log MSE on log N for each effect and estimator (SCIENCE
-//! §1.F), through the tracer, on scenes with closed forms.
+//! How fast the distribution tracer's error falls: slopes of log MSE on log N for each effect and estimator
+//! (docs/science.md, "Convergence rates"), through the tracer, on scenes with closed forms.
 //!
 //! Every replica has its own seed and its own random placement of the scene, with its own exact value: the midpoint grid,
 //! which is the same everywhere, has a mean error only over placements. The tests of every day cover four octaves of N;

@@ -64,8 +64,8 @@ impl SceneBuilder {
         // Left out, light still decides what is seen where surfaces share a place.
         let is_light = |m: usize| if self.reads.light { self.materials[m].is_light() } else { emitted[m] };
         let kind = |o: &Object| {
-            let m = o.material as usize;
-            Kind { emits: is_light(m), transmits: self.materials[m].transmits() }
+            let m = &self.materials[o.material as usize];
+            Kind::new(m, is_light(o.material as usize))
         };
         let kinds = (&objects[..], objects.iter().map(kind).collect());
         let mut shared_places = SharedPlaces::find(&world, kinds, (&area, &lights), &space);

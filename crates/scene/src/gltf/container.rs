@@ -11,7 +11,7 @@ const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
 const BIN_CHUNK: u32 = u32::from_le_bytes(*b"BIN\0");
 
 /// Most extensions that are named one by one.
-const SAID: usize = 40;
+pub(super) const SAID: usize = 40;
 
 /// A parsed file.
 pub(super) struct Content {
@@ -49,6 +49,12 @@ pub(super) fn parse(
     let mut value: Value = serde_json::from_slice(text).map_err(|e| malformed(format!("its JSON: {e}")))?;
     version(&value).map_err(malformed)?;
     check_extensions(file, &value, required, warnings)?;
+    let is_pointer = |name: &&str| *name == extensions::POINTER;
+    if extensions::used(&value).iter().any(is_pointer)
+        && !names(&value, "extensionsRequired").iter().any(is_pointer)
+    {
+        warnings.push(Warning(extensions::left_out(extensions::POINTER, &value)));
+    }
     let pointers = strip_pointers(&mut value);
     let patched = match mend::mend(&mut value, warnings) || pointers > 0 {
         false => Cow::Borrowed(text),
@@ -141,13 +147,6 @@ fn check_extensions(
     if more_idle > 0 {
         let said = format!("{more_idle} more extensions are said to be required, but nothing uses them");
         warnings.push(Warning(said));
-    }
-    let optional = used.iter().filter(|name| unsupported(name) && !required_names.contains(*name));
-    let mut left_out = optional.filter_map(|name| extensions::left_out(name, value));
-    warnings.extend(left_out.by_ref().take(SAID).map(Warning));
-    let more = left_out.count();
-    if more > 0 {
-        warnings.push(Warning(format!("{more} more extensions are not supported")));
     }
     Ok(())
 }

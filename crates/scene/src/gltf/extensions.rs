@@ -4,9 +4,12 @@ use crate::error::quoted;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-const DRACO: &str = "KHR_draco_mesh_compression";
+pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
 const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+const IMAGE_BASED: &str = "EXT_lights_image_based";
 const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
+/// Its channels are taken out of the JSON when that is parsed.
+pub(super) const POINTER: &str = "KHR_animation_pointer";
 const BASISU: &str = "KHR_texture_basisu";
 
 /// Extensions a file may require.
@@ -26,12 +29,11 @@ pub(super) const SUPPORTED: &[&str] = &[
     "KHR_texture_transform",
 ];
 
-/// What a picture lacks when an extension is used but neither required nor supported; an empty text means nothing at
-/// all, so nothing is said.
+/// What a picture lacks when an extension is used but neither required nor supported.
 const LEFT_OUT: &[(&str, &str)] = &[
-    ("EXT_lights_image_based", "its environment is left out"),
+    (IMAGE_BASED, "its environment is left out"),
     (MESHOPT[0], "the uncompressed copy of the data is used"),
-    ("KHR_animation_pointer", "animated materials, lights and cameras keep their values"),
+    (POINTER, "animated materials, lights and cameras keep their values"),
     (DRACO, "the uncompressed copy of the meshes is used"),
     ("KHR_materials_anisotropy", "stretched highlights are round"),
     ("KHR_materials_clearcoat", "clear coats are left out"),
@@ -42,19 +44,71 @@ const LEFT_OUT: &[(&str, &str)] = &[
     ("KHR_materials_sheen", "cloth has no sheen"),
     (MESHOPT[1], "the uncompressed copy of the data is used"),
     (BASISU, "the textures' PNG or JPEG copies are used"),
-    ("KHR_xmp", ""),
-    ("KHR_xmp_json_ld", ""),
+];
+
+/// Extensions that change no picture: they describe, sound or move things, or offer others in place of what is shown.
+const INVISIBLE: &[&str] = &[
+    "AGI_stk_metadata",
+    "EXT_feature_metadata",
+    "EXT_instance_features",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+    "FB_geometry_metadata",
+    "GODOT_single_root",
+    "KHR_audio",
+    "KHR_audio_emitter",
+    "KHR_implicit_shapes",
+    "KHR_interactivity",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_physics_rigid_bodies",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "MOZ_hubs_components",
+    "MSFT_audio_emitter",
+    "MSFT_lod",
+    "MSFT_packing_normalRoughnessMetallic",
+    "MSFT_packing_occlusionRoughnessMetallic",
+    "OMI_physics_body",
+    "OMI_physics_joint",
+    "OMI_physics_shape",
+    "VRMC_springBone",
+];
+
+/// Extensions of materials that do nothing where this factor is zero, which it is unless it is given.
+const BY_FACTOR: &[(&str, &str)] = &[
+    ("KHR_materials_anisotropy", "anisotropyStrength"),
+    ("KHR_materials_clearcoat", "clearcoatFactor"),
+    ("KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"),
+    ("KHR_materials_dispersion", "dispersion"),
+    ("KHR_materials_iridescence", "iridescenceFactor"),
+    ("KHR_materials_sheen", "sheenColorFactor"),
+    ("KHR_materials_volume_scatter", "multiscatterColor"),
 ];
 
 pub(super) fn is_supported(name: &str) -> bool {
     SUPPORTED.contains(&name)
 }
 
-/// The warning for an extension that is used but neither required nor supported; None when the picture does not change.
-pub(super) fn left_out(name: &str, value: &Value) -> Option<String> {
+/// The warning for an extension that is used but neither required nor supported.
+pub(super) fn left_out(name: &str, value: &Value) -> String {
     let effect = LEFT_OUT.iter().find(|(n, _)| *n == name).map_or("what it adds is left out", |(_, e)| e);
     let effect = without_copy(name, value).unwrap_or(effect);
-    (!effect.is_empty()).then(|| format!("{} is not supported: {effect}", quoted(name)))
+    format!("{} is not supported: {effect}", quoted(name))
+}
+
+/// Whether an extension object leaves the picture as it is without it.
+fn is_neutral(name: &str, object: &Value) -> bool {
+    let is_zero = |v: &Value| v.as_f64() == Some(0.0);
+    INVISIBLE.contains(&name)
+        || BY_FACTOR.iter().any(|(n, factor)| {
+            *n == name
+                && match object.get(factor) {
+                    None => true,
+                    Some(Value::Array(factors)) => factors.iter().all(is_zero),
+                    Some(factor) => is_zero(factor),
+                }
+        })
 }
 
 /// What is left out where the file holds nothing to fall back on.
@@ -89,17 +143,44 @@ fn objects<'a>(value: &'a Value, list: &str) -> impl Iterator<Item = &'a Value> 
     value.get(list).and_then(Value::as_array).into_iter().flatten()
 }
 
-/// Extensions that something in the file uses, declared or not: the keys of all objects called `extensions`. JSON nests at
-/// most 128 deep.
+/// Extensions that something in the file uses, declared or not: the keys of all objects called `extensions`.
 pub(super) fn used(value: &Value) -> BTreeSet<&str> {
     let mut found = BTreeSet::new();
+    walk(value, &mut |name, _| {
+        found.insert(name);
+    });
+    found
+}
+
+/// Of these parts of the file, the extensions in them that change how they look.
+pub(super) fn visible<'a>(parts: impl Iterator<Item = &'a Value>) -> BTreeSet<&'a str> {
+    let mut found = BTreeSet::new();
+    for part in parts {
+        walk(part, &mut |name, object| {
+            if !is_neutral(name, object) {
+                found.insert(name);
+            }
+        });
+    }
+    found
+}
+
+/// The extensions of the file as a whole that change how all of it looks; of some, what they define is used elsewhere.
+pub(super) fn of_the_whole(value: &Value) -> impl Iterator<Item = &str> {
+    let all = value.get("extensions").and_then(Value::as_object).into_iter().flatten();
+    all.filter(|(name, object)| *name != IMAGE_BASED && !is_neutral(name, object))
+        .map(|(name, _)| name.as_str())
+}
+
+/// Calls `found` with every extension object and its name. JSON nests at most 128 deep.
+fn walk<'a>(value: &'a Value, found: &mut dyn FnMut(&'a str, &'a Value)) {
     let mut open = vec![value];
     while let Some(value) = open.pop() {
         match value {
             Value::Array(items) => open.extend(items.iter().filter(|v| v.is_array() || v.is_object())),
             Value::Object(map) => {
                 if let Some(Value::Object(extensions)) = map.get("extensions") {
-                    found.extend(extensions.keys().map(String::as_str));
+                    extensions.iter().for_each(|(name, object)| found(name, object));
                 }
                 // What lies in extras is the application's own.
                 let inside =
@@ -109,7 +190,6 @@ pub(super) fn used(value: &Value) -> BTreeSet<&str> {
             _ => {}
         }
     }
-    found
 }
 
 #[cfg(test)]
@@ -133,7 +213,7 @@ mod tests {
         let draco = |accessor: Value| {
             let primitive = json!({ "attributes": { "POSITION": 0 }, "extensions": { DRACO: {} } });
             let value = json!({ "meshes": [{ "primitives": [primitive] }], "accessors": [accessor] });
-            left_out(DRACO, &value).unwrap()
+            left_out(DRACO, &value)
         };
         assert!(draco(json!({ "bufferView": 0 })).contains("uncompressed copy of the meshes is used"));
         assert!(draco(json!({})).contains("are left out"));
@@ -142,8 +222,24 @@ mod tests {
             if beside {
                 material["pbrMetallicRoughness"] = json!({});
             }
-            left_out(SPECULAR_GLOSSINESS, &json!({ "materials": [material] })).unwrap()
+            left_out(SPECULAR_GLOSSINESS, &json!({ "materials": [material] }))
         };
         assert!(material(true).contains("beside it are used") && material(false).contains("default"));
+    }
+
+    #[test]
+    fn objects_that_change_nothing_are_invisible() {
+        let parts = [
+            json!({ "extensions": { "KHR_materials_clearcoat": { "clearcoatRoughnessFactor": 1 }, "MSFT_lod": { "ids": [1] } } }),
+            json!({ "extensions": { "KHR_materials_sheen": { "sheenColorFactor": [0, 0.0, 0] }, "KHR_materials_dispersion": {} } }),
+            json!({ "extensions": { "KHR_materials_anisotropy": { "anisotropyStrength": 0 } } }),
+        ];
+        assert!(visible(parts.iter()).is_empty());
+        let parts = [
+            json!({ "extensions": { "KHR_materials_clearcoat": { "clearcoatFactor": 0.1 } } }),
+            json!({ "extensions": { "KHR_materials_sheen": { "sheenColorFactor": [0, 0, 1] }, "VENDOR_x": {} } }),
+        ];
+        let found: Vec<&str> = visible(parts.iter()).into_iter().collect();
+        assert_eq!(found, ["KHR_materials_clearcoat", "KHR_materials_sheen", "VENDOR_x"]);
     }
 }

@@ -10,7 +10,7 @@ use super::{
     document::{Document, label},
     extensions, load,
     node::Hierarchy,
-    texture,
+    texture, visible,
 };
 use crate::{SceneError, light_unit::TakenUnit, memory::Load};
 pub use choices::{AnimationInfo, SceneInfo, VariantInfo};
@@ -133,6 +133,7 @@ pub struct ExtensionInfo {
 pub(super) fn info(doc: &Document<'_>) -> Result<Info, SceneError> {
     let selected = Selected::new(doc)?;
     let hierarchy = Hierarchy::new(doc, &selected)?;
+    visible::warn(doc, &selected, &hierarchy);
     let (open, close) =
         (doc.options.at + doc.options.shutter.open, doc.options.at + doc.options.shutter.close);
     let (placements, moving) = (hierarchy.placements(open), hierarchy.moving(open, close));

@@ -1,19 +1,14 @@
 //! Faults of files in circulation that leave no doubt about what was meant: they are mended in the JSON, with a warning
 //! where the file breaks the specification.
+use super::enumerations;
 use crate::Warning;
 use serde_json::{Value, json};
 
 /// Mends what can be mended; returns whether anything was.
 pub(super) fn mend(value: &mut Value, warnings: &mut Vec<Warning>) -> bool {
     let scenes = scenes_without_nodes(value);
-    let interpolations = numeric_interpolations(value);
-    if interpolations > 0 {
-        warnings.push(Warning(format!(
-            "{interpolations} animation samplers give their interpolation as a number where glTF has a name: 0 is read as \
-             LINEAR, 1 as STEP, 2 and 3 as CUBICSPLINE"
-        )));
-    }
-    variants_without_names(value) || scenes || interpolations > 0
+    let enumerations = enumerations::mend(value, warnings);
+    variants_without_names(value) || scenes || enumerations
 }
 
 /// Every variant has a name by KHR_materials_variants; without it the index is left to choose one by.
@@ -38,25 +33,6 @@ fn scenes_without_nodes(value: &mut Value) -> bool {
         }
     }
     found
-}
-
-/// Enumeration values of exporters in place of names.
-fn numeric_interpolations(value: &mut Value) -> usize {
-    let mut count = 0;
-    for animation in objects(value.get_mut("animations")) {
-        for sampler in objects(animation.get_mut("samplers")) {
-            let Some(number) = sampler.get("interpolation").and_then(Value::as_u64) else { continue };
-            let name = match number {
-                0 => "LINEAR",
-                1 => "STEP",
-                2 | 3 => "CUBICSPLINE",
-                _ => continue,
-            };
-            sampler.insert("interpolation".into(), name.into());
-            count += 1;
-        }
-    }
-    count
 }
 
 fn objects(list: Option<&mut Value>) -> impl Iterator<Item = &mut serde_json::Map<String, Value>> {

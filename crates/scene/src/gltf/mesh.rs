@@ -1,5 +1,8 @@
 //! Primitives to triangle meshes.
-use super::document::{Document, label};
+use super::{
+    document::{Document, label},
+    extensions,
+};
 use crate::{Reads, SceneError, TexturedMaterial, bake};
 use dapple_geometry::Mesh;
 use glam::{Vec2, Vec3, Vec4};
@@ -48,8 +51,8 @@ pub(super) fn read(
         doc.warn(format!("{place} has no positions and is left out"));
         return Ok(None);
     };
-    if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
-        doc.warn("morph targets are not applied: meshes show their base shape".into());
+    if is_packed_alone(doc, primitive, positions) {
+        return Ok(None);
     }
     let positions: Vec<Vec3> = doc.vectors(positions, place)?.into_iter().map(Vec3::from_array).collect();
     if u32::try_from(positions.len()).is_err() {
@@ -81,6 +84,17 @@ pub(super) fn read(
     let mesh = bake::compact(mesh);
     doc.keep(bytes(&mesh), place)?;
     Ok((!mesh.triangles.is_empty()).then_some(mesh))
+}
+
+/// Whether a primitive has its positions in compressed form alone, of which a warning tells.
+fn is_packed_alone(
+    doc: &Document<'_>,
+    primitive: &json::mesh::Primitive,
+    positions: Index<json::Accessor>,
+) -> bool {
+    let has_data = |a: &json::Accessor| a.buffer_view.is_some() || a.sparse.is_some();
+    primitive.extensions.as_ref().is_some_and(|e| e.others.contains_key(extensions::DRACO))
+        && doc.root.accessors.get(positions.value()).is_some_and(|accessor| !has_data(accessor))
 }
 
 /// Leaves out triangles with two corners in one place where they are most of a mesh, so that no instance has to. Elsewhere

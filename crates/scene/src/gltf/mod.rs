@@ -8,6 +8,7 @@ mod animation;
 mod choose;
 mod container;
 mod document;
+mod enumerations;
 mod extensions;
 mod info;
 mod instancing;
@@ -19,6 +20,7 @@ mod node;
 mod read;
 mod source;
 mod texture;
+mod visible;
 
 use crate::{LightUnit, Reads, SceneBuilder, SceneError};
 pub use choose::Choice;

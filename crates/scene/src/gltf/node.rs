@@ -13,7 +13,10 @@ use dapple_camera::camera::axes;
 use dapple_math::motion::{self, Chain, Channel, Trs};
 use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
 use serde_json::Value;
-use std::{collections::HashMap, sync::Arc};
+use std::{
+    collections::{HashMap, HashSet},
+    sync::Arc,
+};
 
 /// The nodes of the scene that is shown, parents before children.
 pub(super) struct Hierarchy {
@@ -46,7 +49,13 @@ impl Hierarchy {
             let place = place(doc, i);
             for &child in node.children.iter().flatten() {
                 doc.get(&doc.root.nodes, child, "node", &place)?;
-                if let Some(other) = nodes[child.value()].parent.replace(i) {
+                let parent = nodes[child.value()].parent.replace(i);
+                if parent == Some(i) {
+                    let child = self::place(doc, child.value());
+                    doc.warn(format!(
+                        "{child} is listed more than once as a child of {place}: it is shown once"
+                    ));
+                } else if let Some(other) = parent {
                     let what = format!("is a child of node {other} and of node {i}; a node has one parent");
                     return Err(doc.invalid(self::place(doc, child.value()), what));
                 }
@@ -93,20 +102,29 @@ impl Hierarchy {
                 continue;
             }
             self.order.push(i);
-            stack.extend(doc.root.nodes[i].children.iter().flatten().rev().map(|c| c.value()));
+            stack.extend(children(doc, i).into_iter().rev());
         }
         Ok(())
     }
 
-    /// Roots of the chosen scene; without scenes every node without parent.
+    /// Roots of the chosen scene, each once; without scenes every node without parent.
     fn roots(&self, doc: &Document<'_>, scene: Option<usize>) -> Result<Vec<usize>, SceneError> {
         let Some(scene) = scene.and_then(|scene| doc.root.scenes.get(scene)) else {
             return Ok((0..self.nodes.len()).filter(|&i| self.nodes[i].parent.is_none()).collect());
         };
+        let (mut roots, mut known) = (Vec::new(), vec![false; self.nodes.len()]);
         for &root in &scene.nodes {
             doc.get(&doc.root.nodes, root, "node", "the scene")?;
+            if std::mem::replace(&mut known[root.value()], true) {
+                let place = place(doc, root.value());
+                doc.warn(format!(
+                    "{place} is listed more than once as a root of the scene: it is shown once"
+                ));
+            } else {
+                roots.push(root.value());
+            }
         }
-        Ok(scene.nodes.iter().map(|n| n.value()).collect())
+        Ok(roots)
     }
 
     /// Placement of every node at a time; only those in `order` are meaningful.
@@ -135,7 +153,7 @@ impl Hierarchy {
         let node = &self.nodes[index];
         let parent = node.parent.map_or(Placement::IDENTITY, |p| placements[p]);
         let camera = parent.child(&node.unscaled(time));
-        if axes(&camera.linear).is_some() {
+        if !is_flat(&camera.linear) {
             return camera;
         }
         let up_to_root = std::iter::successors(Some(index), |&i| self.nodes[i].parent);
@@ -211,7 +229,7 @@ impl Node {
         trs(translation, tracks.rotation.as_ref().map_or(rotation, |t| t.at(time)), DVec3::ONE)
     }
 
-    /// The rotation alone; of a matrix without directions none.
+    /// The rotation alone; none of a matrix that leaves less than two directions.
     fn rotation(&self, time: f64) -> DMat3 {
         let axes = axes(&self.unscaled(time).linear);
         axes.map_or(DMat3::IDENTITY, |(right, up, backward)| DMat3::from_cols(right, up, backward))
@@ -253,11 +271,25 @@ impl Local {
     }
 }
 
+/// Whether a transform scales some direction to nothing, so that others are turned.
+pub(super) fn is_flat(m: &DMat3) -> bool {
+    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::normalize_or_zero);
+    // Above zero by rounding at most. What is not finite has been made zero.
+    x.dot(y.cross(z)).abs() <= 1e-12
+}
+
 /// Translation · rotation · scale.
 pub(super) fn trs(translation: DVec3, rotation: DQuat, scale: DVec3) -> Placement {
     let r = DMat3::from_quat(rotation);
     let linear = DMat3::from_cols(r.x_axis * scale.x, r.y_axis * scale.y, r.z_axis * scale.z);
     DAffine3 { matrix3: linear, translation }.into()
+}
+
+/// The children of a node, each once.
+fn children(doc: &Document<'_>, index: usize) -> Vec<usize> {
+    let mut known = HashSet::new();
+    let all = doc.root.nodes[index].children.iter().flatten().map(|child| child.value());
+    all.filter(|child| known.insert(*child)).collect()
 }
 
 /// How messages call a node.

@@ -6,10 +6,11 @@ use super::{
     material::Materials,
     mesh::{self, Wanted},
     node::{self, Hierarchy},
+    visible,
 };
 use crate::light_unit::TakenUnit;
 use crate::{CameraPose, Placement, SceneBuilder, SceneError, Unread};
-use dapple_camera::{Clip, Projection, camera::axes};
+use dapple_camera::{Clip, Projection};
 use dapple_geometry::Mesh;
 use dapple_math::motion::{self, Chain};
 use glam::{DAffine3, DVec3, Vec3};
@@ -17,7 +18,7 @@ use gltf::json::{
     self, Index, camera, extensions::scene::khr_lights_punctual as punctual, validation::Checked,
 };
 use serde_json::Value;
-use std::{collections::HashMap, f64::consts::FRAC_PI_2, sync::Arc};
+use std::{borrow::Cow, collections::HashMap, f64::consts::FRAC_PI_2, sync::Arc};
 
 const SHAPES: &str = "extras.dapple.shape must be \"sphere\" or \"disk\"";
 
@@ -25,6 +26,7 @@ const SHAPES: &str = "extras.dapple.shape must be \"sphere\" or \"disk\"";
 pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let selected = Selected::new(doc)?;
     let hierarchy = Hierarchy::new(doc, &selected)?;
+    visible::warn(doc, &selected, &hierarchy);
     load::check(doc, &hierarchy)?;
     let (at, shutter) = (doc.options.at, doc.options.shutter);
     let placements = hierarchy.placements(at + shutter.open);
@@ -307,9 +309,9 @@ impl Assembly<'_, '_> {
         };
         let pose = |transform| CameraPose { transform, projection, aspect, clip };
         let placement = &whereabouts.placement;
-        // A chain that gives no direction of view when the shutter opens is not followed.
+        // A chain that flattens the view when the shutter opens is not followed.
         let chain = whereabouts.chain.as_ref();
-        match chain.filter(|chain| axes(&self.builder.exposure.placement(chain).linear).is_some()) {
+        match chain.filter(|chain| !node::is_flat(&self.builder.exposure.placement(chain).linear)) {
             None => self.builder.camera(name, pose((*placement).into())),
             Some(chain) => self.builder.moving_camera(name, pose(DAffine3::IDENTITY), chain.clone()),
         }
@@ -373,9 +375,13 @@ pub(super) fn cone(light: &punctual::Light) -> (f64, f64) {
 }
 
 /// A camera is called like its node, else like itself.
-pub(super) fn camera_name(index: Index<json::Camera>, camera: &json::Camera, node: Option<&str>) -> String {
+pub(super) fn camera_name<'a>(
+    index: Index<json::Camera>,
+    camera: &'a json::Camera,
+    node: Option<&'a str>,
+) -> Cow<'a, str> {
     let name = node.filter(|n| !n.is_empty()).or(camera.name.as_deref().filter(|n| !n.is_empty()));
-    name.map_or_else(|| label("camera", index.value(), None), str::to_owned)
+    name.map_or_else(|| label("camera", index.value(), None).into(), Cow::from)
 }
 
 /// Near and far plane of a glTF camera; None where they are no range.

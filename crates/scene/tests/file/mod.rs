@@ -5,6 +5,7 @@ use serde_json::Value;
 pub use serde_json::json;
 
 /// A glTF file in the making: JSON and one buffer.
+#[derive(Clone)]
 pub struct File {
     pub json: Value,
     /// Where the buffer is said to be; None embeds it.

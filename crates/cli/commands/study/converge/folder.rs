@@ -9,7 +9,7 @@ use dapple_analysis::report::{self, Shown};
 use dapple_analysis::results::{ReferenceRecord, Results, SCHEMA};
 use dapple_analysis::{flip, heat};
 use dapple_integrator::imaging::sheet::Frame;
-use dapple_integrator::imaging::{Image, ImageError, Layers, Tone, read, write};
+use dapple_integrator::imaging::{Image, ImageError, Layers, MemoryLimit, Tone, read, write};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -209,9 +209,10 @@ impl Folder {
     }
 
     /// A reference as it lies here, if it is whole.
-    pub fn reference(&self, record: &ReferenceRecord) -> Option<Reference> {
+    pub fn reference(&self, record: &ReferenceRecord, limit: MemoryLimit) -> Option<Reference> {
         let files = record.files.iter().filter(|f| f.ends_with(".exr"));
-        let pictures: Option<Vec<Image>> = files.map(|f| read::picture(&self.place(f)).ok()).collect();
+        let read = |file: &String| read::picture_within(&self.place(file), limit).ok();
+        let pictures: Option<Vec<Image>> = files.map(read).collect();
         match <[Image; 2]>::try_from(pictures?) {
             Ok(halves) => Some(Reference::Halves(halves)),
             Err(one) => one.into_iter().next().map(Reference::Exact),

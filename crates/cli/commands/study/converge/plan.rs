@@ -3,7 +3,8 @@
 use super::folder::plain;
 use crate::args::study::ConvergeArgs;
 use crate::commands::render;
-use crate::error::Failure;
+use crate::consent::OfScene;
+use crate::error::{self, Failure};
 use crate::load;
 use crate::options::{self, RenderOptions};
 use crate::uses;
@@ -95,7 +96,10 @@ fn split(text: &str) -> Result<(String, String), Failure> {
     let (name, options) = text.split_once(':').unwrap_or((text, ""));
     let name = name.trim();
     if name.is_empty() || name.starts_with('-') {
-        return Err(Failure::Arguments(format!("--run '{text}': write it as 'NAME: OPTIONS'")));
+        return Err(Failure::Arguments(format!(
+            "--run '{}': write it as 'NAME: OPTIONS'",
+            error::short(text)
+        )));
     }
     Ok((name.into(), options.trim().into()))
 }
@@ -172,6 +176,7 @@ fn of_result(o: &RenderOptions) -> RenderOptions {
         verbose: None,
         half: None,
         settings: None,
+        of_scene: OfScene::default(),
         ..o.clone()
     }
 }

@@ -27,6 +27,7 @@ pub fn scene(session: &mut Session<'_>, given: Given<'_>, old: &Results, rest: u
     let Given { name, source, mut options } = given;
     options.output.clone_from(&session.arguments.options.output);
     (options.spp, options.time_limit, options.seed) = (None, None, None);
+    session.memory_limit = options.memory_limit;
     let loaded = load::load(&source, &options)?;
     let planned = plan::runs(session.arguments, &options, &loaded.scene)?;
     names(&planned, &session.externals)?;
@@ -104,9 +105,9 @@ fn differences(session: &Session<'_>, scene: &str) -> Vec<Difference> {
     let records: Vec<&ReferenceRecord> =
         session.results.references.iter().filter(|r| r.scene == scene).collect();
     let Some((first, others)) = records.split_first() else { return Vec::new() };
-    let Some(a) = session.folder.reference(first).filter(|_| !others.is_empty()) else { return Vec::new() };
+    let Some(a) = session.kept(first).filter(|_| !others.is_empty()) else { return Vec::new() };
     let one = |record: &&ReferenceRecord| {
-        let b = session.folder.reference(record)?;
+        let b = session.kept(record)?;
         let names = [first.name.clone(), record.name.clone()];
         let found = apart(&a, &b).ok();
         Some(Difference {
@@ -202,7 +203,7 @@ impl SceneRuns<'_> {
         }
         let same = |r: &&ReferenceRecord| r.scene == self.name && r.key == planned.look && r.samples > 0;
         if let Some(record) = old.references.iter().find(same)
-            && let Some(reference) = session.folder.reference(record)
+            && let Some(reference) = session.kept(record)
         {
             return Ok(Some((reference, record.clone())));
         }

@@ -4,7 +4,9 @@
 //! told apart: which of them a ray meets first is rounding. Such hits are *one place*, and who asks for light decides by
 //! a rule which of the surfaces is there. [`World::coincident`] finds once, when a scene is loaded, the primitives for
 //! which that question can arise: those asked about (emitters, and what light passes) on which another surface lies, those
-//! surfaces, and the points (of point and spot lights) that lie in a surface.
+//! surfaces, the points (of point and spot lights) that lie in a surface, and triangles of two objects that let no light
+//! through.
+mod opaque;
 mod outline;
 mod search;
 
@@ -21,6 +23,15 @@ pub struct Coincident {
     points: Vec<bool>,
     thickness: f32,
     origin_error: Vec3,
+}
+
+/// Of a surface that lets no light through and does not shine: from where it is meant to be seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// From its front.
+    One,
+    /// From both sides.
+    Both,
 }
 
 /// No primitive of the object.

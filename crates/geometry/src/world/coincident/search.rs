@@ -6,7 +6,7 @@
 //! of their number. Where the work would still exceed a bound, everything is said to share a place: that is slower to
 //! render, and right.
 use super::outline::{Outline, Polygon, Shape as Form, are_apart};
-use super::{Coincident, NONE, WHOLE, World};
+use super::{Coincident, NONE, Sides, WHOLE, World};
 use crate::Hit;
 use crate::shapes::Shape;
 use crate::world::objects::{Body, Object, Place};
@@ -25,9 +25,9 @@ const LEAF: usize = 4;
 
 /// A primitive, a whole object, or (with `object` = `POINT`) a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Item {
-    object: u32,
-    primitive: u32,
+pub(super) struct Item {
+    pub object: u32,
+    pub primitive: u32,
 }
 
 const POINT: u32 = u32::MAX;
@@ -62,7 +62,7 @@ struct Node {
 }
 
 pub(super) struct Search<'a> {
-    world: &'a World,
+    pub world: &'a World,
     points: &'a [(DVec3, DVec3)],
     origin_error: DVec3,
     /// By object.
@@ -72,7 +72,7 @@ pub(super) struct Search<'a> {
     found: Vec<bool>,
     nodes: Vec<Node>,
     budget: u64,
-    result: Coincident,
+    pub result: Coincident,
 }
 
 impl World {
@@ -81,21 +81,26 @@ impl World {
     /// primitives of one group that do not are not compared with each other. None when there are none. `origin_error`: bound
     /// per axis of the error with which coordinates came into the world. What moves shares a place with everything on its
     /// way.
+    ///
+    /// `solid`: of objects that let no light through, have no holes and are not asked about. Of these, triangles of two meshes
+    /// that stand still share a place where one mesh has few triangles (64, or less where such meshes make up more than a
+    /// sixteenth of the world), unless both have one side and face opposite ways, as what stands on a floor does. Where it
+    /// takes too many steps to know, none of these do.
     pub fn coincident(
         &self,
         group: impl Fn(u32) -> Option<u32>,
         shines: impl Fn(u32, u32) -> bool,
         points: &[(DVec3, DVec3)],
         origin_error: Vec3,
+        solid: impl Fn(u32) -> Option<Sides>,
     ) -> Option<Box<Coincident>> {
         let mut search = Search::new(self, (group, &shines), points, origin_error);
-        if search.emitters.is_empty() {
-            return None;
+        if !search.emitters.is_empty() {
+            search.run(&shines);
         }
-        search.run(&shines);
+        search.solids(solid);
         let result = search.result;
-        let none = result.starts.iter().all(|start| *start == NONE) && !result.points.contains(&true);
-        (!none).then(|| Box::new(result))
+        (!result.is_empty()).then(|| Box::new(result))
     }
 }
 
@@ -199,9 +204,9 @@ impl<'a> Search<'a> {
     /// Whether the box meets that of any emitter.
     fn is_near(&self, node: usize, bounds: &Aabb) -> bool {
         let at = &self.nodes[node];
-        meet(&at.bounds, bounds)
+        at.bounds.meets(bounds)
             && if at.second == 0 {
-                self.emitters[at.items.clone()].iter().any(|(_, b)| meet(b, bounds))
+                self.emitters[at.items.clone()].iter().any(|(_, b)| b.meets(bounds))
             } else {
                 self.is_near(node + 1, bounds) || self.is_near(at.second, bounds)
             }
@@ -216,7 +221,7 @@ impl<'a> Search<'a> {
         if (*is_dull && at.only.is_some() && at.only == self.groups[item.object as usize])
             || (at.done && *is_found)
             || self.budget == 0
-            || !meet(&at.bounds, bounds)
+            || !at.bounds.meets(bounds)
         {
             return;
         }
@@ -232,10 +237,11 @@ impl<'a> Search<'a> {
             // Two emitters meet twice: once is enough.
             let is_second =
                 *is_emitter && (emitter.object, emitter.primitive) <= (item.object, item.primitive);
-            if is_second || (self.found[i] && *is_found) || !meet(&of_emitter, bounds) {
+            if is_second || (self.found[i] && *is_found) || !of_emitter.meets(bounds) {
                 continue;
             }
-            if own.as_ref().is_some_and(|own| self.are_apart((item, own), emitter, bounds)) {
+            let largest = bounds.largest().max_element();
+            if own.as_ref().is_some_and(|own| self.are_apart((item, own), emitter, largest)) {
                 continue;
             }
             self.budget = self.budget.saturating_sub(OUTLINE);
@@ -252,25 +258,27 @@ impl<'a> Search<'a> {
     }
 
     /// A quick look that tells most neighbours in a mesh; the tolerance is below every error bound, `within` above.
-    fn are_apart(&self, (item, own): (Item, &[DVec3; 3]), emitter: Item, bounds: &Aabb) -> bool {
+    pub(super) fn are_apart(&self, (item, own): (Item, &[DVec3; 3]), emitter: Item, largest: f64) -> bool {
         let Some(other) = self.triangle(emitter) else { return false };
-        let largest = bounds.largest().max_element();
-        let is_flat = |item: Item| matches!(self.world.objects[item.object as usize].place, Place::World);
-        let within = match is_flat(item) && is_flat(emitter) {
-            // Of two points, along a diagonal.
-            true => 4.0 * (largest * f64::from(gamma(8)) + self.origin_error.max_element()),
-            false => f64::INFINITY,
-        };
+        let within = self.within(item, largest).max(self.within(emitter, largest));
         are_apart(own, &other, largest / (1u64 << 40) as f64, within)
     }
 
-    fn triangle(&self, item: Item) -> Option<[DVec3; 3]> {
+    /// Above the error of two points of a triangle together, along a diagonal; `largest`: its largest coordinate.
+    pub(super) fn within(&self, item: Item, largest: f64) -> f64 {
+        match self.world.objects[item.object as usize].place {
+            Place::World => 4.0 * (largest * f64::from(gamma(8)) + self.origin_error.max_element()),
+            _ => f64::INFINITY,
+        }
+    }
+
+    pub(super) fn triangle(&self, item: Item) -> Option<[DVec3; 3]> {
         let object = self.world.objects.get(item.object as usize).filter(|_| item.primitive != WHOLE)?;
         object.mesh()?;
         Some(object.corners_exact(item.primitive, self.world.shutter.0.into()))
     }
 
-    fn mark(&mut self, item: Item) {
+    pub(super) fn mark(&mut self, item: Item) {
         if item.object == POINT {
             self.result.points[item.primitive as usize] = true;
             return;
@@ -301,7 +309,7 @@ impl<'a> Search<'a> {
         self.result.thickness = reach * (8.0 * PADDING) as f32 + self.origin_error.element_sum() as f32;
     }
 
-    fn primitives(&self, object: u32) -> std::ops::Range<u32> {
+    pub(super) fn primitives(&self, object: u32) -> std::ops::Range<u32> {
         match self.world.objects.get(object as usize) {
             None | Some(Object { place: Place::Nowhere(_), .. }) => 0..0,
             Some(object) if object.is_moving() => WHOLE..WHOLE + 1,
@@ -310,7 +318,7 @@ impl<'a> Search<'a> {
     }
 
     /// Padded by what can be one place with it.
-    fn bounds(&self, item: Item) -> Aabb {
+    pub(super) fn bounds(&self, item: Item) -> Aabb {
         let bounds = match (item.object, item.primitive) {
             (POINT, i) => {
                 let (lo, hi) = self.points[i as usize];
@@ -332,6 +340,10 @@ impl<'a> Search<'a> {
 
     fn primitive_bounds(&self, object: &Object, primitive: u32) -> Aabb {
         match (&object.body, &object.place) {
+            (Body::Mesh(mesh), Place::World) => {
+                let [a, b, c] = mesh.corners(primitive);
+                Aabb::new(a.min(b).min(c).as_dvec3(), a.max(b).max(c).as_dvec3())
+            }
             (Body::Mesh(_), _) => object
                 .corners_exact(primitive, self.world.shutter.0.into())
                 .into_iter()
@@ -341,7 +353,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn object_bounds(&self, object: u32) -> Aabb {
+    pub(super) fn object_bounds(&self, object: u32) -> Aabb {
         let of = &self.world.objects[object as usize];
         let bounds = match (&of.body, &of.place) {
             (Body::Mesh(mesh), Place::World) => {
@@ -354,7 +366,7 @@ impl<'a> Search<'a> {
         self.padded(bounds)
     }
 
-    fn outline(&self, item: Item) -> Outline {
+    pub(super) fn outline(&self, item: Item) -> Outline {
         let (shape, error) = match (item.object, item.primitive) {
             (POINT, i) => {
                 let (lo, hi) = self.points[i as usize];
@@ -402,8 +414,4 @@ fn standing(shape: &Shape) -> Form {
             Form::Flat(Box::new(outline), frame.z.as_dvec3())
         }
     }
-}
-
-fn meet(a: &Aabb, b: &Aabb) -> bool {
-    a.lo.cmple(b.hi).all() && b.lo.cmple(a.hi).all()
 }

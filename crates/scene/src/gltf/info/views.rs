@@ -71,11 +71,9 @@ pub(super) fn cameras(
         let node = &doc.root.nodes[i];
         let Some(index) = node.camera else { continue };
         let camera = doc.get(&doc.root.cameras, index, "camera", "a node")?;
-        let mut name = read::camera_name(index, camera, node.name.as_deref());
-        if name.len() > LONGEST {
-            // Many nodes may show one camera.
-            name = quoted(&name);
-        }
+        // Many nodes may show one camera: a long name is not copied for each.
+        let name = read::camera_name(index, camera, node.name.as_deref());
+        let name = if name.len() > LONGEST { quoted(&name) } else { name.into_owned() };
         let placement = hierarchy.camera(i, placements, open);
         cameras.push(CameraInfo { name, moves: moving[i], ..posed(camera, &placement) });
     }
@@ -150,5 +148,24 @@ fn one(index: usize, light: &punctual::Light, placed: usize) -> LightInfo {
             [inner.to_degrees(), outer.to_degrees()]
         }),
         placed,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::borrow::Cow;
+
+    /// As many nodes as a file holds may show one camera, whose name may be as long as the file.
+    #[test]
+    fn a_name_is_not_copied_for_each_node() {
+        let plane = serde_json::json!({
+            "type": "orthographic", "name": "a".repeat(1 << 20),
+            "orthographic": { "xmag": 1, "ymag": 1, "znear": 0, "zfar": 1 },
+        });
+        let camera: json::Camera = serde_json::from_value(plane).unwrap();
+        let name = |node| read::camera_name(json::Index::new(0), &camera, node);
+        assert!(matches!(name(None), Cow::Borrowed(all) if all.len() == 1 << 20));
+        assert!(matches!(name(Some("node")), Cow::Borrowed("node")));
     }
 }

@@ -31,7 +31,7 @@ pub struct Took {
 impl External {
     /// `NAME=COMMAND`; the command must say where `{spp}` and `{out}` go.
     pub fn parse(text: &str) -> Result<Self, Failure> {
-        let wrong = |why: &str| Failure::Arguments(format!("--external '{text}': {why}"));
+        let wrong = |why: &str| Failure::Arguments(format!("--external '{}': {why}", error::short(text)));
         let (name, command) = text.split_once('=').ok_or_else(|| wrong("write it as NAME=COMMAND"))?;
         for needed in ["{spp}", "{out}"] {
             if !command.contains(needed) {
@@ -82,9 +82,9 @@ impl External {
         if !done.status.success() {
             let said = String::from_utf8_lossy(&done.stderr);
             let last = said.lines().rfind(|l| !l.trim().is_empty()).unwrap_or_default().to_string();
-            return Err(failed(format!("failed ({}): {}", done.status, error::one_line(&last))));
+            return Err(failed(format!("failed ({}): {}", done.status, error::short(&last))));
         }
-        let picture = read::windowed_within(&out, memory::limit(None))
+        let picture = read::windowed_within(&out, memory::limit(session.memory_limit))
             .map_err(|e| failed(format!("left no picture: {e}")))?;
         let full = Window::full(picture.full_size);
         let picture = picture.covering(full, &out.display().to_string())?;
@@ -105,7 +105,7 @@ fn told(path: &Path) -> Result<(Option<f64>, Option<f64>), String> {
         Some([wall, cpu]) => Ok((Some(*wall), Some(*cpu))),
         _ => Err(format!(
             "left a {{time}} file that is not one or two numbers (seconds of rendering, processor seconds): '{}'",
-            error::one_line(text.get(..60).unwrap_or(&text))
+            error::short(&error::one_line(&text))
         )),
     }
 }

@@ -1,0 +1,47 @@
+//! Standard output: what is written to it arrives, or is told as an error of its own (exit code 4).
+
+use crate::saving;
+use std::io::{self, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether the process was started without a standard output. The standard library opens `/dev/null` in its place before
+/// `main` runs, where everything written is lost without an error.
+static CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// Writes all of it; what fails is told once.
+pub fn write(bytes: &[u8]) {
+    print(|| io::stdout().write_all(bytes));
+}
+
+/// As [`write`], by a printer of its own.
+pub fn print(print: impl FnOnce() -> io::Result<()>) {
+    let printed = match CLOSED.load(Ordering::Relaxed) {
+        true => Err(io::Error::other("it is closed")),
+        false => print().and_then(|()| io::stdout().flush()),
+    };
+    if let Err(error) = printed {
+        saving::lose_standard_output(&error);
+    }
+}
+
+/// Looks at the descriptor before the standard library does.
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+mod at_start {
+    use std::os::fd::AsFd;
+    use std::sync::atomic::Ordering;
+
+    extern "C" fn look() {
+        // Duplicating needs an open descriptor and writes nothing.
+        let open = std::io::stdout().as_fd().try_clone_to_owned().is_ok();
+        super::CLOSED.store(!open, Ordering::Relaxed);
+    }
+
+    /// The loader calls what stands in this section before `main`, once and with no other thread there.
+    // Safety: the section holds pointers to functions that take what the loader gives and return nothing; `look` ignores
+    // its arguments, unwinds not, and uses nothing of the standard library that `main` has to set up.
+    #[allow(unsafe_code, reason = "a section of functions that run before main has no other name")]
+    #[used]
+    #[cfg_attr(target_os = "linux", unsafe(link_section = ".init_array"))]
+    #[cfg_attr(target_os = "macos", unsafe(link_section = "__DATA,__mod_init_func"))]
+    static LOOK: extern "C" fn() = look;
+}

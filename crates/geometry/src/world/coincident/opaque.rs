@@ -1,0 +1,355 @@
+//! Which surfaces of different objects that let no light through share a place?
+//!
+//! Nearly all of a scene lets no light through, so that every triangle might be compared with every other one. Asked about
+//! are the triangles of small meshes only: walls, panels, boxes. Other triangles come in where their boxes and planes meet
+//! one of these. What came in is put in order along a space-filling curve, and the tree over that order is compared with
+//! itself. All of it is kept to a number of steps that take a tenth of the time in which the world's trees are built; where
+//! that is not enough, nothing is found. Two large meshes in one place are not found either.
+use super::search::{Item, Search};
+use super::{Coincident, NONE, Sides};
+use crate::boxes::BoxTree;
+use dapple_math::Aabb;
+use glam::{DVec3, UVec3, Vec3};
+use std::cell::Cell;
+use std::ops::Range;
+
+/// Steps at most: so many, and so many per triangle of the world, which takes about a tenth of the time that its trees take.
+/// A look at corners counts as more, and a comparison of outlines as many.
+const BUDGET: u64 = 1 << 19;
+const PER_TRIANGLE: u64 = 6;
+const ENTRY: u64 = 4;
+const CORNERS: u64 = 8;
+const OUTLINE: u64 = 64;
+/// As in the quick look at outlines: wider than so many error bounds, triangles that cross at a larger angle are apart.
+const WIDE: f32 = 2048.0;
+const ANGLE: f32 = 1.01 / 64.0;
+/// Triangles per leaf.
+const LEAF: usize = 4;
+/// Objects of at most so many triangles are asked about: as many as the trees' cost allows, which is as this share of all
+/// triangles and so many more.
+const FEW: [usize; 6] = [64, 32, 16, 8, 4, 2];
+const SHARE: usize = 16;
+const FREE: usize = 4096;
+/// Objects differ below a node.
+const MIXED: u32 = u32::MAX;
+
+#[derive(Clone, Copy)]
+struct Box32 {
+    lo: Vec3,
+    hi: Vec3,
+}
+
+impl Box32 {
+    /// The padding of boxes is by far more than what rounding takes off.
+    fn new(bounds: Aabb) -> Self {
+        Self { lo: bounds.lo.as_vec3(), hi: bounds.hi.as_vec3() }
+    }
+
+    fn union(self, other: Self) -> Self {
+        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    fn meets(&self, other: &Self) -> bool {
+        self.lo.cmple(other.hi).all() && other.lo.cmple(self.hi).all()
+    }
+}
+
+/// A triangle that is to be compared.
+#[derive(Clone, Copy)]
+struct Entry {
+    item: Item,
+    bounds: Box32,
+    normal: Vec3,
+    /// Half its height over its longest side, and a bound of the error of its points.
+    width: f32,
+    within: f32,
+}
+
+impl Entry {
+    fn new(search: &Search<'_>, item: Item, bounds: &Aabb) -> Self {
+        let [a, b, c] = search.triangle(item).unwrap_or_default();
+        let n = (b - a).cross(c - a);
+        let within = search.within(item, bounds.largest().max_element());
+        let width = 0.5 * n.length() / (bounds.hi - bounds.lo).length();
+        let normal = n.normalize_or_zero().as_vec3();
+        Self { item, bounds: Box32::new(*bounds), normal, width: width as f32, within: within as f32 }
+    }
+
+    /// Whether the two cross at an angle, as wide as they are; the first look of all.
+    fn crosses(&self, other: &Self) -> bool {
+        let wide = self.width.min(other.width) > WIDE * self.within.max(other.within);
+        wide && self.normal.cross(other.normal).length_squared() > ANGLE * ANGLE
+    }
+}
+
+struct Node {
+    bounds: Box32,
+    items: Range<u32>,
+    /// Index of the second child, the first follows; 0 for a leaf.
+    second: u32,
+    /// The object of everything below, or `MIXED`.
+    object: u32,
+    /// Everything below is known to share a place.
+    done: bool,
+}
+
+struct Pairs<'a, 'w> {
+    asked: Vec<bool>,
+    sides: Vec<Option<Sides>>,
+    search: &'a mut Search<'w>,
+    items: Vec<Entry>,
+    found: Vec<bool>,
+    nodes: Vec<Node>,
+    budget: u64,
+}
+
+impl Search<'_> {
+    /// Marks the triangles of two objects that share a place; `solid` as in [`super::World::coincident`]. Where this takes
+    /// too long, nothing more is marked than was: which of two such surfaces is seen is then up to rounding.
+    pub(super) fn solids(&mut self, solid: impl Fn(u32) -> Option<Sides>) {
+        let sides: Vec<Option<Sides>> = (0..self.world.objects.len() as u32).map(solid).collect();
+        let boxes = self.standing(&sides);
+        if boxes.iter().filter(|b| b.is_finite()).count() < 2 {
+            return;
+        }
+        let near = Near::new(self, self.asked(&boxes));
+        let most = BUDGET + PER_TRIANGLE * self.world.triangles as u64;
+        let items = self.crowded(&boxes, &near, most);
+        let budget = most.saturating_sub(near.looks.get());
+        if items.is_empty() || budget == 0 {
+            return;
+        }
+        let before = self.result.clone();
+        let (found, nodes) = (vec![false; items.len()], Vec::with_capacity(items.len() / 2 + 1));
+        let mut pairs = Pairs { asked: near.asked, sides, search: self, items, found, nodes, budget };
+        let all = 0..pairs.items.len() as u32;
+        pairs.build(all);
+        pairs.within(0);
+        if pairs.budget == 0 {
+            self.result = before;
+        }
+    }
+
+    /// The objects that stand still and let no light through, with their boxes; others are empty.
+    fn standing(&self, sides: &[Option<Sides>]) -> Vec<Aabb> {
+        let of = |(o, sides): (u32, &Option<Sides>)| {
+            let object = &self.world.objects[o as usize];
+            let stands = sides.is_some() && !object.is_moving() && object.mesh().is_some();
+            if stands { self.object_bounds(o) } else { Aabb::EMPTY }
+        };
+        (0..).zip(sides).map(of).collect()
+    }
+
+    /// The triangles to be compared, near each other in space where they are so in order.
+    fn crowded(&self, boxes: &[Aabb], near: &Near, most: u64) -> Vec<Entry> {
+        let whole = boxes.iter().filter(|b| b.is_finite()).fold(Aabb::EMPTY, |a, b| a.union(*b));
+        let (mut items, mut order) = (Vec::new(), Vec::new());
+        for (object, bounds) in (0u32..).zip(boxes) {
+            let is_asked = near.asked[object as usize];
+            if !bounds.is_finite() || !(is_asked || near.meets(object, bounds)) {
+                continue;
+            }
+            for item in self.primitives(object).map(|primitive| Item { object, primitive }) {
+                let bounds = self.bounds(item);
+                if near.looks.get() > most {
+                    return Vec::new();
+                }
+                if bounds.is_finite() && (is_asked || near.meets(object, &bounds)) {
+                    near.look(ENTRY);
+                    order.push(curve(&bounds, &whole) << 28 | items.len() as u64);
+                    items.push(Entry::new(self, item, &bounds));
+                }
+            }
+        }
+        order.sort_unstable();
+        order.into_iter().map(|i| items[(i & ((1 << 28) - 1)) as usize]).collect()
+    }
+
+    /// The objects whose triangles are compared with all others: those of few triangles, as walls, panels and boxes are, as
+    /// many as cost little beside building the trees.
+    fn asked(&self, boxes: &[Aabb]) -> Vec<bool> {
+        let count = |o: usize| self.world.objects[o].mesh().map_or(0, |mesh| mesh.triangles.len());
+        let total: usize = (0..boxes.len()).map(count).sum();
+        let up_to = |most: usize| (0..boxes.len()).filter(move |&o| boxes[o].is_finite() && count(o) <= most);
+        let most =
+            FEW.into_iter().find(|&most| up_to(most).map(count).sum::<usize>() <= FREE + total / SHARE);
+        let mut asked = vec![false; boxes.len()];
+        up_to(most.unwrap_or(0)).for_each(|o| asked[o] = true);
+        asked
+    }
+}
+
+/// The triangles of what is asked about.
+struct Near {
+    tree: BoxTree,
+    /// The object of each, its unit normal, and how far along that it lies.
+    planes: Vec<(u32, DVec3, f64)>,
+    asked: Vec<bool>,
+    looks: Cell<u64>,
+}
+
+impl Near {
+    fn new(search: &Search<'_>, asked: Vec<bool>) -> Self {
+        let (mut boxes, mut planes) = (Vec::new(), Vec::new());
+        for object in (0..asked.len() as u32).filter(|&o| asked[o as usize]) {
+            for item in search.primitives(object).map(|primitive| Item { object, primitive }) {
+                let [a, b, c] = search.triangle(item).unwrap_or_default();
+                let n = (b - a).cross(c - a).normalize_or_zero();
+                boxes.push(search.bounds(item));
+                planes.push((object, n, n.dot(a)));
+            }
+        }
+        Self { tree: BoxTree::build(boxes), planes, asked, looks: Cell::new(0) }
+    }
+
+    fn look(&self, steps: u64) {
+        self.looks.set(self.looks.get() + steps);
+    }
+
+    /// Whether the padded box meets the box and the plane of a triangle of another object.
+    fn meets(&self, object: u32, bounds: &Aabb) -> bool {
+        let (middle, half) = (0.5 * (bounds.lo + bounds.hi), 0.5 * (bounds.hi - bounds.lo));
+        let reach = 1e-6 * bounds.largest().max_element();
+        self.tree.meets(bounds, &|i| {
+            self.look(1);
+            let (of, n, height) = self.planes[i as usize];
+            of != object && (n.dot(middle) - height).abs() <= n.abs().dot(half) + 2.0 * reach
+        })
+    }
+}
+
+/// Place of a box along the Morton curve through `whole`, in 36 bits.
+fn curve(bounds: &Aabb, whole: &Aabb) -> u64 {
+    let size = (whole.hi - whole.lo).max(DVec3::splat(f64::MIN_POSITIVE));
+    let at = (0.5 * (bounds.lo + bounds.hi) - whole.lo) / size * 4095.0;
+    let UVec3 { x, y, z } = at.as_uvec3();
+    spread(x) | spread(y) << 1 | spread(z) << 2
+}
+
+/// Two zeros between the bits of 12.
+fn spread(x: u32) -> u64 {
+    let mut x = u64::from(x.min(4095));
+    for (shift, mask) in [(16, 0x0f00_00ff), (8, 0x0f00_f00f), (4, 0xc30c_30c3), (2, 0x2_4924_9249)] {
+        x = (x | x << shift) & mask;
+    }
+    x
+}
+
+impl Pairs<'_, '_> {
+    fn build(&mut self, items: Range<u32>) -> (Box32, u32) {
+        let index = self.nodes.len();
+        let bounds = self.items[items.start as usize].bounds;
+        self.nodes.push(Node { bounds, items: items.clone(), second: 0, object: MIXED, done: false });
+        let joined =
+            |(a, o): (Box32, u32), (b, p): (Box32, u32)| (a.union(b), if o == p { o } else { MIXED });
+        let (bounds, object) = if items.len() <= LEAF {
+            let of = &self.items[items.start as usize..items.end as usize];
+            of.iter().map(|entry| (entry.bounds, entry.item.object)).reduce(joined).unwrap_or((bounds, MIXED))
+        } else {
+            let middle = items.start + items.len() as u32 / 2;
+            let first = self.build(items.start..middle);
+            self.nodes[index].second = self.nodes.len() as u32;
+            joined(first, self.build(middle..items.end))
+        };
+        (self.nodes[index].bounds, self.nodes[index].object) = (bounds, object);
+        (bounds, object)
+    }
+
+    /// Compares what is below a node with each other.
+    fn within(&mut self, node: u32) {
+        let at = &self.nodes[node as usize];
+        if at.object != MIXED {
+            return;
+        }
+        let (items, second) = (at.items.clone(), at.second);
+        if second == 0 {
+            for i in items.clone() {
+                self.compare(i..i + 1, i + 1..items.end);
+            }
+        } else {
+            self.within(node + 1);
+            self.within(second);
+            self.between(node + 1, second);
+        }
+        self.conclude(node);
+    }
+
+    /// Compares what is below a node with what is below another.
+    fn between(&mut self, a: u32, b: u32) {
+        let (at, other) = (&self.nodes[a as usize], &self.nodes[b as usize]);
+        self.budget = self.budget.saturating_sub(1);
+        let is_one = at.object == other.object && at.object != MIXED;
+        if self.budget == 0 || is_one || (at.done && other.done) || !at.bounds.meets(&other.bounds) {
+            return;
+        }
+        match (at.second, other.second) {
+            (0, 0) => self.compare(at.items.clone(), other.items.clone()),
+            (second, of_other) if of_other == 0 || (second != 0 && at.items.len() >= other.items.len()) => {
+                self.between(a + 1, b);
+                self.between(second, b);
+            }
+            (_, second) => {
+                self.between(a, b + 1);
+                self.between(a, second);
+            }
+        }
+        self.conclude(a);
+        self.conclude(b);
+    }
+
+    fn conclude(&mut self, node: u32) {
+        let at = &self.nodes[node as usize];
+        let done = match at.second {
+            0 => at.items.clone().all(|i| self.found[i as usize]),
+            second => self.nodes[node as usize + 1].done && self.nodes[second as usize].done,
+        };
+        self.nodes[node as usize].done = done;
+    }
+
+    fn compare(&mut self, first: Range<u32>, second: Range<u32>) {
+        for (i, j) in first.flat_map(|i| second.clone().map(move |j| (i as usize, j as usize))) {
+            let (a, b) = (self.items[i], self.items[j]);
+            let (first, second) = (a.item.object, b.item.object);
+            let asked = self.asked[first as usize] || self.asked[second as usize];
+            if !asked || first == second || (self.found[i] && self.found[j]) || !a.bounds.meets(&b.bounds) {
+                continue;
+            }
+            self.budget = self.budget.saturating_sub(1);
+            if !a.crosses(&b) && self.share_place(a, b.item) {
+                (self.found[i], self.found[j]) = (true, true);
+                self.search.mark(a.item);
+                self.search.mark(b.item);
+            }
+        }
+    }
+
+    fn share_place(&mut self, Entry { item: a, bounds, .. }: Entry, b: Item) -> bool {
+        let (Some(own), Some(other)) = (self.search.triangle(a), self.search.triangle(b)) else {
+            return false;
+        };
+        self.budget = self.budget.saturating_sub(CORNERS);
+        let largest = f64::from(bounds.lo.abs().max(bounds.hi.abs()).max_element());
+        if self.search.are_apart((a, &own), b, largest) || self.are_back_to_back((a, &own), (b, &other)) {
+            return false;
+        }
+        self.budget = self.budget.saturating_sub(OUTLINE);
+        self.search.outline(a).meets(&self.search.outline(b))
+    }
+
+    /// Whether two surfaces with one side each face opposite ways, as what stands on a floor does.
+    fn are_back_to_back(&self, (a, own): (Item, &[DVec3; 3]), (b, other): (Item, &[DVec3; 3])) -> bool {
+        let has_one_side = |item: Item| self.sides[item.object as usize] == Some(Sides::One);
+        let front = |item: Item, [p, q, r]: &[DVec3; 3]| {
+            let n = (*q - *p).cross(*r - *p);
+            if self.search.world.objects[item.object as usize].is_mirrored() { -n } else { n }
+        };
+        has_one_side(a) && has_one_side(b) && front(a, own).dot(front(b, other)) < 0.0
+    }
+}
+
+impl Coincident {
+    /// Whether anything shares a place.
+    pub(super) fn is_empty(&self) -> bool {
+        self.starts.iter().all(|start| *start == NONE) && !self.points.contains(&true)
+    }
+}
