@@ -1,54 +1,23 @@
-//! Everything rays can hit, behind two queries.
-//!
-//! Static meshes share one flattened tree. Beside it, in a second level that exists only when it is needed, stand
-//! exact shapes, instances and whatever moves: a tree over boxes that hold for the whole shutter; the ray goes into
-//! each object's own space with the transform at the ray's time, its direction not made unit, so that t is shared.
-//! At equal distance the lowest object, then the lowest triangle wins, whatever the trees look like.
-mod builder;
-mod coincident;
-mod objects;
-mod second;
-
-pub use builder::WorldBuilder;
-pub use coincident::{Coincident, PlacePoint, Sides};
-
+//! The world, and what can be asked of it: what a ray hits, and what is there.
+use super::filter::{Filter, Opaque};
+use super::objects::{Body, Object};
+use super::second::SecondLevel;
 use crate::bvh::{Candidate, Kernel, Tree, TriangleHit};
 use crate::{Hit, Surface};
 use dapple_math::Ray;
 use glam::{DAffine3, Vec2, Vec3, Vec4};
-use objects::{Body, Object};
-use second::SecondLevel;
-
-/// Decides whether a candidate hit counts (alpha). `OPAQUE = true` compiles the question out of traversal.
-pub trait Filter {
-    /// Everything counts.
-    const OPAQUE: bool;
-    /// Whether this hit counts.
-    fn accept(&self, hit: &Hit) -> bool;
-}
-
-/// Everything is solid.
-#[derive(Clone, Copy, Debug)]
-pub struct Opaque;
-
-impl Filter for Opaque {
-    const OPAQUE: bool = true;
-    fn accept(&self, _: &Hit) -> bool {
-        true
-    }
-}
 
 /// Everything rays can hit.
 #[derive(Debug)]
 pub struct World {
-    tree: Tree,
+    pub(super) tree: Tree,
     /// Object of each triangle of the flat tree.
-    object_of: Vec<u32>,
-    objects: Vec<Object>,
-    second: Option<Box<SecondLevel>>,
-    shutter: (f32, f32),
-    triangles: usize,
-    kernel: Kernel,
+    pub(super) object_of: Vec<u32>,
+    pub(super) objects: Vec<Object>,
+    pub(super) second: Option<Box<SecondLevel>>,
+    pub(super) shutter: (f32, f32),
+    pub(super) triangles: usize,
+    pub(super) kernel: Kernel,
 }
 
 /// Turns the flat tree's triangle ids into objects for the filter.
@@ -96,7 +65,7 @@ impl World {
     }
 
     /// `time` held to the shutter the world was built for, for which its boxes are good.
-    fn held(&self, time: f32) -> f64 {
+    pub(super) fn held(&self, time: f32) -> f64 {
         // Not `clamp`: NaN becomes the opening.
         f64::from(time.max(self.shutter.0).min(self.shutter.1))
     }

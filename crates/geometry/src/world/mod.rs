@@ -1,0 +1,17 @@
+//! Everything rays can hit, behind two queries.
+//!
+//! Static meshes share one flattened tree. Beside it, in a second level that exists only when it is needed, stand
+//! exact shapes, instances and whatever moves: a tree over boxes that hold for the whole shutter; the ray goes into
+//! each object's own space with the transform at the ray's time, its direction not made unit, so that t is shared.
+//! At equal distance the lowest object, then the lowest triangle wins, whatever the trees look like.
+mod builder;
+mod coincident;
+mod filter;
+mod objects;
+mod queries;
+mod second;
+
+pub use builder::WorldBuilder;
+pub use coincident::{Coincident, PlacePoint, Sides};
+pub use filter::{Filter, Opaque};
+pub use queries::World;
