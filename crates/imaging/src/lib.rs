@@ -16,6 +16,7 @@ pub mod text;
 pub mod texture;
 pub mod tone;
 pub mod window;
+pub mod windowed;
 pub mod write;
 
 pub use dapple_math::{self as math, Image};
@@ -25,7 +26,8 @@ pub use picture::{Layer, Layers, MetaValue};
 pub use read::{Rgba8, Rgba16, Texels};
 pub use texture::{Channels, Encoding, Interpolation, Sampler, Texture, Wrap};
 pub use tone::{Tone, UnknownTone};
-pub use window::{Window, Windowed};
+pub use window::Window;
+pub use windowed::Windowed;
 
 #[cfg(all(doctest, feature = "exr", feature = "png"))]
 #[doc = include_str!("../README.md")]

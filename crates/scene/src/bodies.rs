@@ -5,7 +5,7 @@
 //! the smaller bounding volume, then the one with the lower node index. Bodies are kept in that order, strongest first,
 //! so that the medium at a point is the one of the lowest index among the bodies that contain the point, whichever way it
 //! was reached.
-use crate::{Object, Space, TexturedMaterial, Warning, builder::Placed, error::quoted, moving::Exposure};
+use crate::{Object, Space, TexturedMaterial, Warning, builder::Placed, error::quoted, exposure::Exposure};
 use glam::{DVec3, Vec3};
 
 /// Most bodies that are named one by one.

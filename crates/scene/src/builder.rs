@@ -4,15 +4,12 @@ mod check;
 mod placed;
 mod pose;
 
-pub(crate) use build::for_material;
-pub(crate) use placed::{Geometry, Placed};
+pub(crate) use placed::{Body, Geometry, Placed};
 pub use pose::CameraPose;
 
 use crate::{
-    Placement, Reads, SceneError, TexturedMaterial, Unread, Warning,
-    light_unit::TakenUnit,
-    moving::{Body, Exposure},
-    punctual::Punctual,
+    Placement, Reads, SceneError, TexturedMaterial, Unread, Warning, exposure::Exposure,
+    light_unit::TakenUnit, punctual::Punctual,
 };
 use dapple_geometry::Mesh;
 use dapple_imaging::Texture;

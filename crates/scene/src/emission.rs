@@ -6,49 +6,15 @@
 //! sampled point really sends is looked up there (`Scene::light_radiance`). Whatever emits anywhere is a light.
 //!
 //! Shadeless (unlit) surfaces are no lights: they are seen, and light nothing.
+use crate::emitter::Emitter;
+use crate::form::{Form, Movement};
 use crate::patterns::{Mean, Patterns};
-use crate::{AlphaMode, TextureUse, TexturedMaterial};
-use dapple_geometry::{Coincident, Hit, World};
-use dapple_imaging::Texture;
+use dapple_geometry::{Coincident, Hit};
 use dapple_lights::{Area, AreaShape, Light, Moving};
-use dapple_math::Motion;
-use glam::{DVec3, Vec2, Vec3};
-use std::sync::Arc;
+use glam::Vec3;
 
 /// No light.
 pub(crate) const DARK: u32 = u32::MAX;
-
-/// What an object looks like to a light.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Form {
-    Triangles(usize),
-    Sphere { centre: Vec3, radius: f32 },
-    Disk { centre: Vec3, normal: Vec3, radius: f32 },
-}
-
-/// How an object moves while the shutter is open; its form is then given in its own space.
-#[derive(Clone, Debug)]
-pub(crate) struct Movement {
-    pub motion: Arc<Motion>,
-    /// How long the shutter is open.
-    pub seconds: f32,
-    /// Box that the object stays in meanwhile.
-    pub whole: (DVec3, DVec3),
-    /// A round shape is round all the way; true for triangles.
-    pub stays_round: bool,
-}
-
-impl Form {
-    /// How many triangles; None for a shape.
-    pub fn triangles(&self) -> Option<usize> {
-        if let Self::Triangles(count) = self { Some(*count) } else { None }
-    }
-
-    /// How many values `Hit::primitive` can take.
-    pub fn primitives(&self) -> usize {
-        self.triangles().unwrap_or(1)
-    }
-}
 
 /// The area lights of a scene and the way back from a surface to them.
 #[derive(Clone, Debug, Default)]
@@ -59,47 +25,6 @@ pub(crate) struct AreaLights {
     /// Per object: where its primitives start in `of_primitive`; `DARK` for objects that emit nothing.
     starts: Vec<u32>,
     of_primitive: Vec<u32>,
-}
-
-/// What the emission of an object depends on.
-#[derive(Clone, Copy)]
-pub(crate) struct Emitter<'a> {
-    pub world: &'a World,
-    pub textures: &'a [Texture],
-    pub material: &'a TexturedMaterial,
-}
-
-impl Emitter<'_> {
-    /// Radiance × opacity is the same everywhere on the surface.
-    pub fn is_constant(&self) -> bool {
-        let m = self.material;
-        m.emissive_texture.is_none() && m.alpha_mode == AlphaMode::Opaque
-    }
-
-    /// Mean radiance × opacity at a place: what a ray that is not stopped by the surface's own holes meets.
-    pub fn radiance(&self, hit: &Hit) -> Vec3 {
-        self.material.radiance(self.world, self.textures, hit)
-            * self.material.opacity(self.world, self.textures, hit)
-    }
-
-    /// Mean over a sphere or disk at points that are even in area, as many as texels up to a million (*approximation* for
-    /// finer textures: as for triangles). Where nothing is met the light stays, as dim as can be.
-    fn mean_of_shape(&self, object: u32) -> Vec3 {
-        if self.is_constant() {
-            return self.material.emission;
-        }
-        let size = |t: &TextureUse| self.textures[t.texture as usize].size();
-        let maps = [&self.material.emissive_texture, &self.material.base_color_texture];
-        let (w, h) = maps.into_iter().flatten().map(size).fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)));
-        let (w, h) = (w.clamp(64, 1024), h.clamp(64, 1024));
-        let mut sum = DVec3::ZERO;
-        for i in 0..w * h {
-            let (x, y) = (((i % w) as f32 + 0.5) / w as f32, ((i / w) as f32 + 0.5) / h as f32);
-            let at = self.world.even_coordinates(object, Vec2::new(x, y));
-            sum += self.radiance(&Hit { t: 0.0, u: at.x, v: at.y, primitive: 0, object }).as_dvec3();
-        }
-        (sum / (w * h) as f64).as_vec3().max(Vec3::splat(f32::MIN_POSITIVE))
-    }
 }
 
 impl AreaLights {

@@ -4,6 +4,7 @@
 //! checks them, moves them to render space ([`space`]) and gives a [`Scene`], which is all a tracer reads. Nothing
 //! here draws a random number or knows how light is transported.
 #![forbid(unsafe_code)]
+mod attributes;
 mod bake;
 pub mod bodies;
 pub mod builder;
@@ -12,8 +13,11 @@ mod channels;
 pub mod coincident;
 mod constants;
 mod emission;
+mod emitter;
 pub mod error;
+mod exposure;
 mod extremes;
+mod form;
 mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
@@ -21,6 +25,7 @@ pub mod light_unit;
 pub mod material;
 pub mod memory;
 mod moving;
+mod object;
 mod patterns;
 mod pieces;
 mod punctual;
@@ -37,8 +42,9 @@ pub use coincident::SharedPlaces;
 pub use error::{SceneError, Warning};
 pub use light_unit::LightUnit;
 pub use material::{AlphaMode, TextureUse, TexturedMaterial};
+pub use object::Object;
 pub use reads::Reads;
-pub use scene::{NamedCamera, Object, Scene, Shading};
+pub use scene::{NamedCamera, Scene, Shading};
 pub use space::{Placement, Space};
 pub use survey::{Survey, Unread};
 

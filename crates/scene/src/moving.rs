@@ -2,41 +2,19 @@
 //!
 //! A thing that moves hangs on a chain of nodes, root first, some of them key-framed; every node is evaluated at the
 //! time of the ray and the chain is composed in f64 ([`Motion`]). Things that stand still never come here.
-use crate::builder::{Geometry, for_material};
-use crate::emission::{Form, Movement};
+use crate::attributes::for_material;
+use crate::builder::Body;
+use crate::exposure::Exposure;
+use crate::form::{Form, Movement};
 use crate::{Placement, SceneBuilder, Space, TexturedMaterial, bake};
 use dapple_camera::{Camera, Shutter};
-use dapple_geometry::shapes::{Disk, Shape, Sphere};
 use dapple_geometry::{Mesh, WorldBuilder};
 use dapple_math::Motion;
 use dapple_math::motion::{Chain, Node};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3};
 use std::{collections::HashMap, sync::Arc};
 
-/// When the picture is taken.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Exposure {
-    /// Seconds of the animation.
-    pub at: f64,
-    /// Counted from `at`.
-    pub shutter: Shutter,
-}
-
 impl Exposure {
-    /// Motion along a chain, in seconds from the opening.
-    pub fn motion(&self, chain: &Chain, space: &Space) -> Arc<Motion> {
-        chain.motion(space.to_render_affine(), self.at + self.shutter.open)
-    }
-
-    /// Where the end of a chain stands in the world when the shutter opens.
-    pub fn placement(&self, chain: &Chain) -> Placement {
-        self.motion(chain, &Space::IDENTITY).at(0.0).into()
-    }
-
-    pub fn is_moving(&self, motion: &Motion) -> bool {
-        motion.is_moving_within(0.0, self.shutter.seconds().into())
-    }
-
     /// Puts a body on a chain into the world. `own`: the body's mesh, made ready. In words what is wrong, if something is.
     pub fn enter(
         &self,
@@ -76,75 +54,6 @@ impl Exposure {
     /// The camera in motion; none when it stands still.
     pub fn camera(&self, chain: &Chain, own: &DAffine3, space: &Space) -> Option<Arc<Motion>> {
         Some(self.motion(&chain.then(Node::Fixed(*own)), space)).filter(|motion| self.is_moving(motion))
-    }
-}
-
-/// What hangs on a chain.
-#[derive(Debug)]
-pub(crate) enum Body {
-    Mesh(Arc<Mesh>),
-    /// About the origin.
-    Sphere {
-        radius: f64,
-    },
-    /// About the origin, facing +z.
-    Disk {
-        radius: f64,
-    },
-}
-
-impl Body {
-    /// Of the round ones.
-    pub fn radius(&self) -> Option<f64> {
-        match self {
-            Self::Mesh(_) => None,
-            Self::Sphere { radius } | Self::Disk { radius } => Some(*radius),
-        }
-    }
-
-    /// As its light has it, in its own space.
-    pub fn form(&self) -> Form {
-        match self {
-            Self::Mesh(mesh) => Form::Triangles(mesh.triangles.len()),
-            Self::Sphere { .. } => Form::Sphere { centre: Vec3::ZERO, radius: 1.0 },
-            Self::Disk { .. } => Form::Disk { centre: Vec3::ZERO, normal: Vec3::Z, radius: 1.0 },
-        }
-    }
-
-    /// The body placed once and for all; a round one by the mean of its scales.
-    pub fn standing(&self, placement: &Placement) -> Geometry {
-        let (m, centre) = (&placement.linear, placement.point(DVec3::ZERO));
-        let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
-        match self {
-            Self::Mesh(mesh) => Geometry::Mesh { mesh: mesh.clone(), placement: *placement },
-            Self::Sphere { radius } => Geometry::Sphere { centre, radius: radius * ((x + y + z) / 3.0) },
-            Self::Disk { radius } => {
-                let normal = m.x_axis.cross(m.y_axis);
-                let normal = if normal.dot(m.z_axis) < 0.0 { -normal } else { normal };
-                Geometry::Disk { centre, normal, radius: radius * ((x + y) / 2.0) }
-            }
-        }
-    }
-
-    /// Its box in the world, placed.
-    pub fn bounds(&self, placement: &Placement) -> Option<(DVec3, DVec3)> {
-        let Some(radius) = self.radius() else {
-            let Self::Mesh(mesh) = self else { return None };
-            return bake::bounds(mesh, placement);
-        };
-        let m = &placement.linear;
-        let longest = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
-        let (centre, half) = (placement.point(DVec3::ZERO), DVec3::splat(radius * longest));
-        Some((centre - half, centre + half))
-    }
-
-    /// Of size 1.
-    pub fn unit_shape(&self) -> Option<Shape> {
-        match self {
-            Self::Mesh(_) => None,
-            Self::Sphere { .. } => Some(Shape::Sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 })),
-            Self::Disk { .. } => Some(Shape::Disk(Disk { centre: Vec3::ZERO, normal: Vec3::Z, radius: 1.0 })),
-        }
     }
 }
 

@@ -5,7 +5,7 @@
 //! texture repeated that often, the rest are means over well-spread points (*approximation*: such a light is chosen more
 //! or less often than its power asks; its light is exact either way). Triangles whose emission varies are then sampled by
 //! a pattern ([`Pattern`]) made from bounds of the textures, which share [`MOST_PARTS`] by power.
-use crate::emission::{AreaLights, Emitter};
+use crate::emitter::Emitter;
 use crate::extremes::{Extremes, Value, in_texels};
 use crate::{AlphaMode, TextureUse, TexturedMaterial, pieces};
 use dapple_geometry::{Hit, World};
@@ -138,14 +138,15 @@ impl<'a> Patterns<'a> {
         self.varying.push((light, middle));
     }
 
-    /// Gives patterns to the lights that are better off with one; `material` tells that of an object.
-    pub fn refine(mut self, area: &mut AreaLights, material: impl Fn(u32) -> u32) {
+    /// Gives patterns to the lights that are better off with one. `sources`: object and primitive of each light; `material`
+    /// tells that of an object.
+    pub fn refine(mut self, lights: &mut [Light], sources: &[(u32, u32)], material: impl Fn(u32) -> u32) {
         let power = |light: &Light| scalar(light.power(1.0));
-        let total: f64 = self.varying.iter().map(|(i, _)| power(&area.lights[*i as usize])).sum();
+        let total: f64 = self.varying.iter().map(|(i, _)| power(&lights[*i as usize])).sum();
         let least = if self.varying.len() <= MOST_PARTS / LEAST_OF_ONE { LEAST_OF_ONE } else { 0 };
         for (light, middle) in std::mem::take(&mut self.varying) {
-            let (object, primitive) = area.sources[light as usize];
-            let light = &mut area.lights[light as usize];
+            let (object, primitive) = sources[light as usize];
+            let light = &mut lights[light as usize];
             let share = power(light) / total;
             let budget = ((MOST_PARTS as f64 * share) as usize).clamp(least, MOST_OF_ONE);
             if budget >= 5 {

@@ -2,7 +2,7 @@
 //!
 //! Units are radiometric, per channel: W/sr and W/m² ([`crate::light_unit`] says how those of a file come to be so).
 //! Irradiance I/d² does not depend on the unit of length, so I goes to render space times scale².
-use crate::{Space, moving::Exposure};
+use crate::{Space, exposure::Exposure};
 use dapple_lights::{Distant, Light, Moving, Point, Spot};
 use dapple_math::motion::Chain;
 use glam::{DVec3, Vec3};

@@ -1,7 +1,7 @@
 //! The checked scene: everything a tracer reads. Render space throughout (see [`crate::space`]).
 use crate::{
-    AlphaMode, Bodies, SharedPlaces, Space, Survey, TexturedMaterial, Warning,
-    emission::{AreaLights, Emitter},
+    AlphaMode, Bodies, Object, SharedPlaces, Space, Survey, TexturedMaterial, Warning, emission::AreaLights,
+    emitter::Emitter,
 };
 use dapple_camera::{Camera, Shutter};
 use dapple_geometry::{Hit, Surface, World};
@@ -11,21 +11,6 @@ use dapple_materials::Material;
 use dapple_math::Frame;
 use glam::{DVec3, Vec2, Vec3};
 use std::{path::PathBuf, sync::Arc};
-
-/// Names for reports and ids for AOVs; index = world object index.
-#[derive(Clone, Debug)]
-pub struct Object {
-    /// The file's name for it, which many may share.
-    pub name: Arc<str>,
-    /// Index into the scene's materials.
-    pub material: u32,
-    /// First area light of this object's surface; `u32::MAX` = emits nothing.
-    pub first_light: u32,
-    /// Its material looks up textures.
-    pub textured: bool,
-    /// The body whose boundary it is, as an index into [`Bodies::all`]; `u32::MAX` = none.
-    pub body: u32,
-}
 
 /// A camera and the name to ask for it by.
 #[derive(Clone, Debug)]

@@ -1,10 +1,11 @@
 //! From triangles to the binary tree: which triangles count, their boxes, and how much is spent on the tree.
 
 use super::collapse::collapse;
+use super::kernel::Kernel;
 use super::memory::Memory;
 use super::node::{Block, Child};
 use super::sweep::sweep;
-use super::{Kernel, Quality, Tree};
+use super::tree::Tree;
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
@@ -17,7 +18,48 @@ const LARGEST: f32 = (1u128 << 96) as f32;
 /// (and 4 of its distance, which the slab test allows for) of it.
 const PAD: f32 = 8.0 * f32::EPSILON;
 
-pub(super) fn build(triangles: &[[Vec3; 3]], quality: Quality, kernel: Kernel) -> Tree {
+/// How much work goes into a tree. Hits do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quality {
+    /// For previews and edits: about 0.4 µs per triangle.
+    Fast,
+    /// About 1 µs per triangle.
+    Medium,
+    /// About 2 µs per triangle.
+    High,
+}
+
+impl Quality {
+    /// The best that a mesh of this many triangles gets within about a second.
+    pub fn for_count(triangles: usize) -> Self {
+        match triangles {
+            0..=250_000 => Self::High,
+            250_001..=2_000_000 => Self::Medium,
+            _ => Self::Fast,
+        }
+    }
+}
+
+impl Tree {
+    /// Triangles by corner. Those with a corner that is not finite or beyond 2^96, or without area (cross product in
+    /// f64), are never hit, and keep their ids.
+    ///
+    /// # Panics
+    /// If nodes and blocks take more than 32 GiB, which no [`Tree::MOST_TRIANGLES`] do.
+    pub fn build(triangles: &[[Vec3; 3]]) -> Self {
+        Self::build_with(triangles, Quality::for_count(triangles.len()))
+    }
+
+    /// As [`Tree::build`], with the effort chosen by the caller.
+    ///
+    /// # Panics
+    /// As [`Tree::build`].
+    pub fn build_with(triangles: &[[Vec3; 3]], quality: Quality) -> Self {
+        build(triangles, quality, Kernel::fastest())
+    }
+}
+
+fn build(triangles: &[[Vec3; 3]], quality: Quality, kernel: Kernel) -> Tree {
     let ids: Vec<u32> = (0u32..).zip(triangles).filter(|(_, t)| can_be_hit(t)).map(|(id, _)| id).collect();
     let bounds = bounds(&ids, triangles);
     let scale = bounds.map_or(1.0, |(low, high)| unit_scale(low.abs().max(high.abs()).max_element()));

@@ -1,6 +1,6 @@
 //! A ray as traversal takes it: in the units of the tree, and of a length that arithmetic can bear.
 
-use super::Tree;
+use super::tree::Tree;
 use dapple_math::Ray;
 use glam::Vec3A;
 

@@ -12,14 +12,14 @@
 //! The time is spent waiting: from a reference to the planes of its node, through the slab test to the mask of the boxes
 //! that are met, and from the mask to the next reference. Every cycle on that way counts, instructions beside it hardly do.
 
+use super::candidate::{Candidate, TriangleHit};
 use super::lanes::Lanes;
 use super::memory::Row;
 use super::node::{Block, Child};
 use super::query::Query;
-use super::simd::prefetch;
 use super::stack::{SMALL_STACK, Stack};
+use super::tree::Tree;
 use super::triangle::{Sheared, intersect};
-use super::{Candidate, Tree, TriangleHit};
 use dapple_math::Ray;
 use glam::Vec3A;
 use std::mem::MaybeUninit;
@@ -146,7 +146,7 @@ fn descend<L: Lanes, const ANY: bool>(
     stack: &mut Stack,
 ) -> Option<Child> {
     let (near, far) = slabs.meet(node, limit);
-    let (children, ahead) = (tree.memory.children(node), |child| prefetch(&tree.memory, child));
+    let (children, ahead) = (tree.memory.children(node), |child| tree.memory.prefetch(child));
     if ANY { near.any(far, children, stack, ahead) } else { near.nearest(far, children, stack, ahead) }
 }
 

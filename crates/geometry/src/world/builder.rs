@@ -1,6 +1,7 @@
 //! How does a world come about? Objects are added, then everything is decided once: what is flat, what moves.
 use super::objects::{Body, Object, Place, baked};
-use super::{SecondLevel, World};
+use super::queries::World;
+use super::second::SecondLevel;
 use crate::Mesh;
 use crate::bvh::{Kernel, Tree};
 use crate::shapes::{Disk, Shape, Sphere};

@@ -1,5 +1,5 @@
 //! What stands beside the flat tree, and how does a ray get there? Shapes, instances, moving objects.
-use super::Filter;
+use super::filter::Filter;
 use super::objects::{Body, Object, Place};
 use crate::boxes::BoxTree;
 use crate::bvh::{Candidate, Kernel, Tree, TriangleHit};

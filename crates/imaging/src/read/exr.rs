@@ -4,7 +4,7 @@
 //! Blocks are decompressed one after another: in the crate's thread pool a panic on malformed data would take the
 //! process down.
 
-use super::{Room, check_size};
+use super::limits::{Room, check_size};
 use crate::{Image, ImageError, Layer, Layers, MetaValue, Windowed, window};
 use exr::block::lines::LineRef;
 use exr::block::reader::{ChunksReader, Reader};

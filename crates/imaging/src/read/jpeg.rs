@@ -1,6 +1,6 @@
 //! Do the data of a JPEG reach as far as its picture?
 
-use super::texels_within;
+use super::bytes::texels_within;
 use crate::MemoryLimit;
 
 /// What decoders put where the data of a JPEG end too early.

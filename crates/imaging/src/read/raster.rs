@@ -1,6 +1,8 @@
 //! PNG, JPEG, WebP and Radiance HDR through the `image` crate.
 
-use super::{Kind, MAX_PIXELS, Rgba8, Rgba16, Room, Texels, check_size};
+use super::kind::Kind;
+use super::limits::{MAX_PIXELS, Room, check_size};
+use super::texels::{Rgba8, Rgba16, Texels};
 use crate::color::{decode_f64, srgb_table};
 use crate::{Image, ImageError};
 use glam::Vec3;

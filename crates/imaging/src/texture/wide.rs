@@ -1,6 +1,6 @@
 //! Texels of 16 bits per channel: twice the memory, for images that need it.
 
-use super::Encoding;
+use super::encoding::Encoding;
 use crate::color::{srgb_table_16, unit_table_16};
 use glam::{DVec4, Vec4};
 

@@ -1,7 +1,7 @@
 //! One-part scan-line EXR through the block interface of the `exr` crate: rows are converted as they are
 //! compressed, without a second copy of the layers.
 
-use super::Depth;
+use super::options::Depth;
 use crate::{ImageError, Layer, Layers, MetaValue};
 use exr::block::writer::{ChunkWriter, ChunksWriter, ParallelBlocksCompressor};
 use exr::block::{BlockIndex, UncompressedBlock};

@@ -1,6 +1,6 @@
 //! PNG through the `image` crate (pure Rust deflate: the same bytes everywhere), with the chunks that it does not write.
 
-use super::{PngDepth, PngOptions};
+use super::options::{PngDepth, PngOptions};
 use crate::{Image, ImageError};
 use glam::Vec3;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};

@@ -2,28 +2,30 @@
 use super::{CameraPose, Geometry, SceneBuilder, placed::Placed};
 use crate::{
     AlphaMode, NamedCamera, Object, Scene, SceneError, SharedPlaces, Space, Survey, TexturedMaterial,
-    Warning, bake,
+    Warning,
+    attributes::for_material,
+    bake,
     bodies::Finder,
     channels,
     coincident::Kind,
     constants,
-    emission::{AreaLights, Form, Movement},
+    emission::AreaLights,
     error::quoted,
+    form::{Form, Movement},
     framing,
     moving::{self, OwnSpaces},
     patterns::Patterns,
     punctual, scene, studio,
     studio::STUDIO,
-    tangent,
 };
 use dapple_camera::Camera;
 use dapple_geometry::{
-    Mesh, World, WorldBuilder,
+    World, WorldBuilder,
     shapes::{Disk, Sphere},
 };
 use dapple_lights::{Environment, Light, LightChoice};
 use dapple_math::motion::Chain;
-use glam::{DAffine3, Vec3, Vec4};
+use glam::{DAffine3, Vec3};
 use std::sync::Arc;
 
 /// What an object looks like to a light, and how it moves if it does.
@@ -124,7 +126,7 @@ impl SceneBuilder {
             area.add(&mut patterns, (i as u32, object.material), *form, movement.as_ref());
             object.first_light = area.first(i as u32, form.primitives());
         }
-        patterns.refine(&mut area, |object| objects[object as usize].material);
+        patterns.refine(&mut area.lights, &area.sources, |object| objects[object as usize].material);
         area
     }
 
@@ -285,26 +287,5 @@ fn count(world: &World, seen: &[Seen], lights: &[Light], cameras: &[NamedCamera]
             || lights.iter().any(|light| matches!(light, Light::Moving(_)))
             || moving::any_moves(cameras.iter().map(|c| &c.camera)),
         ..Survey::default()
-    }
-}
-
-/// Tangents only where a normal map needs them: generated if missing, dropped if useless; white vertex colours are
-/// none. `everything` keeps what a file gives.
-pub(crate) fn for_material(mut mesh: Mesh, material: &TexturedMaterial, everything: bool) -> Mesh {
-    if !everything && mesh.colors.iter().all(|c| *c == Vec4::ONE) {
-        mesh.colors = Vec::new();
-    }
-    match &material.normal_texture {
-        None if everything => mesh,
-        None => {
-            mesh.tangents = Vec::new();
-            mesh
-        }
-        // Tangents of a file that gives no normals do not count (glTF 2.0 §3.7.2.1).
-        Some(map) if mesh.tangents.is_empty() || mesh.normals.is_empty() => {
-            mesh.tangents = Vec::new();
-            tangent::with_tangents(mesh, map)
-        }
-        Some(_) => mesh,
     }
 }

@@ -1,10 +1,7 @@
 //! One object of a scene that is being built: what it is, what is wrong with it, how large it is.
-use crate::{
-    Placement, bake,
-    emission::Form,
-    moving::{Body, Exposure},
-};
+use crate::{Placement, bake, exposure::Exposure, form::Form};
 use dapple_geometry::Mesh;
+use dapple_geometry::shapes::{Disk, Shape, Sphere};
 use dapple_math::motion::Chain;
 use glam::{DVec3, Vec3};
 use std::{collections::HashSet, sync::Arc};
@@ -27,6 +24,75 @@ pub(crate) enum Geometry {
     Sphere { centre: DVec3, radius: f64 },
     Disk { centre: DVec3, normal: DVec3, radius: f64 },
     Moving { body: Body, chain: Chain },
+}
+
+/// What hangs on a chain.
+#[derive(Debug)]
+pub(crate) enum Body {
+    Mesh(Arc<Mesh>),
+    /// About the origin.
+    Sphere {
+        radius: f64,
+    },
+    /// About the origin, facing +z.
+    Disk {
+        radius: f64,
+    },
+}
+
+impl Body {
+    /// Of the round ones.
+    pub fn radius(&self) -> Option<f64> {
+        match self {
+            Self::Mesh(_) => None,
+            Self::Sphere { radius } | Self::Disk { radius } => Some(*radius),
+        }
+    }
+
+    /// As its light has it, in its own space.
+    pub fn form(&self) -> Form {
+        match self {
+            Self::Mesh(mesh) => Form::Triangles(mesh.triangles.len()),
+            Self::Sphere { .. } => Form::Sphere { centre: Vec3::ZERO, radius: 1.0 },
+            Self::Disk { .. } => Form::Disk { centre: Vec3::ZERO, normal: Vec3::Z, radius: 1.0 },
+        }
+    }
+
+    /// The body placed once and for all; a round one by the mean of its scales.
+    pub fn standing(&self, placement: &Placement) -> Geometry {
+        let (m, centre) = (&placement.linear, placement.point(DVec3::ZERO));
+        let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
+        match self {
+            Self::Mesh(mesh) => Geometry::Mesh { mesh: mesh.clone(), placement: *placement },
+            Self::Sphere { radius } => Geometry::Sphere { centre, radius: radius * ((x + y + z) / 3.0) },
+            Self::Disk { radius } => {
+                let normal = m.x_axis.cross(m.y_axis);
+                let normal = if normal.dot(m.z_axis) < 0.0 { -normal } else { normal };
+                Geometry::Disk { centre, normal, radius: radius * ((x + y) / 2.0) }
+            }
+        }
+    }
+
+    /// Its box in the world, placed.
+    pub fn bounds(&self, placement: &Placement) -> Option<(DVec3, DVec3)> {
+        let Some(radius) = self.radius() else {
+            let Self::Mesh(mesh) = self else { return None };
+            return bake::bounds(mesh, placement);
+        };
+        let m = &placement.linear;
+        let longest = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
+        let (centre, half) = (placement.point(DVec3::ZERO), DVec3::splat(radius * longest));
+        Some((centre - half, centre + half))
+    }
+
+    /// Of size 1.
+    pub fn unit_shape(&self) -> Option<Shape> {
+        match self {
+            Self::Mesh(_) => None,
+            Self::Sphere { .. } => Some(Shape::Sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 })),
+            Self::Disk { .. } => Some(Shape::Disk(Disk { centre: Vec3::ZERO, normal: Vec3::Z, radius: 1.0 })),
+        }
+    }
 }
 
 impl Placed {

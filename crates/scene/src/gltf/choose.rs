@@ -1,5 +1,6 @@
 //! Which of a file's scenes, material variants and animations is shown: what was asked for, else what the file says.
 use super::document::Document;
+use super::options::Choice;
 use crate::{SceneError, error::quoted};
 use gltf::json::{self, Index};
 
@@ -7,18 +8,6 @@ use gltf::json::{self, Index};
 const LISTED: usize = 20;
 /// Stands for all animations together.
 const ALL: &str = "all";
-
-/// What to show, each by its name or its index; a name is looked for first. None is what the file says.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Choice {
-    /// The scene; without it the default scene, or the first one if the file names none.
-    pub scene: Option<String>,
-    /// The variant of KHR_materials_variants; without it every primitive has its own material.
-    pub variant: Option<String>,
-    /// The animation, or `all`; without it the first one. Where several move the same property of a node, the first of
-    /// them counts.
-    pub animation: Option<String>,
-}
 
 /// What is shown, by index; every index is in range.
 pub(super) struct Selected {

@@ -1,6 +1,6 @@
 //! From bytes to JSON: splits a .glb, checks version and required extensions, and makes the JSON fit the crate
 //! `gltf`.
-use super::{Options, extensions, load, mend};
+use super::{extensions, mend, options::Options};
 use crate::{SceneError, Warning, error::quoted};
 use gltf::json;
 use serde_json::Value;
@@ -45,7 +45,7 @@ pub(super) fn parse(
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     let memory = |overrun| SceneError::Memory { file: file.to_owned(), place: "the JSON".into(), overrun };
     let beside = blob.map_or(0, |blob| 2 * blob.len() as u64);
-    options.memory.admit(load::json_bytes(text).saturating_add(beside), None).map_err(memory)?;
+    options.memory.admit(json_bytes(text).saturating_add(beside), None).map_err(memory)?;
     let mut value: Value = serde_json::from_slice(text).map_err(|e| malformed(format!("its JSON: {e}")))?;
     version(&value).map_err(malformed)?;
     check_extensions(file, &value, required, warnings)?;
@@ -70,6 +70,14 @@ pub(super) fn parse(
         blob: blob.map(<[u8]>::to_vec),
         length: bytes.len() as u64,
     })
+}
+
+/// Bytes that JSON takes once it is parsed, twice: as the crate `gltf` types it and as plain values. At most what a value
+/// for each comma, colon and opening bracket takes, and the text itself.
+fn json_bytes(text: &[u8]) -> u64 {
+    const VALUE: u64 = 120;
+    let values = text.iter().filter(|c| matches!(c, b',' | b':' | b'[' | b'{')).count() as u64;
+    values.saturating_mul(VALUE).saturating_add(3 * text.len() as u64)
 }
 
 /// JSON and binary chunk; a file that is no .glb is all JSON.

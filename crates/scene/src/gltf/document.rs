@@ -1,6 +1,6 @@
 //! A parsed file with checked access: every index and byte range is looked at before it is used, and every message
 //! names what it speaks of.
-use super::{Options, container::Content, source};
+use super::{container::Content, options::Options, source};
 use crate::{SceneError, Warning, error::quoted};
 use dapple_imaging::MemoryLimit;
 use gltf::json::{self, Index};

@@ -1,6 +1,7 @@
 //! What is in a file, for people: counts, names, sizes, extensions. Only as much is read as that takes: mesh data
 //! stay where they are.
 mod choices;
+mod counts;
 mod objects;
 mod views;
 
@@ -14,6 +15,7 @@ use super::{
 };
 use crate::{SceneError, light_unit::TakenUnit, memory::Load};
 pub use choices::{AnimationInfo, SceneInfo, VariantInfo};
+pub use counts::Counts;
 use gltf::json;
 pub use objects::{MorphInfo, ObjectInfo, SkinInfo};
 use serde::Serialize;
@@ -57,33 +59,6 @@ pub struct Info {
     pub memory_bytes: u64,
     /// What will look different from what the file says, as far as it shows without reading meshes.
     pub warnings: Vec<String>,
-}
-
-/// How many of everything.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Counts {
-    /// Nodes in the file.
-    pub nodes: usize,
-    /// Nodes the scene shows.
-    pub visible_nodes: usize,
-    /// Meshes in the file.
-    pub meshes: usize,
-    /// Triangles the scene shows: those of a mesh once for every place where it stands.
-    pub triangles: u64,
-    /// Triangles of the meshes that the scene shows, each counted once.
-    pub stored_triangles: u64,
-    /// Places where meshes stand.
-    pub instances: u64,
-    /// Exact spheres and disks the scene shows.
-    pub shapes: usize,
-    /// Vertices the scene shows, counted like the triangles.
-    pub vertices: u64,
-    /// Materials in the file.
-    pub materials: usize,
-    /// Skins in the file (not applied).
-    pub skins: usize,
-    /// Primitives with morph targets (not applied).
-    pub morphed: usize,
 }
 
 /// A material that emits light.
@@ -137,7 +112,7 @@ pub(super) fn info(doc: &Document<'_>) -> Result<Info, SceneError> {
     let (open, close) =
         (doc.options.at + doc.options.shutter.open, doc.options.at + doc.options.shutter.close);
     let (placements, moving) = (hierarchy.placements(open), hierarchy.moving(open, close));
-    let mut counts = counts(doc, &hierarchy);
+    let mut counts = counts::counts(doc, &hierarchy);
     let objects = objects::objects(doc, &hierarchy, &mut counts)?;
     let textures = textures(doc);
     let texels = textures.iter().map(|t| 4 * t.width as u64 * t.height as u64).sum();
@@ -161,20 +136,6 @@ pub(super) fn info(doc: &Document<'_>) -> Result<Info, SceneError> {
         textures,
         warnings: doc.take_warnings().into_iter().map(|w| w.0).collect(),
     })
-}
-
-fn counts(doc: &Document<'_>, hierarchy: &Hierarchy) -> Counts {
-    let root = &doc.root;
-    let primitives = root.meshes.iter().flat_map(|m| &m.primitives);
-    Counts {
-        nodes: root.nodes.len(),
-        visible_nodes: hierarchy.order.len(),
-        meshes: root.meshes.len(),
-        materials: root.materials.len(),
-        skins: root.skins.len(),
-        morphed: primitives.filter(|p| p.targets.as_ref().is_some_and(|t| !t.is_empty())).count(),
-        ..Counts::default()
-    }
 }
 
 fn textures(doc: &Document<'_>) -> Vec<TextureInfo> {

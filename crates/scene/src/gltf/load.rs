@@ -97,11 +97,3 @@ fn of_mesh(doc: &Document<'_>, mesh: &json::Mesh) -> Load {
     };
     mesh.primitives.iter().map(one).fold(Load::default(), Load::plus)
 }
-
-/// Bytes that JSON takes once it is parsed, twice: as the crate `gltf` types it and as plain values. At most what a value
-/// for each comma, colon and opening bracket takes, and the text itself.
-pub(super) fn json_bytes(text: &[u8]) -> u64 {
-    const VALUE: u64 = 120;
-    let values = text.iter().filter(|c| matches!(c, b',' | b':' | b'[' | b'{')).count() as u64;
-    values.saturating_mul(VALUE).saturating_add(3 * text.len() as u64)
-}

@@ -3,10 +3,10 @@
 //! Transforms are read in f64 and composed in f64 with the rounding of translations kept (`Placement`). Each node
 //! keeps its translation, rotation and scale apart, with their tracks, so that its motion can be followed in time.
 use super::{
-    Options,
     animation::{self, Tracks},
     choose::Selected,
     document::{Document, label},
+    options::Options,
 };
 use crate::{Placement, SceneError};
 use dapple_camera::camera::axes;

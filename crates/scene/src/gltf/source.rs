@@ -2,7 +2,7 @@
 //!
 //! A scene may read what lies in its own folder and below, nothing else: absolute paths, `..` that climbs out and
 //! symbolic links that point out are refused unless the user allows them. No more is read than the scene declares.
-use super::Options;
+use super::options::Options;
 use crate::{SceneError, error::quoted};
 use base64::{
     Engine,

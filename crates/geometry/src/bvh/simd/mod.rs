@@ -7,39 +7,33 @@
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+use super::candidate::{Candidate, TriangleHit};
+use super::kernel::Kernel;
 use super::lanes::Portable;
-use super::memory::Memory;
-use super::node::Child;
 use super::traverse::walk;
-use super::{Candidate, Kernel, Tree, TriangleHit};
+use super::tree::Tree;
 use dapple_math::Ray;
 
-/// Whether this machine can run a kernel.
-pub(super) fn runs(kernel: Kernel) -> bool {
-    match kernel {
-        #[cfg(target_arch = "x86_64")]
-        Kernel::Avx2 => {
-            is_x86_feature_detected!("avx2")
-                && is_x86_feature_detected!("bmi1")
-                && is_x86_feature_detected!("popcnt")
-        }
-        Kernel::Sse2 => cfg!(target_arch = "x86_64"),
-        Kernel::Portable => true,
-        #[cfg(not(target_arch = "x86_64"))]
-        Kernel::Avx2 => false,
+impl Tree {
+    /// The nearest triangle that counts, 0 < t < t_max; at equal t the lowest id.
+    #[inline]
+    pub fn closest<C: Candidate>(&self, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
+        run::<C, false>(self, ray, candidate)
+    }
+
+    /// Whether any triangle that counts lies at 0 < t < t_max.
+    #[inline]
+    pub fn blocked<C: Candidate>(&self, ray: &Ray, candidate: &C) -> bool {
+        run::<C, true>(self, ray, candidate).is_some()
     }
 }
 
 /// Runs the query on the tree's kernel.
 #[inline]
-pub(super) fn run<C: Candidate, const ANY: bool>(
-    tree: &Tree,
-    ray: &Ray,
-    candidate: &C,
-) -> Option<TriangleHit> {
+fn run<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
     match tree.kernel {
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: a tree's kernel is one for which `runs` holds (`Tree::build`, `Tree::with_kernel`).
+        // SAFETY: a tree's kernel is one for which `Kernel::runs` holds (`Tree::build`, `Tree::with_kernel`).
         Kernel::Avx2 => unsafe { avx2::<C, ANY>(tree, ray, candidate) },
         #[cfg(target_arch = "x86_64")]
         Kernel::Sse2 => sse2::<C, ANY>(tree, ray, candidate),
@@ -65,19 +59,3 @@ fn sse2<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) ->
 fn portable<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
     walk::<Portable, C, ANY>(tree, ray, candidate)
 }
-
-/// Asks for the first four lines of a child.
-#[cfg(target_arch = "x86_64")]
-#[inline(always)]
-pub(super) fn prefetch(memory: &Memory, child: Child) {
-    use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-    for line in 0..4 {
-        // SAFETY: SSE is part of every x86-64; a prefetch does not read.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(memory.near(child).wrapping_add(64 * line)) };
-    }
-}
-
-/// Elsewhere there is no such request in stable Rust.
-#[cfg(not(target_arch = "x86_64"))]
-#[inline(always)]
-pub(super) fn prefetch(_: &Memory, _: Child) {}

@@ -10,7 +10,7 @@ mod opaque;
 mod outline;
 mod search;
 
-use super::World;
+use super::queries::World;
 use crate::{Hit, Surface};
 use glam::{DVec3, Vec3};
 

@@ -4,7 +4,7 @@ use super::super::{
     instancing, mesh,
     node::{self, Hierarchy},
 };
-use super::{Counts, choices::own};
+use super::{choices::own, counts::Counts};
 use crate::SceneError;
 use gltf::json::{self, mesh::Semantic, validation::Checked};
 use serde::Serialize;

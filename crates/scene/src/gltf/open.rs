@@ -1,0 +1,59 @@
+//! What can be asked of a file: the scene in it, what else it holds, which files it needs.
+use super::container::{self, Required};
+use super::document::Document;
+use super::info::{self, Info};
+use super::options::Options;
+use super::read::scene;
+use crate::{SceneBuilder, SceneError};
+use std::path::Path;
+
+/// Reads .gltf or .glb into a builder (to which an environment may still be added).
+///
+/// # Errors
+/// What cannot be read, is not valid, or needs an extension that is not supported.
+pub fn read(path: &Path, options: &Options) -> Result<SceneBuilder, SceneError> {
+    scene(&parse(path, &file(path, options)?, Required::Refused, options)?)
+}
+
+/// As [`read`], from the bytes of the file; `path` is what messages call it and where it finds other files.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes(path: &Path, bytes: &[u8], options: &Options) -> Result<SceneBuilder, SceneError> {
+    scene(&parse(path, bytes, Required::Refused, options)?)
+}
+
+/// What is in the file, for `dapple info`. Extensions that are required but not supported are listed, not refused.
+///
+/// # Errors
+/// As [`read`].
+pub fn info(path: &Path, options: &Options) -> Result<Info, SceneError> {
+    info::info(&parse(path, &file(path, options)?, Required::Warned, options)?)
+}
+
+/// The file itself and the files that its buffers and images name, read or not; nothing but the JSON is looked at.
+///
+/// # Errors
+/// As [`read`].
+pub fn files(path: &Path, options: &Options) -> Result<Vec<std::path::PathBuf>, SceneError> {
+    Ok(parse(path, &file(path, options)?, Required::Warned, options)?.files())
+}
+
+fn file(path: &Path, options: &Options) -> Result<Vec<u8>, SceneError> {
+    let io = |source| SceneError::Io { file: path.to_owned(), what: "the scene".into(), source };
+    let length = std::fs::metadata(path).map_err(io)?.len();
+    let memory = |overrun| SceneError::Memory { file: path.to_owned(), place: "the file".into(), overrun };
+    options.memory.admit(length, None).map_err(memory)?;
+    std::fs::read(path).map_err(io)
+}
+
+fn parse<'o>(
+    path: &Path,
+    bytes: &[u8],
+    required: Required,
+    options: &'o Options,
+) -> Result<Document<'o>, SceneError> {
+    let mut warnings = Vec::new();
+    let content = container::parse(path, bytes, required, options, &mut warnings)?;
+    Ok(Document::new(path, options, content, warnings))
+}
