@@ -1,8 +1,6 @@
 //! Which surfaces let light go straight on, and which lights shine on what bends or mirrors it? Decided once per render.
 
-use crate::kernel::Job;
 use dapple_camera::{Camera, Projection};
-use dapple_materials::{BsdfSample, Lobe};
 use dapple_scene::{Scene, TexturedMaterial};
 use glam::Vec3;
 
@@ -36,17 +34,10 @@ pub(crate) fn media_start(scene: &Scene, camera: &Camera) -> Option<Vec3> {
     (is_pinhole && is_point && camera.motion.is_none() && !scene.world.has_motion()).then_some(camera.origin)
 }
 
-impl Job<'_> {
-    /// Whether a path that goes on like this takes the way that a shadow ray takes.
-    pub fn is_shadow_way(&self, sample: &BsdfSample) -> bool {
-        sample.lobe == Lobe::DeltaTransmission && (sample.eta == 1.0 || self.settings.transparent_shadows)
-    }
-}
-
 /// Lights that rays cannot hit and whose light mirrors and smooth refraction send on: that part of it nothing finds.
-pub(crate) fn unreachable(job: &Job<'_>) -> u64 {
-    let scene = job.scene;
-    if !used(scene).any(|m| sends_on(job, m)) {
+/// `sharp`: rough reflection or transmission is taken as smooth.
+pub(crate) fn unreachable(scene: &Scene, sharp: bool) -> u64 {
+    if !used(scene).any(|m| sends_on(m, sharp)) {
         return 0;
     }
     let shines = |i: usize| scene.lights[i].is_delta() && scene.lights[i].power(1.0) != Vec3::ZERO;
@@ -54,8 +45,8 @@ pub(crate) fn unreachable(job: &Job<'_>) -> u64 {
 }
 
 /// Whether surfaces of a material mirror light or bend it, without spreading it.
-fn sends_on(job: &Job<'_>, m: &TexturedMaterial) -> bool {
-    let (base, sharp) = (&m.base, !job.sharp.is_empty());
+fn sends_on(m: &TexturedMaterial, sharp: bool) -> bool {
+    let base = &m.base;
     if m.unlit {
         return false;
     }

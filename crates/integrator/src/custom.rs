@@ -3,11 +3,12 @@
 use crate::Dimension;
 use crate::direct::{Aim, Beam, Sides};
 use crate::emission::{self, Arrival};
-use crate::kernel::Job;
+use crate::job::Job;
 use crate::medium::MediumStack;
 use crate::sample::Sample;
 use crate::settings::Strategy;
-use crate::vertex::{Around, Vertex};
+use crate::trace_context::TraceContext;
+use crate::vertex::Vertex;
 use crate::visibility::{Cutout, Visibility};
 use dapple_geometry::{Hit, Surface};
 use dapple_lights::{Aiming, LightSample};
@@ -83,11 +84,11 @@ impl Intersection {
 }
 
 impl<'a> SampleContext<'a> {
-    pub(crate) fn new(job: &'a Job<'a>, sample: Sample) -> Self {
+    fn new(job: &'a Job<'a>, sample: Sample) -> Self {
         Self { job, sample, rays: Cell::new(0) }
     }
 
-    pub(crate) fn rays(&self) -> u64 {
+    fn rays(&self) -> u64 {
         self.rays.get()
     }
 
@@ -115,9 +116,9 @@ impl<'a> SampleContext<'a> {
     /// The nearest surface on `ray`; alpha is decided at random where it is partial.
     pub fn intersect(&self, ray: &Ray, depth: u32) -> Option<Intersection> {
         self.rays.set(self.rays.get() + 1);
-        let around = self.around(depth, Dimension::Alpha);
+        let context = self.trace_context(depth, Dimension::Alpha);
         let scene = self.job.scene;
-        let hit = around.visibility.closest(scene, ray, self.sample.time, around.key)?;
+        let hit = context.visibility.closest(scene, ray, self.sample.time, context.key)?;
         let surface = scene.world.surface(ray, self.sample.time, &hit);
         let wo = -ray.d.normalize();
         let vertex = Vertex::new(self.job, (ray, wo), &hit, &surface, (self.sample.time, None));
@@ -127,7 +128,7 @@ impl<'a> SampleContext<'a> {
     /// Whether something stops `ray` before its end.
     pub fn is_occluded(&self, ray: &Ray, depth: u32) -> bool {
         self.rays.set(self.rays.get() + 1);
-        self.around(depth, Dimension::ShadowAlpha).blocked(ray)
+        self.trace_context(depth, Dimension::ShadowAlpha).blocked(ray)
     }
 
     /// Whether something stands between two surface points; both ends lie outside their error boxes.
@@ -162,11 +163,11 @@ impl<'a> SampleContext<'a> {
     /// An unbiased estimate of the light that falls directly on a surface and is scattered along `wo`: one light, one point
     /// on it, one shadow ray.
     pub fn direct_light(&self, at: &Intersection, depth: u32) -> Vec3 {
-        let around = self.around(depth, Dimension::ShadowAlpha);
+        let context = self.trace_context(depth, Dimension::ShadowAlpha);
         let media = Sides { near: &MediumStack::EMPTY, far: &MediumStack::EMPTY };
         let strategy = Strategy::LightOnly;
         let beam =
-            Beam { around, vertex: &at.vertex, media, strategy, reach: 0, lost: Cell::new(Vec3::ZERO) };
+            Beam { context, vertex: &at.vertex, media, strategy, reach: 0, lost: Cell::new(Vec3::ZERO) };
         let uc = self.point_1d(depth, Dimension::LightChoice);
         let u = self.point_2d(depth, Dimension::LightPoint);
         let mut rays = 0;
@@ -180,13 +181,30 @@ impl<'a> SampleContext<'a> {
     pub fn scatter(&self, at: &Intersection, depth: u32) -> Option<(Vec3, Ray)> {
         let uc = self.point_1d(depth, Dimension::Lobe);
         let u = self.point_2d(depth, Dimension::Direction);
-        let next = at.vertex.scatter(uc, u, Lobes::ALL, &self.around(depth, Dimension::ShadowAlpha))?;
+        let next =
+            at.vertex.scatter(uc, u, Lobes::ALL, &self.trace_context(depth, Dimension::ShadowAlpha))?;
         Some((next.sample.weight, next.ray))
     }
 
-    fn around(&self, depth: u32, alpha: Dimension) -> Around<'_, Cutout<true>> {
+    fn trace_context(&self, depth: u32, alpha: Dimension) -> TraceContext<'_, Cutout<true>> {
         let key = self.sample.key.at(depth, alpha).branch(self.sample.s);
         let visibility = Cutout { cull_backfaces: self.job.is_culled() };
-        Around { job: self.job, scene: self.job.scene, visibility, time: self.sample.time, key }
+        TraceContext { job: self.job, scene: self.job.scene, visibility, time: self.sample.time, key }
     }
+}
+
+/// One camera ray, whose radiance `integrator` says, and the weight of its place in the pixel.
+pub(crate) fn sample(
+    integrator: &dyn Integrator,
+    job: &Job<'_>,
+    pixel: (u32, u32),
+    index: u32,
+    rays: &mut u64,
+) -> (Vec3, f32) {
+    let sample = Sample::new(job.settings, pixel, index).timed(job);
+    let (ray, weight) = sample.camera_ray(job, pixel);
+    let context = SampleContext::new(job, sample);
+    let radiance = integrator.radiance(&ray, &context);
+    *rays += context.rays();
+    (radiance, weight)
 }

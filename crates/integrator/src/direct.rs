@@ -2,11 +2,12 @@
 
 use crate::ledger::Cut;
 use crate::medium::MediumStack;
-use crate::path::Follow;
+use crate::observer::PathObserver;
 use crate::settings::Strategy;
 use crate::shadow::{Passage, Way};
 use crate::shared_place;
-use crate::vertex::{Around, Vertex};
+use crate::trace_context::TraceContext;
+use crate::vertex::Vertex;
 use crate::visibility::Visibility;
 use dapple_lights::{Aiming, Light, LightSample};
 use dapple_materials::{Lobe, Lobes};
@@ -17,7 +18,7 @@ use std::cell::Cell;
 
 /// The way from a vertex to a light, and what may stand in it.
 pub(crate) struct Beam<'a, V> {
-    pub around: Around<'a, V>,
+    pub context: TraceContext<'a, V>,
     pub vertex: &'a Vertex,
     pub media: Sides<'a>,
     pub strategy: Strategy,
@@ -50,11 +51,13 @@ impl<V: Visibility> Beam<'_, V> {
     /// One light, one point on it: an estimate of ∫ f·L·|cosθ| dω over all lights. Counts its shadow ray in `rays`.
     #[inline(always)]
     pub fn one(&self, aim: &Aim, rays: &mut u64) -> Vec3 {
-        let (scene, p) = (self.around.scene, self.vertex.surface.p);
+        let (scene, p) = (self.context.scene, self.vertex.surface.p);
         let Some(choice) = &scene.light_choice else { return Vec3::ZERO };
         let Some(chosen) = choice.sample(p, self.vertex.choice_normal(), aim.uc) else { return Vec3::ZERO };
         let light = &scene.lights[chosen.index];
-        let Some(sample) = light.sample_as(aim.aiming, p, aim.u, self.around.time) else { return Vec3::ZERO };
+        let Some(sample) = light.sample_as(aim.aiming, p, aim.u, self.context.time) else {
+            return Vec3::ZERO;
+        };
         let pdf = sample.pdf * chosen.pmf;
         let f_cos = self.received(light, &sample, pdf, aim.followed, false);
         let alone = || self.received_alone(light, &sample, pdf, aim.followed);
@@ -98,8 +101,8 @@ impl<V: Visibility> Beam<'_, V> {
         }
         let radiance = match &sample.point {
             Some(point) if !sample.delta => {
-                let time = self.around.time;
-                self.around.scene.light_radiance(light as u32, point, sample.radiance, time)
+                let time = self.context.time;
+                self.context.scene.light_radiance(light as u32, point, sample.radiance, time)
             }
             _ => sample.radiance,
         };
@@ -107,19 +110,19 @@ impl<V: Visibility> Beam<'_, V> {
         if value == Vec3::ZERO || value.is_nan() {
             return value;
         }
-        let Some(o) = self.vertex.origin(sample.wi, &self.around) else { return Vec3::ZERO };
+        let Some(o) = self.vertex.origin(sample.wi, &self.context) else { return Vec3::ZERO };
         let ray = sample.shadow_ray(o);
         *rays += 1;
-        if V::PLAIN || self.around.job.plain_shadows {
-            let is_hidden = match shared_place::of(self.around.scene).filter(|_| !V::PLAIN) {
-                None => self.around.blocked(&ray),
-                Some(places) => shared_place::is_hidden(places, (light, sample), o, &ray, &self.around),
+        if V::PLAIN || self.context.job.plain_shadows {
+            let is_hidden = match shared_place::of(self.context.scene).filter(|_| !V::PLAIN) {
+                None => self.context.blocked(&ray),
+                Some(places) => shared_place::is_hidden(places, (light, sample), o, &ray, &self.context),
             };
             return if is_hidden { Vec3::ZERO } else { value };
         }
-        let ray = match shared_place::of(self.around.scene) {
+        let ray = match shared_place::of(self.context.scene) {
             None => Some(ray),
-            Some(places) => shared_place::way(places, (light, sample), o, ray, &self.around),
+            Some(places) => shared_place::way(places, (light, sample), o, ray, &self.context),
         };
         let Some(ray) = ray else { return Vec3::ZERO };
         self.through(&ray, sample, value, &|| alone() * radiance / pdf)
@@ -138,7 +141,7 @@ impl<V: Visibility> Beam<'_, V> {
         let ng = self.vertex.surface.ng;
         let is_far = wi.dot(ng) * self.vertex.wo.dot(ng) < 0.0;
         let stack = if is_far { self.media.far } else { self.media.near };
-        match self.around.passage(ray, stack, distance) {
+        match self.context.passage(ray, stack, distance) {
             Passage::Open(way) => Some(way),
             Passage::Blocked => None,
             Passage::Lost => {
@@ -154,10 +157,10 @@ impl<V: Visibility> Beam<'_, V> {
     }
 
     /// Writes down what was lost, for a path of throughput `beta`.
-    pub fn tell<F: Follow>(&self, beta: Vec3, follow: &mut F) {
+    pub fn tell<O: PathObserver>(&self, beta: Vec3, observer: &mut O) {
         let lost = self.lost.get();
         if lost != Vec3::ZERO {
-            follow.cut(Cut::Panes, beta * lost);
+            observer.cut(Cut::Panes, beta * lost);
         }
     }
 
@@ -170,9 +173,9 @@ impl<V: Visibility> Beam<'_, V> {
         aimed: impl Fn(usize, f32) -> f32,
         rays: &mut u64,
     ) -> Vec3 {
-        let Some(index) = self.around.scene.environment else { return Vec3::ZERO };
+        let Some(index) = self.context.scene.environment else { return Vec3::ZERO };
         let (Light::Environment(environment), true) =
-            (&self.around.scene.lights[index as usize], self.vertex.bsdf.lobes().contains(Lobe::Diffuse))
+            (&self.context.scene.lights[index as usize], self.vertex.bsdf.lobes().contains(Lobe::Diffuse))
         else {
             return Vec3::ZERO;
         };
@@ -182,7 +185,7 @@ impl<V: Visibility> Beam<'_, V> {
         if f_cos == Vec3::ZERO || value == Vec3::ZERO {
             return Vec3::ZERO;
         }
-        let Some(o) = self.vertex.origin(wi, &self.around) else { return Vec3::ZERO };
+        let Some(o) = self.vertex.origin(wi, &self.context) else { return Vec3::ZERO };
         let ray = Ray::new(o, wi);
         *rays += 1;
         let Some(way) = self.way(&ray, wi, f32::INFINITY, value) else { return Vec3::ZERO };

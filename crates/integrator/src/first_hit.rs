@@ -9,86 +9,22 @@
 //! past all such surfaces; and only where something lies before the near plane, or the camera stands within a body, it is
 //! moved to start there. So pictures in which nothing is passed keep their bytes.
 
-use crate::kernel::Job;
+use crate::culling::{Backfaces, hides_back, hides_backs};
+use crate::job::Job;
 use crate::medium::MediumStack;
 use crate::shared_place;
-use crate::vertex::Around;
+use crate::trace_context::TraceContext;
 use crate::visibility::{Query, Visibility};
-use dapple_camera::{Camera, Clip, Projection};
+use dapple_camera::Camera;
 use dapple_geometry::{Filter, Hit, Surface};
 use dapple_math::Ray;
 use dapple_sampling::Key;
-use dapple_scene::{Scene, TexturedMaterial};
-use glam::{DVec3, Vec2};
-use std::{fmt, str::FromStr};
-
-/// Which rays meet the back faces of triangles with a single-sided material. Exact spheres and disks have no back faces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Backfaces {
-    /// Camera rays pass them, unless the material lets light through; all other rays meet them. So pictures show what the
-    /// culling of the glTF specification shows, and rooms of single-sided walls keep their light.
-    #[default]
-    Camera,
-    /// All rays.
-    Shown,
-    /// None, whatever the material: not even light is stopped.
-    Culled,
-}
-
-impl FromStr for Backfaces {
-    type Err = String;
-    fn from_str(s: &str) -> Result<Self, String> {
-        match s {
-            "camera" => Ok(Self::Camera),
-            "shown" => Ok(Self::Shown),
-            "culled" => Ok(Self::Culled),
-            _ => Err("expected camera, shown or culled".into()),
-        }
-    }
-}
-
-impl fmt::Display for Backfaces {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Camera => "camera",
-            Self::Shown => "shown",
-            Self::Culled => "culled",
-        })
-    }
-}
-
-/// Whether camera rays pass the back faces of a material.
-fn hides_back(m: &TexturedMaterial) -> bool {
-    !m.double_sided && !m.transmits()
-}
-
-/// Whether camera rays pass the back faces of anything in the scene.
-pub(crate) fn hides_backs(scene: &Scene, backfaces: Backfaces) -> bool {
-    backfaces == Backfaces::Camera
-        && scene.objects.iter().any(|object| hides_back(&scene.materials[object.material as usize]))
-}
+use dapple_scene::Scene;
+use glam::Vec2;
 
 /// Whether a camera ray along the direction of `ray` passes a hit, for it is of a back face that is not shown.
 fn is_passed(scene: &Scene, hit: &Hit, ray: &Ray, time: f32) -> bool {
     hides_back(scene.material(hit.object)) && scene.world.is_from_behind(hit, ray.d, time)
-}
-
-/// The clipping planes, as far as something of the scene lies before or beyond them.
-pub(crate) fn needed_clip(scene: &Scene, camera: &Camera) -> Option<Clip> {
-    let clip = camera.clip?;
-    let (min, max) = scene.world.bounds()?;
-    if camera.motion.is_some() {
-        return Some(clip);
-    }
-    let depth = |i: usize| {
-        let of = |axis: usize| f64::from(if i >> axis & 1 == 0 { min[axis] } else { max[axis] });
-        (camera.origin.as_dvec3() - DVec3::new(of(0), of(1), of(2))).dot(camera.backward.as_dvec3())
-    };
-    let nearest = (0..8).map(depth).fold(f64::INFINITY, f64::min);
-    let farthest = (0..8).map(depth).fold(f64::NEG_INFINITY, f64::max);
-    let near = if nearest >= f64::from(clip.near) { 0.0 } else { clip.near };
-    let far = if farthest <= f64::from(clip.far) { f32::INFINITY } else { clip.far };
-    (near > 0.0 || far < f32::INFINITY).then_some(Clip { near, far })
 }
 
 /// The ray from its near plane on, which is `near` lengths of its direction away.
@@ -99,23 +35,6 @@ pub(crate) fn beyond(ray: &Ray, near: f32) -> Ray {
     let o = ray.o.as_dvec3() + ray.d.as_dvec3() * f64::from(near);
     Ray { o: o.as_vec3(), d: ray.d, t_max: ray.t_max - near }
 }
-
-/// How far along a camera ray its near plane can be at most, in lengths of its direction; 0 where nothing is clipped. The
-/// directions of camera rays are not shorter than 1, and tilted by no more than the corners of the picture, the widest pixel
-/// filter and the rim of the lens are.
-pub(crate) fn farthest_near(camera: &Camera, size: (u32, u32)) -> f32 {
-    let Some(Clip { near, .. }) = camera.clip else { return 0.0 };
-    let (width, height) = (size.0 as f32, size.1.max(1) as f32);
-    let tilt = match camera.projection {
-        Projection::Perspective { tan_half } => tan_half * (width + height + 4.0 * WIDEST) / height,
-        Projection::Orthographic { .. } => 0.0,
-    };
-    let by_lens = camera.lens.map_or(0.0, |lens| 2.0 * lens.radius / lens.focus_distance);
-    near * 1.01 * (1.0 + tilt + by_lens)
-}
-
-/// Radius of the widest pixel filter.
-const WIDEST: f32 = 64.0;
 
 /// The ray from its near plane on, the bodies around its start there, and how long the way before it is.
 #[cold]
@@ -159,28 +78,28 @@ impl Job<'_> {
 #[cold]
 #[inline(never)]
 pub(crate) fn seen<V: Visibility>(
-    around: &Around<'_, V>,
+    context: &TraceContext<'_, V>,
     ray: &Ray,
     (near, first): (f32, f32),
 ) -> Option<(Hit, Surface, f32)> {
-    let moves = around.job.clips(first, near, ray, around.time);
-    let near = if moves { around.job.near(ray, around.time) } else { 0.0 };
+    let moves = context.job.clips(first, near, ray, context.time);
+    let near = if moves { context.job.near(ray, context.time) } else { 0.0 };
     let ray = beyond(ray, near);
-    let around = &around.of_camera_ray();
-    let scene = around.scene;
-    let mut hit = around.visibility.closest(scene, &ray, around.time, around.key)?;
-    let mut surface = scene.world.surface(&ray, around.time, &hit);
+    let context = &context.of_camera_ray();
+    let scene = context.scene;
+    let mut hit = context.visibility.closest(scene, &ray, context.time, context.key)?;
+    let mut surface = scene.world.surface(&ray, context.time, &hit);
     if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
-        shared_place::settle(places, &ray, (&mut hit, &mut surface), around);
+        shared_place::settle(places, &ray, (&mut hit, &mut surface), context);
     }
     Some((hit, surface, (near + hit.t) * ray.d.length()))
 }
 
-impl<'a, V: Visibility> Around<'a, V> {
+impl<'a, V: Visibility> TraceContext<'a, V> {
     /// The same for camera rays, which pass back faces.
-    pub fn of_camera_ray(&self) -> Around<'a, FromCamera<V>> {
+    pub fn of_camera_ray(&self) -> TraceContext<'a, FromCamera<V>> {
         let visibility = FromCamera { inner: self.visibility, hides_backs: self.job.hides_backs };
-        Around { job: self.job, scene: self.scene, visibility, time: self.time, key: self.key }
+        TraceContext { job: self.job, scene: self.scene, visibility, time: self.time, key: self.key }
     }
 }
 

@@ -3,7 +3,7 @@
 
 use crate::distribution::light_plan;
 use crate::effects::Effect;
-use crate::kernel::Job;
+use crate::job::Job;
 use crate::kinds::{Kinds, Width};
 use crate::settings::{MethodKind, Settings};
 use dapple_camera::Camera;

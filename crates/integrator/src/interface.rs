@@ -1,9 +1,9 @@
 //! Boundaries of bodies along a ray: several in one place are one, and those hidden inside a stronger body are none.
 
-use crate::kernel::Job;
+use crate::job::Job;
 use crate::medium::{Boundary, MediumStack};
-use crate::shared_place;
-use crate::vertex::Around;
+use crate::shared_place::{self, are_one_place};
+use crate::trace_context::TraceContext;
 use crate::visibility::{Query, Visibility};
 use dapple_geometry::{Hit, Surface};
 use dapple_math::Ray;
@@ -41,8 +41,8 @@ impl Met {
 
 /// The nearest surface that is not a hidden boundary, in a scene with bodies.
 #[inline(never)]
-pub(crate) fn meet<V: Visibility>(around: &Around<'_, V>, ray: &Ray, stack: &MediumStack) -> Met {
-    let (scene, bodies) = (around.scene, around.job.media.bodies);
+pub(crate) fn meet<V: Visibility>(context: &TraceContext<'_, V>, ray: &Ray, stack: &MediumStack) -> Met {
+    let (scene, bodies) = (context.scene, context.job.media.bodies);
     let mut ray = *ray;
     let length = ray.d.length();
     let mut met = Met {
@@ -54,13 +54,13 @@ pub(crate) fn meet<V: Visibility>(around: &Around<'_, V>, ray: &Ray, stack: &Med
         overflows: false,
     };
     for passed in 0.. {
-        let Some(mut hit) = around.visibility.closest(scene, &ray, around.time, around.key) else {
+        let Some(mut hit) = context.visibility.closest(scene, &ray, context.time, context.key) else {
             met.transmittance *= met.stack.transmittance(bodies, f32::INFINITY);
             break;
         };
-        let mut surface = scene.world.surface(&ray, around.time, &hit);
+        let mut surface = scene.world.surface(&ray, context.time, &hit);
         if let Some(places) = shared_place::of(scene) {
-            shared_place::settle(places, &ray, (&mut hit, &mut surface), around);
+            shared_place::settle(places, &ray, (&mut hit, &mut surface), context);
         }
         if passed == 0 {
             met.first = hit.t;
@@ -72,7 +72,7 @@ pub(crate) fn meet<V: Visibility>(around: &Around<'_, V>, ray: &Ray, stack: &Med
             met.at = Some((hit, surface, None));
             break;
         }
-        let (boundary, _) = gather(around, &ray, &hit, &mut surface, &met.stack);
+        let (boundary, _) = gather(context, &ray, &hit, &mut surface, &met.stack);
         met.overflows |= boundary.overflows;
         if !boundary.is_hidden() || passed == HIDDEN {
             met.at = Some((hit, surface, Some(boundary)));
@@ -89,13 +89,13 @@ pub(crate) fn meet<V: Visibility>(around: &Around<'_, V>, ray: &Ray, stack: &Med
 /// outside of all of them. Thin walls in between are left out: nothing else of them remains (`shared_place`). Returns the
 /// last hit.
 pub(crate) fn gather<V: Visibility>(
-    around: &Around<'_, V>,
+    context: &TraceContext<'_, V>,
     ray: &Ray,
     hit: &Hit,
     surface: &mut Surface,
     stack: &MediumStack,
 ) -> (Boundary, Hit) {
-    let (scene, media) = (around.scene, &around.job.media);
+    let (scene, media) = (context.scene, &context.job.media);
     let mut boundary = Boundary::new(stack);
     let from_outside = |of: &Surface| of.ng.dot(ray.d) < 0.0;
     let first = *surface;
@@ -106,11 +106,11 @@ pub(crate) fn gather<V: Visibility>(
     }
     let mut known = [(hit.object, from_outside(&first)); IN_ONE_PLACE];
     let mut count = 1;
-    let at = Query { scene, ray, time: around.time, key: around.key };
+    let at = Query { scene, ray, time: context.time, key: context.key };
     while count < IN_ONE_PLACE {
-        let Some(next) = around.visibility.closest_where(&at, &|h| last.wins_over(h)) else { break };
+        let Some(next) = context.visibility.closest_where(&at, &|h| last.wins_over(h)) else { break };
         let body = scene.objects[next.object as usize].body;
-        let other = scene.world.surface(ray, around.time, &next);
+        let other = scene.world.surface(ray, context.time, &next);
         if !(are_one_place(&first, &other) || is_passed_over(surface, &other)) {
             break;
         }
@@ -137,10 +137,4 @@ pub(crate) fn gather<V: Visibility>(
 /// Whether a ray that goes on from `from` starts beyond `other`.
 fn is_passed_over(from: &Surface, other: &Surface) -> bool {
     from.ng.dot(other.p - from.p).abs() <= from.ng.abs().dot(from.p_error)
-}
-
-/// Whether two hits of one ray lie within each other's error bounds, across the surfaces.
-pub(crate) fn are_one_place(a: &Surface, b: &Surface) -> bool {
-    let (between, error) = (b.p - a.p, a.p_error + b.p_error);
-    [a.ng, b.ng].iter().all(|n| n.dot(between).abs() <= n.abs().dot(error))
 }

@@ -2,8 +2,7 @@
 
 use crate::effects::Effect;
 use crate::kinds::Kinds;
-use crate::path::ROULETTE_FROM;
-use crate::settings::{Settings, Strategy};
+use crate::settings::{ROULETTE_FROM, Settings, Strategy};
 use dapple_camera::Camera;
 use dapple_lights::Light;
 use dapple_scene::Scene;

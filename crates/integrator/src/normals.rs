@@ -29,7 +29,7 @@
 //! microfacet model of [Schüßler et al. 2017] is, but light that meets its facets twice is reflected twice: a
 //! metal darkens with the map, and its analytic form loses what meets them more often.
 
-use crate::kernel::Job;
+use crate::job::Job;
 use crate::terminator;
 use dapple_geometry::{Hit, Surface};
 use dapple_math::{Frame, offset::gamma};

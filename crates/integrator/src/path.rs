@@ -10,14 +10,17 @@ use crate::direct::{Aim, Beam, Sides};
 use crate::emission::{self, Arrival, Rival};
 use crate::first_hit::{seen, start};
 use crate::interface::meet;
-use crate::kernel::Job;
-use crate::ledger::{Cut, FAINT, Ledger};
+use crate::job::Job;
+use crate::ledger::{Cut, FAINT};
 use crate::medium::MediumStack;
+use crate::observer::{PathObserver, cut_short};
 use crate::sample::Sample;
+use crate::scatter::Scattered;
+use crate::settings::ROULETTE_FROM;
 use crate::shared_place;
-use crate::vertex::{Around, Scattered, Vertex};
+use crate::trace_context::TraceContext;
+use crate::vertex::Vertex;
 use crate::visibility::Visibility;
-use dapple_materials::BsdfSample;
 use dapple_math::Ray;
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
@@ -25,39 +28,29 @@ use std::cell::Cell;
 /// Bounces after which a path looks whether it is to end.
 const LOOK: u32 = 256;
 
-/// Bounces before roulette begins.
-pub(crate) const ROULETTE_FROM: u32 = 3;
-
-/// Follows the rays of a sample as they grow; the empty follower costs nothing.
-pub(crate) trait Follow {
-    fn vertex(&mut self, _depth: u32, _vertex: &Vertex, _beta: Vec3, _emitted: Vec3) {}
-    /// Of the vertex last met.
-    fn direct(&mut self, _direct: Vec3) {}
-    fn scattered(&mut self, _depth: u32, _sample: &BsdfSample) {}
-    fn escaped(&mut self, _depth: u32, _beta: Vec3, _radiance: Vec3, _d: Vec3) {}
-    /// Camera rays that meet no surface see nothing.
-    fn hides_backdrop(&self) -> bool {
-        false
-    }
-    /// A path of throughput `_beta` ended before the light did.
-    fn cut(&mut self, _why: Cut, _beta: Vec3) {}
-}
-
-/// Nobody watches; only what alters the estimate is written down.
-impl Follow for Ledger {
-    fn cut(&mut self, why: Cut, beta: Vec3) {
-        self.cut(why, beta);
-    }
+/// One path from pixel to radiance.
+#[inline(always)]
+pub(crate) fn path_sample<V: Visibility, O: PathObserver>(
+    job: &Job<'_>,
+    visibility: V,
+    pixel: (u32, u32),
+    index: u32,
+    observer: &mut O,
+    rays: &mut u64,
+) -> (Vec3, f32) {
+    let sample = Sample::new(job.settings, pixel, index).timed(job);
+    let (ray, weight) = sample.camera_ray(job, pixel);
+    (li(job, visibility, ray, &sample, observer, rays), weight)
 }
 
 /// Radiance along `ray` for one sample; counts rays.
 #[inline(always)]
-pub(crate) fn li<V: Visibility, F: Follow>(
+fn li<V: Visibility, O: PathObserver>(
     job: &Job<'_>,
     visibility: V,
     ray: Ray,
     sample: &Sample,
-    follow: &mut F,
+    observer: &mut O,
     rays: &mut u64,
 ) -> Vec3 {
     let (scene, settings) = (job.scene, job.settings);
@@ -83,44 +76,44 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         }
         *rays += 1;
         let key = sample.key.at(depth, Dimension::Alpha);
-        let around = Around { job, scene, visibility, time: sample.time, key: key.branch(sample.s) };
+        let context = TraceContext { job, scene, visibility, time: sample.time, key: key.branch(sample.s) };
         let length = ray.d.length();
         let (mut hit, mut surface);
         let (mut distance, boundary);
         let has_media = !V::PLAIN && !job.media.is_empty();
         if has_media {
-            let mut met = meet(&around, &ray, &state.stack);
+            let mut met = meet(&context, &ray, &state.stack);
             let is_clipped = job.clips(met.first, near, &ray, sample.time);
             if state.arrival.is_camera() && (is_clipped || met.is_passed(job, &ray, sample.time)) {
                 let mut before = 0.0;
                 if is_clipped {
                     (ray, state.stack, before) = start(job, &ray, sample.time);
                 }
-                met = meet(&around.of_camera_ray(), &ray, &state.stack);
+                met = meet(&context.of_camera_ray(), &ray, &state.stack);
                 met.distance += before;
             }
             state.beta *= met.transmittance;
             state.stack = met.stack;
             if met.overflows {
-                follow.cut(Cut::Nested, state.beta);
+                observer.cut(Cut::Nested, state.beta);
             }
-            let Some(at) = met.at else { return radiance + state.escaped(job, depth, ray.d, follow) };
+            let Some(at) = met.at else { return radiance + state.escaped(job, depth, ray.d, observer) };
             (hit, surface, boundary) = at;
             distance = met.distance;
         } else {
-            let Some(nearest) = visibility.closest(scene, &ray, sample.time, around.key) else {
-                return radiance + state.escaped(job, depth, ray.d, follow);
+            let Some(nearest) = visibility.closest(scene, &ray, sample.time, context.key) else {
+                return radiance + state.escaped(job, depth, ray.d, observer);
             };
             (hit, boundary) = (nearest, None);
             surface = scene.world.surface(&ray, sample.time, &hit);
             if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
-                shared_place::settle(places, &ray, (&mut hit, &mut surface), &around);
+                shared_place::settle(places, &ray, (&mut hit, &mut surface), &context);
             }
             distance = hit.t * length;
             let is_camera = if V::PLAIN { depth == 0 } else { state.arrival.is_camera() };
             if is_camera && job.passes(&ray, (&hit, &surface), near, sample.time) {
-                let Some(shown) = seen(&around, &ray, (near, hit.t)) else {
-                    return radiance + state.escaped(job, depth, ray.d, follow);
+                let Some(shown) = seen(&context, &ray, (near, hit.t)) else {
+                    return radiance + state.escaped(job, depth, ray.d, observer);
                 };
                 (hit, surface, distance) = shown;
             }
@@ -130,26 +123,26 @@ pub(crate) fn li<V: Visibility, F: Follow>(
         let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
         radiance += state.beta * le;
         let vertex = Vertex::new(job, (&ray, wo), &hit, &surface, (sample.time, boundary.as_ref()));
-        follow.vertex(depth, &vertex, state.beta, le);
+        observer.vertex(depth, &vertex, state.beta, le);
         if vertex.shading.unlit || depth >= job.bounces {
-            cut_short(&vertex, state.beta, follow);
+            cut_short(&vertex, state.beta, observer);
             return radiance;
         }
         let near = &state.stack;
         let media = Sides { near, far: boundary.as_ref().map_or(near, |boundary| &boundary.after) };
-        let direct = direct(job, visibility, &vertex, sample, depth, media, (state.beta, follow), rays);
-        follow.direct(direct);
+        let direct = direct(job, visibility, &vertex, sample, depth, media, (state.beta, observer), rays);
+        observer.direct(direct);
         radiance += state.beta * direct;
         let uc = if job.needs.lobe { sample.point_1d(depth, Dimension::Lobe) } else { 0.0 };
         let u = if job.needs.direction { sample.point_2d(depth, Dimension::Direction) } else { Vec2::ZERO };
-        let Some(next) = vertex.scatter(uc, u, job.followed, &around) else { return radiance };
-        follow.scattered(depth, &next.sample);
+        let Some(next) = vertex.scatter(uc, u, job.followed, &context) else { return radiance };
+        observer.scattered(depth, &next.sample);
         state.go(job, &vertex, &next, sample.time, distance);
         if let (true, true, Some(boundary)) = (has_media, next.sample.lobe.is_transmission(), &boundary) {
             state.stack = boundary.after;
         }
         if state.beta.max_element() < FAINT {
-            follow.cut(Cut::Faint, state.beta);
+            observer.cut(Cut::Faint, state.beta);
             return radiance;
         }
         ray = if V::PLAIN { next.ray } else { state.arrival.ending(next.ray) };
@@ -163,23 +156,16 @@ pub(crate) fn li<V: Visibility, F: Follow>(
     radiance
 }
 
-/// Writes down a path that ends at a vertex which would have scattered on.
-pub(crate) fn cut_short<F: Follow>(vertex: &Vertex, beta: Vec3, follow: &mut F) {
-    if !vertex.shading.unlit && !vertex.bsdf.lobes().is_empty() {
-        follow.cut(Cut::Depth, beta * vertex.bsdf.albedo());
-    }
-}
-
 /// One light by next-event estimation; without interreflection also what only diffuse directions would find.
 #[allow(clippy::too_many_arguments)]
-fn direct<V: Visibility, F: Follow>(
+fn direct<V: Visibility, O: PathObserver>(
     job: &Job<'_>,
     visibility: V,
     vertex: &Vertex,
     sample: &Sample,
     depth: u32,
     media: Sides<'_>,
-    (beta, follow): (Vec3, &mut F),
+    (beta, observer): (Vec3, &mut O),
     rays: &mut u64,
 ) -> Vec3 {
     if vertex.bsdf.is_delta() {
@@ -187,9 +173,9 @@ fn direct<V: Visibility, F: Follow>(
     }
     let (scene, strategy) = (job.scene, job.settings.strategy);
     let key = sample.key.at(depth, Dimension::ShadowAlpha).branch(sample.s);
-    let around = Around { job, scene, visibility, time: sample.time, key };
+    let context = TraceContext { job, scene, visibility, time: sample.time, key };
     let reach = job.bounces - depth - 1;
-    let beam = Beam { around, vertex, media, strategy, reach, lost: Cell::new(Vec3::ZERO) };
+    let beam = Beam { context, vertex, media, strategy, reach, lost: Cell::new(Vec3::ZERO) };
     let mut sum = Vec3::ZERO;
     if job.needs.next_event {
         let aim = Aim {
@@ -208,7 +194,7 @@ fn direct<V: Visibility, F: Follow>(
         sum += vertex.bsdf.diffuse_albedo() * job.settings.ambient;
     }
     if !V::PLAIN && !job.plain_shadows {
-        beam.tell(beta, follow);
+        beam.tell(beta, observer);
     }
     sum
 }
@@ -233,12 +219,12 @@ impl Default for PathState {
 impl PathState {
     /// What the environment adds to a path that leaves along `d`.
     #[inline(always)]
-    fn escaped<F: Follow>(&self, job: &Job<'_>, depth: u32, d: Vec3, follow: &mut F) -> Vec3 {
-        let le = match depth == 0 && follow.hides_backdrop() {
+    fn escaped<O: PathObserver>(&self, job: &Job<'_>, depth: u32, d: Vec3, observer: &mut O) -> Vec3 {
+        let le = match depth == 0 && observer.hides_backdrop() {
             true => Vec3::ZERO,
             false => emission::escaped(job.scene, d.normalize(), &self.arrival, job.settings.strategy),
         };
-        follow.escaped(depth, self.beta, le, d);
+        observer.escaped(depth, self.beta, le, d);
         self.beta * le
     }
 

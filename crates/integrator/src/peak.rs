@@ -14,7 +14,7 @@
 //! after the other focus is not looked for, and textures are looked at where rays happen to hit them.
 
 use crate::first_hit;
-use crate::kernel::Job;
+use crate::job::Job;
 use crate::sample::Sample;
 use crate::settings::Settings;
 use dapple_camera::{Camera, Projection};

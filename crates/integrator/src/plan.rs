@@ -3,12 +3,13 @@
 //! Everything here is read off what the render itself uses (`Needs`, the kernel table, the survey), so that the page a
 //! user reads is what happens.
 
+use crate::culling::Backfaces;
 use crate::effects::{Combine, Effect};
-use crate::first_hit::Backfaces;
-use crate::kernel::{self, Job};
+use crate::first_hit_sums::FirstHits;
+use crate::job::Job;
+use crate::kernel;
 use crate::kinds::{Kinds, Width};
 use crate::settings::{MethodKind, Settings};
-use crate::tile::FirstHits;
 use dapple_camera::Camera;
 use dapple_lights::Light;
 use dapple_scene::Scene;
@@ -304,7 +305,7 @@ mod tests {
                 let listed = match dimension {
                     Dimension::Pixel => depth == 0,
                     Dimension::Direction | Dimension::LightPoint => true,
-                    Dimension::Roulette => depth >= crate::path::ROULETTE_FROM,
+                    Dimension::Roulette => depth >= crate::settings::ROULETTE_FROM,
                     _ => false,
                 };
                 assert!(listed, "{dimension:?} at {depth}");

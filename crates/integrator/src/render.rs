@@ -21,7 +21,8 @@ mod renderer;
 mod snapshot;
 mod watch;
 
-pub use outcome::{BadSample, Outcome, Progress, Stats};
+pub use crate::tile::BadSample;
+pub use outcome::{Outcome, Progress, Stats};
 pub use pixels::{render_pixels, render_pixels_until};
 pub use renderer::{Advance, RenderState, Renderer};
 pub use snapshot::{Look, Snapshot};

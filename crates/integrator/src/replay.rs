@@ -1,7 +1,8 @@
 //! One path again, vertex by vertex: numbers are keyed by name, so any sample of any render can be told in full.
 
-use crate::kernel::{self, Job};
-use crate::path::Follow;
+use crate::job::Job;
+use crate::kernel;
+use crate::observer::PathObserver;
 use crate::settings::Settings;
 use crate::vertex::Vertex;
 use dapple_camera::Camera;
@@ -47,7 +48,7 @@ pub fn replay(
 ) -> (Vec<PathVertex>, Vec3) {
     let job = Job::new(scene, camera, settings);
     let mut recorder = Recorder { scene, hides_backdrop: settings.transparent, vertices: Vec::new() };
-    let (radiance, weight) = kernel::followed(&job, pixel, sample, &mut recorder, &mut 0);
+    let (radiance, weight) = kernel::observed(&job, pixel, sample, &mut recorder, &mut 0);
     (recorder.vertices, radiance * weight)
 }
 
@@ -57,7 +58,7 @@ struct Recorder<'a> {
     vertices: Vec<PathVertex>,
 }
 
-impl Follow for Recorder<'_> {
+impl PathObserver for Recorder<'_> {
     fn vertex(&mut self, depth: u32, vertex: &Vertex, beta: Vec3, emitted: Vec3) {
         let object = &self.scene.objects[vertex.hit.object as usize];
         self.vertices.push(PathVertex {

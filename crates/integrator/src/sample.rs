@@ -2,7 +2,7 @@
 
 use crate::Dimension;
 use crate::effects::Effect;
-use crate::kernel::Job;
+use crate::job::Job;
 use crate::places::moves;
 use crate::settings::Settings;
 use dapple_math::Ray;

@@ -1,8 +1,8 @@
 //! Everything that changes the estimate, or when it stops.
 
 use crate::Aov;
+use crate::culling::Backfaces;
 use crate::effects::{Combine, Effect, Plans};
-use crate::first_hit::Backfaces;
 use crate::spread::Spread;
 use dapple_camera::Filter;
 use dapple_math::PixelRect;
@@ -11,6 +11,9 @@ use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
+
+/// Bounces before roulette begins.
+pub(crate) const ROULETTE_FROM: u32 = 3;
 
 /// The integrator that renders, with the settings that it alone has.
 #[derive(Clone, Debug)]

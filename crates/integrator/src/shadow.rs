@@ -9,10 +9,11 @@
 //! anywhere else (`emission::Arrival` keeps the vertex that the way began at). Surfaces are walked through in the order
 //! of `Hit::wins_over`, so that products do not depend on the order of traversal.
 
-use crate::interface::{are_one_place, gather};
+use crate::interface::gather;
 use crate::medium::MediumStack;
-use crate::shared_place;
-use crate::vertex::{Around, Vertex};
+use crate::shared_place::{self, are_one_place};
+use crate::trace_context::TraceContext;
+use crate::vertex::Vertex;
 use crate::visibility::{Query, Visibility};
 use dapple_geometry::{Hit, Surface};
 use dapple_math::Ray;
@@ -45,7 +46,7 @@ pub(crate) struct Way {
     pub bent: bool,
 }
 
-impl<V: Visibility> Around<'_, V> {
+impl<V: Visibility> TraceContext<'_, V> {
     /// What comes through along `ray` from a light at `distance`, seen from within `stack`.
     #[inline(always)]
     pub fn passage(&self, ray: &Ray, stack: &MediumStack, distance: f32) -> Passage {

@@ -14,8 +14,7 @@
 //!
 //! Only surfaces and lights that [`SharedPlaces`](dapple_scene::SharedPlaces) knows to share a place come here.
 
-use crate::interface::are_one_place;
-use crate::vertex::Around;
+use crate::trace_context::TraceContext;
 use crate::visibility::Visibility;
 use dapple_geometry::{Hit, PlacePoint, Surface};
 use dapple_lights::{LightPoint, LightSample};
@@ -37,7 +36,7 @@ pub(crate) fn settle<V: Visibility>(
     places: &SharedPlaces,
     ray: &Ray,
     (hit, surface): (&mut Hit, &mut Surface),
-    around: &Around<'_, V>,
+    context: &TraceContext<'_, V>,
 ) {
     if !places.contains(hit) {
         return;
@@ -45,10 +44,10 @@ pub(crate) fn settle<V: Visibility>(
     let depth = places.surfaces.thickness() / surface.ng.dot(ray.d).abs();
     let end = (hit.t + depth).next_up().min(ray.t_max);
     // Nothing else stops the ray before `hit`, but by rounding.
-    let hits = hits_between(0.0, &ray.until(end), around);
-    let nearest = Candidate::new(places, ray, *hit, *surface, around);
+    let hits = hits_between(0.0, &ray.until(end), context);
+    let nearest = Candidate::new(places, ray, *hit, *surface, context);
     let others = hits.into_iter().filter(|other| places.contains(other));
-    let winner = resolve(nearest, others.map(|hit| Candidate::of(places, ray, hit, around)));
+    let winner = resolve(nearest, others.map(|hit| Candidate::of(places, ray, hit, context)));
     (*hit, *surface) = (winner.hit, winner.surface);
 }
 
@@ -69,6 +68,12 @@ pub(crate) fn is_left_out(
         && are_one_place(&passed, &surface)
 }
 
+/// Whether two hits of one ray lie within each other's error bounds, across the surfaces.
+pub(crate) fn are_one_place(a: &Surface, b: &Surface) -> bool {
+    let (between, error) = (b.p - a.p, a.p_error + b.p_error);
+    [a.ng, b.ng].iter().all(|n| n.dot(between).abs() <= n.abs().dot(error))
+}
+
 /// Whether something stands between `o` and a sampled point of a light: as `blocked` by the shadow ray `ray`, but that in
 /// the light's own place the surface decides which is there.
 #[inline(never)]
@@ -77,11 +82,11 @@ pub(crate) fn is_hidden<V: Visibility>(
     (light, sample): (usize, &LightSample),
     o: Vec3,
     ray: &Ray,
-    around: &Around<'_, V>,
+    context: &TraceContext<'_, V>,
 ) -> bool {
-    match Target::new(places, around.scene, light, sample, o, around.time) {
-        None => around.blocked(ray),
-        Some(target) => around.blocked(&target.way()) || !target.is_seen(around),
+    match Target::new(places, context.scene, light, sample, o, context.time) {
+        None => context.blocked(ray),
+        Some(target) => context.blocked(&target.way()) || !target.is_seen(context),
     }
 }
 
@@ -93,11 +98,11 @@ pub(crate) fn way<V: Visibility>(
     (light, sample): (usize, &LightSample),
     o: Vec3,
     ray: Ray,
-    around: &Around<'_, V>,
+    context: &TraceContext<'_, V>,
 ) -> Option<Ray> {
-    match Target::new(places, around.scene, light, sample, o, around.time) {
+    match Target::new(places, context.scene, light, sample, o, context.time) {
         None => Some(ray),
-        Some(target) => target.is_seen(around).then(|| target.way()),
+        Some(target) => target.is_seen(context).then(|| target.way()),
     }
 }
 
@@ -120,8 +125,8 @@ enum Class {
 }
 
 impl Candidate {
-    fn of<V: Visibility>(places: &SharedPlaces, ray: &Ray, hit: Hit, around: &Around<'_, V>) -> Self {
-        Self::new(places, ray, hit, around.scene.world.surface(ray, around.time, &hit), around)
+    fn of<V: Visibility>(places: &SharedPlaces, ray: &Ray, hit: Hit, context: &TraceContext<'_, V>) -> Self {
+        Self::new(places, ray, hit, context.scene.world.surface(ray, context.time, &hit), context)
     }
 
     fn new<V: Visibility>(
@@ -129,11 +134,11 @@ impl Candidate {
         ray: &Ray,
         hit: Hit,
         surface: Surface,
-        around: &Around<'_, V>,
+        context: &TraceContext<'_, V>,
     ) -> Self {
-        let scene = around.scene;
+        let scene = context.scene;
         let from_front = scene.is_double_sided(hit.object) || ray.d.dot(surface.ng) < 0.0;
-        let point = places.surfaces.point(&scene.world, &hit, &surface, around.time);
+        let point = places.surfaces.point(&scene.world, &hit, &surface, context.time);
         let class = match hit.object {
             object if places.emits(object) && from_front => Class::Lit,
             object if !places.transmits(object) => Class::Opaque,
@@ -177,7 +182,7 @@ fn resolve(nearest: Candidate, others: impl Iterator<Item = Candidate>) -> Candi
 }
 
 /// Everything that stops the ray at `from` or later.
-fn hits_between<V: Visibility>(from: f32, ray: &Ray, around: &Around<'_, V>) -> Vec<Hit> {
+fn hits_between<V: Visibility>(from: f32, ray: &Ray, context: &TraceContext<'_, V>) -> Vec<Hit> {
     let hits = RefCell::new(Vec::new());
     let note = |hit: &Hit| {
         if hit.t >= from {
@@ -185,7 +190,7 @@ fn hits_between<V: Visibility>(from: f32, ray: &Ray, around: &Around<'_, V>) -> 
         }
         false
     };
-    around.visibility.any(around.scene, ray, around.time, around.key, &note);
+    context.visibility.any(context.scene, ray, context.time, context.key, &note);
     hits.into_inner()
 }
 
@@ -241,34 +246,34 @@ impl<'a> Target<'a> {
     }
 
     /// Whether the light is there at the end of the way.
-    fn is_seen<V: Visibility>(&self, around: &Around<'_, V>) -> bool {
+    fn is_seen<V: Visibility>(&self, context: &TraceContext<'_, V>) -> bool {
         if self.ray.t_max <= 0.0 {
             return false;
         }
         match self.kind {
-            Kind::Surface(point) => self.is_winner(point, around),
-            Kind::Point(p) => !self.stands_behind(p, around),
+            Kind::Surface(point) => self.is_winner(point, context),
+            Kind::Point(p) => !self.stands_behind(p, context),
         }
     }
 
     /// Whether the point stands behind a surface that it does not lie in.
-    fn stands_behind<V: Visibility>(&self, p: Vec3, around: &Around<'_, V>) -> bool {
+    fn stands_behind<V: Visibility>(&self, p: Vec3, context: &TraceContext<'_, V>) -> bool {
         let stands_before = |hit: &Hit| {
             hit.t >= self.from
-                && !Candidate::of(self.places, &self.ray, *hit, around).point.holds(p, p.abs() * gamma(4))
+                && !Candidate::of(self.places, &self.ray, *hit, context).point.holds(p, p.abs() * gamma(4))
         };
-        around.visibility.any(around.scene, &self.ray.until(1.0), around.time, around.key, &stands_before)
+        context.visibility.any(context.scene, &self.ray.until(1.0), context.time, context.key, &stands_before)
     }
 
     /// Whether of all surfaces in the place of the sampled point that of its light is there. Where the ray passes its own
     /// surface by rounding, the point itself stands for it.
-    fn is_winner<V: Visibility>(&self, at: &LightPoint, around: &Around<'_, V>) -> bool {
-        let mut hits = hits_between(self.from, &self.ray, around);
+    fn is_winner<V: Visibility>(&self, at: &LightPoint, context: &TraceContext<'_, V>) -> bool {
+        let mut hits = hits_between(self.from, &self.ray, context);
         hits.sort_unstable_by(|a, b| {
             a.t.total_cmp(&b.t).then((a.object, a.primitive).cmp(&(b.object, b.primitive)))
         });
-        let is_own = |hit: &Hit| around.scene.light_of(hit) == Some(self.light);
-        let of = |hit: &Hit| Candidate::of(self.places, &self.ray, *hit, around);
+        let is_own = |hit: &Hit| context.scene.light_of(hit) == Some(self.light);
+        let of = |hit: &Hit| Candidate::of(self.places, &self.ray, *hit, context);
         let Some(nearest) = hits.first().map(of) else { return true };
         let own = hits.iter().find(|hit| is_own(hit));
         let target = own.map_or_else(|| self.point(at), |own| of(own).point);
@@ -276,7 +281,7 @@ impl<'a> Target<'a> {
             return nearest.hit.t >= 1.0;
         }
         let winner = resolve(nearest, hits[1..].iter().map(of));
-        let source = around.scene.source_of(self.light);
+        let source = context.scene.source_of(self.light);
         is_own(&winner.hit)
             || own.is_none()
                 && source.is_some_and(|(object, first)| (Class::Lit, object, first) < winner.rank())

@@ -9,8 +9,6 @@
 //! is a ray like any other, and meets whatever is in its way, the facet included. Where the normals span no such surface,
 //! the horizon of reflected light is the facet's (`normals`).
 
-use crate::vertex::{Around, Vertex};
-use crate::visibility::Visibility;
 use dapple_geometry::{Hit, Surface, World};
 use dapple_math::Ray;
 use glam::Vec3;
@@ -22,13 +20,19 @@ pub(crate) fn lift(world: &World, (hit, surface): (&Hit, &Surface), up: Vec3, ti
     (lift.dot(up) > up.abs().dot(surface.p_error)).then_some(lift)
 }
 
-/// Where a ray starts that leaves a vertex below the horizon of its facet and above that of its smooth surface; None if
-/// it does not come so far. The look whether it does is no ray of the picture, and is not counted.
+/// Where a ray starts that leaves a hit, on the side of `up`, below the horizon of its facet and above that of its smooth
+/// surface; None if it does not come so far, for the way is `blocked`. The look whether it does is no ray of the picture,
+/// and is not counted.
 #[cold]
-pub(crate) fn over_the_facet<V: Visibility>(vertex: &Vertex, around: &Around<'_, V>) -> Option<Vec3> {
-    let (surface, up) = (&vertex.surface, vertex.seen_normal());
-    let lift = lift(&around.scene.world, (&vertex.hit, surface), up, around.time)?;
+pub(crate) fn over_the_facet(
+    world: &World,
+    (hit, surface): (&Hit, &Surface),
+    up: Vec3,
+    time: f32,
+    blocked: impl Fn(&Ray) -> bool,
+) -> Option<Vec3> {
+    let lift = lift(world, (hit, surface), up, time)?;
     let o = surface.origin_towards(up);
     let way = Ray { o, d: 2.0 * lift, t_max: 1.0 };
-    (!around.blocked(&way)).then(|| o + lift)
+    (!blocked(&way)).then(|| o + lift)
 }

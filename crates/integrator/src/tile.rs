@@ -1,18 +1,16 @@
 //! A tile of the film: the pixels one worker renders, with the layers asked for.
 
 use crate::aov::Aov;
-use crate::coverage::Coverage;
-use crate::kernel::{Job, Kernel};
-use crate::ledger::{Cut, Ledger};
-use crate::path::Follow;
-use crate::render::BadSample;
+use crate::first_hit_sums::FirstHits;
+use crate::job::Job;
+use crate::kernel::Kernel;
+use crate::ledger::Ledger;
 use crate::settings::Settings;
 use crate::spread::Spread;
 use crate::tail::Tail;
-use crate::vertex::Vertex;
 use dapple_camera::Film;
 use dapple_math::PixelRect;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 /// Side of a tile in pixels.
 const SIDE: u32 = 16;
@@ -20,127 +18,15 @@ const SIDE: u32 = 16;
 /// Most bad samples remembered by place per tile; all are counted.
 const REMEMBERED: usize = 4;
 
-/// What the first hits of a sample's camera rays saw, summed, in render space.
-#[derive(Clone, Default)]
-pub(crate) struct FirstHit {
-    rays: u32,
-    hits: u32,
-    albedo: Vec3,
-    normal: Vec3,
-    p: Vec3,
-    /// Object + 1 at the first ray; 0 = nothing.
-    object: u32,
-    /// Likewise at each further ray that met something, if all are asked for.
-    further: Vec<u32>,
-    asks_all: bool,
-    hides_backdrop: bool,
-    /// Of all rays.
-    pub ledger: Ledger,
-}
-
-impl FirstHit {
-    /// Of a sample of which nothing is known yet.
-    pub fn of(settings: &Settings) -> Self {
-        Self { hides_backdrop: settings.transparent, ..Self::default() }
-    }
-
-    /// Objects + 1 that the rays met, one for each.
-    fn objects(&self) -> impl Iterator<Item = u32> {
-        std::iter::once(self.object).filter(|object| *object != 0).chain(self.further.iter().copied())
-    }
-}
-
-impl Follow for FirstHit {
-    fn vertex(&mut self, depth: u32, vertex: &Vertex, _: Vec3, _: Vec3) {
-        if depth > 0 {
-            return;
-        }
-        let side = vertex.surface.ng.dot(vertex.wo).signum();
-        if self.rays == 0 {
-            self.object = vertex.hit.object + 1;
-        } else if self.asks_all {
-            self.further.push(vertex.hit.object + 1);
-        }
-        self.rays += 1;
-        self.hits += 1;
-        self.albedo +=
-            if vertex.shading.unlit { vertex.shading.material.base_color } else { vertex.bsdf.albedo() };
-        self.normal += vertex.shading.frame.z * side;
-        self.p += vertex.surface.p;
-    }
-
-    fn escaped(&mut self, depth: u32, _: Vec3, _: Vec3, _: Vec3) {
-        self.rays += u32::from(depth == 0);
-    }
-
-    fn hides_backdrop(&self) -> bool {
-        self.hides_backdrop
-    }
-
-    fn cut(&mut self, why: Cut, beta: Vec3) {
-        self.ledger.cut(why, beta);
-    }
-}
-
-/// Sums of first hits over the samples of each pixel: those that the layers asked for are made of, the others empty.
-#[derive(Clone, Default)]
-pub(crate) struct FirstHits {
-    /// Samples that hit something, in shares of a sample.
-    pub hits: Vec<f64>,
-    pub albedo: Vec<DVec3>,
-    pub normal: Vec<DVec3>,
-    pub p: Vec<DVec3>,
-    /// Object + 1 at the first sample; 0 = nothing.
-    pub object: Vec<u32>,
-    /// Which part of the pixel's samples met something, and each of the objects.
-    pub coverage: Coverage,
-    is_asked: bool,
-}
-
-impl FirstHits {
-    fn new(pixels: usize, settings: &Settings) -> Self {
-        let aovs = &settings.aovs;
-        let asked = |by: &[Aov]| if aovs.iter().any(|aov| by.contains(aov)) { pixels } else { 0 };
-        let place = asked(&[Aov::Position, Aov::Depth]);
-        Self {
-            hits: vec![0.0; place],
-            albedo: vec![DVec3::ZERO; asked(&[Aov::Albedo])],
-            normal: vec![DVec3::ZERO; asked(&[Aov::Normal])],
-            p: vec![DVec3::ZERO; place],
-            object: vec![0; asked(&[Aov::ObjectId, Aov::MaterialId])],
-            coverage: Coverage::new(pixels, settings),
-            is_asked: settings.transparent || aovs.iter().any(|aov| aov.needs_first_hit()),
-        }
-    }
-
-    /// What these layers take in a tile.
-    pub fn bytes_per_pixel(settings: &Settings) -> usize {
-        let one = Self::new(1, settings);
-        let vectors = [&one.albedo, &one.normal, &one.p].map(|v| size_of_val(&**v));
-        let coverage = one.coverage.bytes_of_a_pixel();
-        size_of_val(&*one.hits) + vectors.iter().sum::<usize>() + size_of_val(&*one.object) + coverage
-    }
-
-    fn add(&mut self, pixel: usize, first: &FirstHit, index: u32, weight: f32) {
-        let share = 1.0 / f64::from(first.rays.max(1));
-        self.coverage.add(pixel, f64::from(weight), (first.hits, share), first.objects());
-        if first.hits == 0 {
-            return;
-        }
-        if let Some(hits) = self.hits.get_mut(pixel) {
-            *hits += f64::from(first.hits) * share;
-        }
-        let sums =
-            [(&mut self.albedo, first.albedo), (&mut self.normal, first.normal), (&mut self.p, first.p)];
-        for (sum, seen) in sums {
-            if let Some(sum) = sum.get_mut(pixel) {
-                *sum += seen.as_dvec3() * share;
-            }
-        }
-        if let Some(object) = self.object.get_mut(pixel).filter(|_| index == 0) {
-            *object = first.object;
-        }
-    }
+/// A sample that was not finite; `dapple replay --pixel x,y --sample i` shows its path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BadSample {
+    /// Pixel column.
+    pub x: u32,
+    /// Pixel row from the top.
+    pub y: u32,
+    /// Sample index.
+    pub sample: u32,
 }
 
 /// Pixels, their sums, and what went wrong among them.
@@ -224,7 +110,7 @@ impl Tile {
     pub fn render(
         &mut self,
         job: &Job<'_>,
-        kernel: Kernel,
+        kernel: Kernel<'_>,
         (from, to): (u32, u32),
         spread: Option<&Spread>,
     ) -> u64 {
@@ -257,13 +143,9 @@ impl Tile {
     }
 
     /// Adds a sample; false when the job was stopped before it was whole.
-    fn sample(&mut self, job: &Job<'_>, kernel: Kernel, x: u32, y: u32, index: u32) -> bool {
-        let mut first = FirstHit::default();
-        if self.first_hits.is_asked {
-            first.hides_backdrop = job.settings.transparent;
-            first.asks_all = self.first_hits.coverage.asks_objects();
-        }
-        let (mut value, weight) = kernel(job, (x, y), index, &mut first, &mut self.rays);
+    fn sample(&mut self, job: &Job<'_>, kernel: Kernel<'_>, x: u32, y: u32, index: u32) -> bool {
+        let mut first = self.first_hits.start(job.settings);
+        let (mut value, weight) = kernel.sample(job, (x, y), index, &mut first, &mut self.rays);
         if job.is_stopped() {
             return false;
         }
@@ -291,9 +173,7 @@ impl Tile {
             let here = [clamped, depth, faint, f64::from(!finite)];
             *removed = std::array::from_fn(|k| removed[k] + here[k]);
         }
-        if self.first_hits.is_asked {
-            self.first_hits.add(pixel, &first, index, weight);
-        }
+        self.first_hits.add(pixel, &first, index, weight);
         true
     }
 }

@@ -7,9 +7,10 @@
 //! no term is the difference of two means of many samples, and none needs more than one point at a time.
 
 use crate::effects::{Effect, Plans};
-use crate::kernel::{self, Job};
+use crate::first_hit_sums::FirstHit;
+use crate::job::Job;
+use crate::kernel;
 use crate::settings::{MethodKind, Settings};
-use crate::tile::FirstHit;
 use dapple_camera::Camera;
 use dapple_math::PixelRect;
 use dapple_sampling::{Pattern, Plan};
@@ -141,7 +142,7 @@ impl Sums {
 
 fn sample(job: &Job<'_>, pixel: (u32, u32), index: u32) -> (DVec3, u64) {
     let (mut first, mut rays) = (FirstHit::of(job.settings), 0);
-    let (value, weight) = kernel::choose(job).0(job, pixel, index, &mut first, &mut rays);
+    let (value, weight) = kernel::choose(job).0.sample(job, pixel, index, &mut first, &mut rays);
     let value = value.as_dvec3() * f64::from(weight);
     (if value.is_finite() { value } else { DVec3::ZERO }, rays)
 }

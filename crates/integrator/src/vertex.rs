@@ -1,16 +1,13 @@
 //! From a hit to a vertex of numbers: where, which way, what of, how much it emits.
 
-use crate::kernel::Job;
+use crate::job::Job;
 use crate::medium::Boundary;
 use crate::normals::{Tilt, leans};
-use crate::terminator::over_the_facet;
-use crate::visibility::Visibility;
 use dapple_geometry::{Hit, Surface};
-use dapple_materials::{Bsdf, BsdfSample, Lobes};
+use dapple_materials::{Bsdf, Lobes};
 use dapple_math::{Frame, Ray};
-use dapple_sampling::Key;
-use dapple_scene::{Scene, Shading};
-use glam::{Vec2, Vec3};
+use dapple_scene::Shading;
+use glam::Vec3;
 
 /// A place where a path can scatter.
 #[derive(Clone, Copy)]
@@ -22,10 +19,10 @@ pub(crate) struct Vertex {
     /// Unit, towards where the path came from.
     pub wo: Vec3,
     /// Direction of the ray that came, of its length.
-    along: Vec3,
+    pub along: Vec3,
     pub bsdf: Bsdf,
     /// The shading normal leans against the surface.
-    tilt: Option<Tilt>,
+    pub tilt: Option<Tilt>,
 }
 
 impl Vertex {
@@ -57,43 +54,6 @@ impl Vertex {
             bsdf = bsdf.sharp(job.sharp);
         }
         Self { hit: *hit, surface: *surface, shading, frame, wo, along: ray.d, bsdf, tilt }
-    }
-
-    /// A ray on by one of `lobes`, unless it carries nothing or there is no way.
-    pub fn scatter<V: Visibility>(
-        &self,
-        uc: f32,
-        u: Vec2,
-        lobes: Lobes,
-        around: &Around<'_, V>,
-    ) -> Option<Scattered> {
-        let sample = self.bsdf.sample_f(uc, u, lobes)?;
-        let passes = self.bsdf.passes(sample.wi);
-        let wi = if passes { self.along } else { self.frame.to_world(sample.wi).normalize() };
-        if sample.weight == Vec3::ZERO {
-            return None;
-        }
-        match &self.tilt {
-            Some(tilt) if !passes => self.scatter_tilted(tilt, sample, wi, around),
-            _ if self.leaks(wi, sample.wi) => None,
-            _ => Some(Scattered { sample, ray: Ray::new(self.surface.origin_towards(wi), wi) }),
-        }
-    }
-
-    #[inline(never)]
-    fn scatter_tilted<V: Visibility>(
-        &self,
-        tilt: &Tilt,
-        mut sample: BsdfSample,
-        w: Vec3,
-        around: &Around<'_, V>,
-    ) -> Option<Scattered> {
-        let (wi, density) = tilt.leave(w, self.reflects(sample.wi))?;
-        if !sample.lobe.is_delta() {
-            sample.pdf *= density;
-        }
-        let o = self.origin(wi, around)?;
-        Some(Scattered { sample, ray: Ray::new(o, wi) })
     }
 
     /// A direction of the local hemisphere, in the world and on the side `wo` is on, as reflected light leaves by it.
@@ -130,25 +90,15 @@ impl Vertex {
     }
 
     /// Whether `wo` and a local direction are on the same side of the shading normal.
-    fn reflects(&self, local: Vec3) -> bool {
+    pub fn reflects(&self, local: Vec3) -> bool {
         local.z * self.frame.z.dot(self.wo) > 0.0
     }
 
     /// Reflection must be reflection, and transmission transmission, for both the shading and the geometric normal. Where
     /// the two agree but for rounding, they differ in directions along the surface alone.
-    fn leaks(&self, wi: Vec3, local: Vec3) -> bool {
+    pub fn leaks(&self, wi: Vec3, local: Vec3) -> bool {
         let reflects_geometrically = wi.dot(self.surface.ng) * self.wo.dot(self.surface.ng) > 0.0;
         self.reflects(local) != reflects_geometrically
-    }
-
-    /// Where a ray towards `wi` starts, unless there is no way: outside the position's error box, or above a facet that it
-    /// passes over.
-    #[inline(always)]
-    pub fn origin<V: Visibility>(&self, wi: Vec3, around: &Around<'_, V>) -> Option<Vec3> {
-        match &self.tilt {
-            Some(tilt) if tilt.is_over && wi.dot(self.seen_normal()) <= 0.0 => over_the_facet(self, around),
-            _ => Some(self.surface.origin_towards(wi)),
-        }
     }
 
     /// Unit geometric normal on the side `wo` is on.
@@ -164,32 +114,6 @@ impl Vertex {
             self.tilt.map_or_else(|| self.seen_normal(), |tilt| tilt.horizon)
         }
     }
-}
-
-/// What is around a vertex, for rays that leave it.
-#[derive(Clone, Copy)]
-pub(crate) struct Around<'a, V> {
-    pub job: &'a Job<'a>,
-    pub scene: &'a Scene,
-    pub visibility: V,
-    /// Seconds within the shutter.
-    pub time: f32,
-    /// Of the alpha that a ray meets.
-    pub key: Key,
-}
-
-impl<V: Visibility> Around<'_, V> {
-    /// Whether anything is in the way of `ray`.
-    pub fn blocked(&self, ray: &Ray) -> bool {
-        self.visibility.blocked(self.scene, ray, self.time, self.key)
-    }
-}
-
-/// A ray that leaves a vertex.
-#[derive(Clone, Copy)]
-pub(crate) struct Scattered {
-    pub sample: BsdfSample,
-    pub ray: Ray,
 }
 
 /// The shading frame, bent where needed so that `wo` is on the same side of it as of the surface.

@@ -14,7 +14,7 @@ use glam::Vec3;
 pub(crate) trait Visibility: Copy + Send + Sync {
     /// Nothing is asked about media, clear ways and shared places, for there are none: see [`Job::is_plain`].
     ///
-    /// [`Job::is_plain`]: crate::kernel::Job::is_plain
+    /// [`Job::is_plain`]: crate::job::Job::is_plain
     const PLAIN: bool;
     fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit>;
     fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool;

@@ -1,13 +1,11 @@
 //! Emitting triangles, quads, spheres and disks, aimed at by solid angle where it pays.
 //!
-//! Triangles and quads are sampled evenly in the solid angle they fill while that is at least [`SMALL`], else evenly in
+//! Triangles and quads are sampled evenly in the solid angle they fill while that is at least `SMALL`, else evenly in
 //! area (then both are nearly the same); spheres through the cone they fill; disks evenly in area.
+use crate::aimed::Aimed;
 use crate::{LightPoint, LightSample, disk, polygon::Facet, sphere};
 use glam::{Vec2, Vec3};
 use std::f64::consts::PI;
-
-/// Solid angle in sr below which triangles and quads are sampled by area. `sample` and `pdf` ask the same question.
-pub const SMALL: f64 = 1e-3;
 
 /// A surface that emits evenly.
 #[derive(Clone, Debug)]
@@ -64,6 +62,24 @@ impl AreaShape {
         }
     }
 
+    /// Its box.
+    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
+        match *self {
+            Self::Triangle([a, b, c]) => (a.min(b).min(c), a.max(b).max(c)),
+            Self::Quad { corner, e1, e2 } => {
+                let ends = [corner + e1, corner + e2, corner + e1 + e2];
+                let low = ends.iter().fold(corner, |low, p| low.min(*p));
+                (low, ends.iter().fold(corner, |high, p| high.max(*p)))
+            }
+            Self::Sphere { centre, radius } => (centre - radius, centre + radius),
+            Self::Disk { centre, normal, radius } => {
+                let extent = (Vec3::ONE - normal * normal).max(Vec3::ZERO);
+                let extent = Vec3::new(extent.x.sqrt(), extent.y.sqrt(), extent.z.sqrt()) * radius;
+                (centre - extent, centre + extent)
+            }
+        }
+    }
+
     /// Area-weighted middle: where all of the light would sit as one point.
     pub fn centroid(&self) -> Vec3 {
         match *self {
@@ -78,15 +94,6 @@ impl AreaShape {
 
 fn cross_length(e1: Vec3, e2: Vec3) -> f64 {
     e1.as_dvec3().cross(e2.as_dvec3()).length()
-}
-
-/// Where a shape was aimed at, before anything is said about what it emits.
-pub(crate) struct Aimed {
-    pub wi: Vec3,
-    pub distance: f32,
-    /// Per solid angle.
-    pub pdf: f32,
-    pub point: LightPoint,
 }
 
 impl Area {
@@ -120,19 +127,101 @@ impl Area {
         (pdf as f32).min(f32::MAX)
     }
 
+    /// Towards the point of the surface at `u` in \[0,1)², even in area: corner + u.x·e1 + u.y·e2 for a quad. None when
+    /// it does not shine towards `p`.
+    pub(crate) fn sample_surface(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let two_sided = self.two_sided;
+        let aimed = match self.shape {
+            AreaShape::Triangle([a, b, c]) => Facet::triangle(p, a, b, c).sample_surface(u, two_sided),
+            AreaShape::Quad { corner, e1, e2 } => Facet::quad(p, corner, e1, e2).sample_surface(u, two_sided),
+            AreaShape::Sphere { centre, radius } => sphere::sample_surface(p, centre, radius, two_sided, u),
+            AreaShape::Disk { centre, normal, radius } => {
+                disk::sample(p, centre, normal, radius, two_sided, u)
+            }
+        };
+        self.sample_at(aimed?)
+    }
+
+    pub(crate) fn pdf_surface(&self, p: Vec3, wi: Vec3, distance: f32) -> f32 {
+        let two_sided = self.two_sided;
+        let pdf = match self.shape {
+            AreaShape::Triangle([a, b, c]) => Facet::triangle(p, a, b, c).pdf_surface(distance, two_sided),
+            AreaShape::Quad { corner, e1, e2 } => {
+                Facet::quad(p, corner, e1, e2).pdf_surface(distance, two_sided)
+            }
+            AreaShape::Sphere { centre, radius } => {
+                sphere::pdf_surface(p, centre, radius, two_sided, wi, distance)
+            }
+            AreaShape::Disk { centre, normal, radius } => {
+                disk::pdf(p, centre, normal, radius, two_sided, distance)
+            }
+        };
+        (pdf as f32).min(f32::MAX)
+    }
+
+    /// The whole light as one point. Flat lights keep their cosine; a sphere becomes a point light of intensity πR²L.
+    pub(crate) fn sample_centroid(&self, p: Vec3) -> Option<LightSample> {
+        let aimed = match self.shape {
+            AreaShape::Triangle([a, b, c]) => {
+                Facet::triangle(p, a, b, c).middle(self.two_sided, Vec2::splat(1.0 / 3.0))
+            }
+            AreaShape::Quad { corner, e1, e2 } => {
+                Facet::quad(p, corner, e1, e2).middle(self.two_sided, Vec2::splat(0.5))
+            }
+            // The warp takes (½, ½) to the centre.
+            AreaShape::Disk { centre, normal, radius } => {
+                disk::sample(p, centre, normal, radius, self.two_sided, Vec2::splat(0.5))
+            }
+            AreaShape::Sphere { centre, radius } => return self.sample_middle_of_sphere(p, centre, radius),
+        };
+        self.as_point(aimed?)
+    }
+
+    /// The shadow ray ends where it enters the sphere: its own surface does not block.
+    fn sample_middle_of_sphere(&self, p: Vec3, centre: Vec3, radius: f32) -> Option<LightSample> {
+        let to = centre.as_dvec3() - p.as_dvec3();
+        let d = to.length();
+        let r = radius as f64;
+        if d == 0.0 {
+            return None;
+        }
+        let wi = (to / d).as_vec3();
+        let p_error = (centre.abs() + Vec3::splat(radius)) * (4.0 * f32::EPSILON);
+        let near = LightPoint { p: centre - wi * radius, p_error, n: -wi, triangle: 0, u: 0.0, v: 0.0 };
+        Some(LightSample {
+            wi,
+            pdf: 1.0,
+            delta: true,
+            radiance: self.radiance * (PI * (r / d) * (r / d)) as f32,
+            distance: d as f32,
+            point: (d > r).then_some(near),
+        })
+    }
+
+    pub(crate) fn sample_at(&self, aimed: Aimed) -> Option<LightSample> {
+        let Aimed { wi, distance, pdf, point } = aimed;
+        let usable = pdf > 0.0 && pdf.is_finite();
+        usable.then_some(LightSample {
+            wi,
+            pdf,
+            delta: false,
+            radiance: self.radiance,
+            distance,
+            point: Some(point),
+        })
+    }
+
+    /// All of a flat light's power from one place.
+    pub(crate) fn as_point(&self, aimed: Aimed) -> Option<LightSample> {
+        let sample = self.sample_at(aimed)?;
+        Some(LightSample { radiance: sample.radiance / sample.pdf, pdf: 1.0, delta: true, ..sample })
+    }
+
     /// π·area·radiance, twice that for two sides.
     pub fn power(&self) -> Vec3 {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
         self.radiance * (PI * sides * self.shape.area()) as f32
     }
-}
-
-/// The side of a flat light that `p` sees as a factor: None behind a one-sided light and in the plane.
-/// `facing` > 0 in front; gives |facing|.
-#[inline]
-pub(crate) fn visible(facing: f64, two_sided: bool) -> Option<f64> {
-    let facing = if two_sided { facing.abs() } else { facing };
-    (facing > 0.0).then_some(facing)
 }
 
 #[cfg(test)]

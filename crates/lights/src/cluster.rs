@@ -111,26 +111,6 @@ impl Bounds {
     }
 }
 
-impl AreaShape {
-    /// Its box.
-    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
-        match *self {
-            Self::Triangle([a, b, c]) => (a.min(b).min(c), a.max(b).max(c)),
-            Self::Quad { corner, e1, e2 } => {
-                let ends = [corner + e1, corner + e2, corner + e1 + e2];
-                let low = ends.iter().fold(corner, |low, p| low.min(*p));
-                (low, ends.iter().fold(corner, |high, p| high.max(*p)))
-            }
-            Self::Sphere { centre, radius } => (centre - radius, centre + radius),
-            Self::Disk { centre, normal, radius } => {
-                let extent = (Vec3::ONE - normal * normal).max(Vec3::ZERO);
-                let extent = Vec3::new(extent.x.sqrt(), extent.y.sqrt(), extent.z.sqrt()) * radius;
-                (centre - extent, centre + extent)
-            }
-        }
-    }
-}
-
 /// Of its front; none for what emits in all directions.
 fn normal(shape: &AreaShape) -> Option<DVec3> {
     let across = |e1: Vec3, e2: Vec3| e1.as_dvec3().cross(e2.as_dvec3()).try_normalize();

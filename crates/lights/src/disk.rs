@@ -1,6 +1,6 @@
 //! Aiming at a disk: evenly in area.
 use crate::LightPoint;
-use crate::area::{Aimed, visible};
+use crate::aimed::{Aimed, visible};
 use dapple_math::Frame;
 use dapple_sampling::warp;
 use glam::{Vec2, Vec3};

@@ -4,6 +4,7 @@
 //! aim at. All densities are per solid angle at the receiver. Units: radiance W·m⁻²·sr⁻¹, intensity W·sr⁻¹, irradiance
 //! W·m⁻², per channel of linear Rec.709; lengths in render units. Nothing here knows what stands in the way.
 #![forbid(unsafe_code)]
+mod aimed;
 pub mod aiming;
 pub mod area;
 pub mod choice;
@@ -15,11 +16,14 @@ mod lanes;
 pub mod light;
 pub mod moving;
 mod oval;
+mod part;
 mod patch;
 pub mod pattern;
+mod placed;
 pub mod point;
 mod polygon;
 mod rectangle;
+pub mod sample;
 pub mod solid_angle;
 mod sphere;
 mod split;
@@ -30,10 +34,11 @@ pub use choice::LightChoice;
 pub use dapple_math as math;
 pub use distant::Distant;
 pub use environment::{BadTexel, Environment};
-pub use light::{Light, LightPoint, LightSample};
+pub use light::Light;
 pub use moving::Moving;
 pub use pattern::{Pattern, Patterned};
 pub use point::{Point, Spot};
+pub use sample::{LightPoint, LightSample};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

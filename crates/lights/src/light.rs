@@ -1,7 +1,5 @@
 //! One light of any kind: sample towards it, density of a direction that reaches it.
-use crate::{Aiming, Area, Distant, Environment, Moving, Patterned, Point, Spot};
-use dapple_math::Ray;
-use dapple_math::offset::{UNIT_ROUNDOFF, offset_origin};
+use crate::{Aiming, Area, Distant, Environment, LightSample, Moving, Patterned, Point, Reached, Spot};
 use glam::{DVec3, Vec2, Vec3};
 
 /// One light.
@@ -21,62 +19,6 @@ pub enum Light {
     Environment(Environment),
     /// Any of the others but the environment, on the way somewhere.
     Moving(Box<Moving>),
-}
-
-/// A place on an area light.
-#[derive(Clone, Copy, Debug)]
-pub struct LightPoint {
-    /// Position.
-    pub p: Vec3,
-    /// Bound of |computed − exact| per axis.
-    pub p_error: Vec3,
-    /// Unit geometric normal of the front side.
-    pub n: Vec3,
-    /// Which triangle of the shape (see [`crate::AreaShape`]) and its barycentrics, for textured emission.
-    pub triangle: u32,
-    /// Barycentric of the triangle's corner 1.
-    pub u: f32,
-    /// Barycentric of the triangle's corner 2.
-    pub v: f32,
-}
-
-/// One direction towards a light.
-#[derive(Clone, Copy, Debug)]
-pub struct LightSample {
-    /// Unit direction towards the light.
-    pub wi: Vec3,
-    /// Solid-angle density at the receiver; 1 for delta lights.
-    pub pdf: f32,
-    /// Whether no other technique can find this light.
-    pub delta: bool,
-    /// Radiance along −wi (area: the light's mean; delta: intensity/d², i.e. irradiance on a facing surface).
-    pub radiance: Vec3,
-    /// Distance to the light; infinite for distant and environment.
-    pub distance: f32,
-    /// Only for area lights.
-    pub point: Option<LightPoint>,
-}
-
-/// Where shadow rays end. From origin to target a direction is rounded by half an ulp per axis, so that its end lies up to
-/// |n|·|d|·2⁻²⁴ before or behind the target, measured along the light's normal; by that, the light would shadow its own
-/// samples where its coordinates, and with them its error box, are small against the distance. Covers it for all but the
-/// last 4° to the light's plane.
-const END: f32 = 1.0 - 16.0 * UNIT_ROUNDOFF;
-
-impl LightSample {
-    /// The shadow ray from `o`, an origin outside its surface's error box, to outside the light's error box. Its direction
-    /// has the length of the way (of area lights), so that the light is at t = 1.
-    #[inline(always)]
-    pub fn shadow_ray(&self, o: Vec3) -> Ray {
-        match &self.point {
-            Some(point) => {
-                let target = offset_origin(point.p, point.p_error, point.n, -self.wi);
-                Ray { o, d: target - o, t_max: END }
-            }
-            None if self.distance.is_finite() => Ray { o, d: self.wi, t_max: self.distance },
-            None => Ray::new(o, self.wi),
-        }
-    }
 }
 
 impl Light {
@@ -107,6 +49,39 @@ impl Light {
             Self::Environment(light) => light.pdf(wi),
             Self::Patterned(light) => light.pdf(Aiming::SolidAngle, p, wi, distance),
             Self::Moving(light) => light.pdf_as(Aiming::SolidAngle, p, wi, distance, n, time),
+        }
+    }
+
+    /// As [`Light::sample`], aimed as `aiming` says. The centroid's sample is delta: its radiance is the irradiance on a
+    /// surface that faces it.
+    pub fn sample_as(&self, aiming: Aiming, p: Vec3, u: Vec2, time: f32) -> Option<LightSample> {
+        match (self, aiming) {
+            (Self::Area(area), Aiming::Surface) => area.sample_surface(p, u),
+            (Self::Area(area), Aiming::Centroid) => area.sample_centroid(p),
+            (Self::Patterned(light), _) => light.sample_as(aiming, p, u),
+            (Self::Moving(light), _) => light.sample_as(aiming, p, u, time),
+            _ => self.sample(p, u, time),
+        }
+    }
+
+    /// Solid-angle density at `p` of [`Light::sample_as`] for a direction `wi` that reaches the light at `distance`.
+    pub fn pdf_as(&self, aiming: Aiming, p: Vec3, wi: Vec3, distance: f32, n: Vec3, time: f32) -> f32 {
+        match (self, aiming) {
+            (Self::Area(area), Aiming::Surface) => area.pdf_surface(p, wi, distance),
+            (Self::Area(_), Aiming::Centroid) => 0.0,
+            (Self::Patterned(light), _) => light.pdf(aiming, p, wi, distance),
+            (Self::Moving(light), _) => light.pdf_as(aiming, p, wi, distance, n, time),
+            _ => self.pdf(p, wi, distance, n, time),
+        }
+    }
+
+    /// As [`Light::pdf_as`] where it is known which place of the surface is reached: `at`, the barycentrics of the hit.
+    pub fn pdf_at(&self, aiming: Aiming, p: Vec3, reached: &Reached, time: f32) -> f32 {
+        let &Reached { wi, distance, n, at } = reached;
+        match self {
+            Self::Patterned(light) => light.pdf_at(aiming, p, distance, at),
+            Self::Moving(light) => light.pdf_at(aiming, p, reached, time),
+            _ => self.pdf_as(aiming, p, wi, distance, n, time),
         }
     }
 
@@ -181,5 +156,94 @@ impl Light {
             Self::Area(_) | Self::Patterned(_) | Self::Environment(_) => false,
             Self::Moving(light) => light.is_delta(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::AreaShape;
+
+    fn shapes() -> [AreaShape; 4] {
+        [
+            AreaShape::Triangle([
+                Vec3::new(-1.0, -1.0, 2.0),
+                Vec3::new(0.0, 1.5, 2.0),
+                Vec3::new(1.0, -1.0, 2.5),
+            ]),
+            AreaShape::Quad {
+                corner: Vec3::new(-1.0, -1.0, 2.0),
+                e1: Vec3::Y * 2.0,
+                e2: Vec3::new(2.0, 0.0, 0.3),
+            },
+            AreaShape::Sphere { centre: Vec3::new(0.2, 0.1, 2.0), radius: 0.7 },
+            AreaShape::Disk { centre: Vec3::new(0.2, 0.1, 2.0), normal: Vec3::NEG_Z, radius: 0.7 },
+        ]
+    }
+
+    /// Σ over midpoints of radiance·cos/pdf is the irradiance, whichever way the points are spread.
+    fn irradiance(light: &Light, aiming: Aiming, n: u32) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..n * n {
+            let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+            if let Some(s) = light.sample_as(aiming, Vec3::ZERO, u, 0.0) {
+                sum += f64::from(s.radiance.x * s.wi.z.max(0.0) / s.pdf);
+                let again = light.pdf_as(aiming, Vec3::ZERO, s.wi, s.distance, s.point.unwrap().n, 0.0);
+                // At grazing angles the density runs off with the rounding of the cosine.
+                let close = (again / s.pdf - 1.0).abs() < 1e-3 + 1e-6 * s.pdf;
+                assert!(close, "{again} {}", s.pdf);
+            }
+        }
+        sum / f64::from(n * n)
+    }
+
+    #[test]
+    fn surface_and_solid_angle_agree() {
+        for shape in shapes() {
+            let light = Light::Area(Area { shape, radiance: Vec3::ONE, two_sided: false });
+            let (a, b) =
+                (irradiance(&light, Aiming::SolidAngle, 400), irradiance(&light, Aiming::Surface, 400));
+            assert!((a / b - 1.0).abs() < 3e-4 && a > 0.1, "{shape:?}: {a} {b}");
+        }
+    }
+
+    /// From far away a light is a point: its centroid with its full power.
+    #[test]
+    fn far_lights_are_their_centroid() {
+        for shape in shapes() {
+            let light = Light::Area(Area { shape, radiance: Vec3::ONE, two_sided: false });
+            let p = Vec3::new(0.0, 0.0, -3000.0);
+            let point = light.sample_as(Aiming::Centroid, p, Vec2::ZERO, 0.0).unwrap();
+            assert!(point.delta && light.pdf_as(Aiming::Centroid, p, point.wi, 1.0, Vec3::Z, 0.0) == 0.0);
+            let n = 64;
+            let mean: f32 = (0..n * n)
+                .filter_map(|i| {
+                    let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+                    light.sample_as(Aiming::Surface, p, u, 0.0).map(|s| 1.0 / s.pdf)
+                })
+                .sum::<f32>()
+                / (n * n) as f32;
+            assert!((point.radiance.x / mean - 1.0).abs() < 2e-3, "{shape:?} {} {mean}", point.radiance.x);
+        }
+    }
+
+    #[test]
+    fn a_grid_is_the_same_points_from_everywhere() {
+        for shape in shapes() {
+            let light = Light::Area(Area { shape, radiance: Vec3::ONE, two_sided: true });
+            let place = |p: Vec3| {
+                light.sample_as(Aiming::Surface, p, Vec2::new(0.125, 0.375), 0.0).unwrap().point.unwrap().p
+            };
+            assert!((place(Vec3::ZERO) - place(Vec3::new(0.5, -0.3, 0.2))).length() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn inside_a_sphere_its_middle_is_seen_unobstructed() {
+        let shape = AreaShape::Sphere { centre: Vec3::ZERO, radius: 2.0 };
+        let light = Light::Area(Area { shape, radiance: Vec3::ONE, two_sided: true });
+        let s = light.sample_as(Aiming::Centroid, Vec3::X, Vec2::ZERO, 0.0).unwrap();
+        assert!(s.point.is_none() && s.distance == 1.0);
+        assert!(light.sample_as(Aiming::Centroid, Vec3::ZERO, Vec2::ZERO, 0.0).is_none());
     }
 }

@@ -4,7 +4,7 @@
 //! A linear map M takes the unit direction d' of its own space to M·d', of length s. It stretches solid angle by
 //! |det M|/s³, lengths along the direction by s, and the surface whose unit normal is n' by |cof(M)·n'|, the length of its
 //! normal in render space.
-use crate::area::{Aimed, visible};
+use crate::aimed::{Aimed, visible};
 use crate::{Aiming, Area, AreaShape, LightPoint, LightSample, sphere};
 use dapple_math::motion::Pose;
 use dapple_sampling::warp;

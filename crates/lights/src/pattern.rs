@@ -6,61 +6,13 @@
 //! the greatest emission there, so no weight exceeds four times the mean. On the way down a part is chosen by its share
 //! of the emission times the solid angle that it fills, while that of what is divided is at least `WIDE`; below, where
 //! its quarters look nearly alike, by its share alone.
-use crate::area::Aimed;
+pub use crate::part::Part;
 use crate::polygon::Facet;
 use crate::{Aiming, Area, AreaShape, LightSample};
 use glam::{DVec2, Vec2, Vec3};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
-
-/// One of the congruent parts of a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Part {
-    /// Barycentrics (of corners 1 and 2) of its first corner.
-    pub corner: DVec2,
-    /// Its side over that of the whole; negative when it is turned by half a turn.
-    pub step: f64,
-}
-
-impl Part {
-    /// The whole triangle.
-    pub const WHOLE: Self = Self { corner: DVec2::ZERO, step: 1.0 };
-
-    /// Barycentrics of its corners.
-    pub fn corners(&self) -> [DVec2; 3] {
-        let Self { corner, step } = *self;
-        [corner, corner + DVec2::new(step, 0.0), corner + DVec2::new(0.0, step)]
-    }
-
-    /// Its area over that of the whole.
-    pub fn area(&self) -> f64 {
-        self.step * self.step
-    }
-
-    /// Three at the corners, in their order, and the turned one between them.
-    pub fn quarter(&self, which: usize) -> Self {
-        let half = 0.5 * self.step;
-        let (towards, step) = match which {
-            0 => (DVec2::ZERO, half),
-            1 => (DVec2::X, half),
-            2 => (DVec2::Y, half),
-            _ => (DVec2::ONE, -half),
-        };
-        Self { corner: self.corner + towards * half, step }
-    }
-
-    /// Which quarter the place is in.
-    fn quarter_of(&self, at: DVec2) -> usize {
-        let at = (at - self.corner) / self.step;
-        match at {
-            _ if at.x >= 0.5 => 1,
-            _ if at.y >= 0.5 => 2,
-            _ if at.x + at.y <= 0.5 => 0,
-            _ => 3,
-        }
-    }
-}
 
 /// What is known of the emission in a part, in any unit.
 #[derive(Clone, Copy, Debug)]
@@ -348,14 +300,6 @@ fn pick(weights: &[f64; 4], sum: f64, u: &mut DVec2) -> usize {
     let (one, other) = if stretched(&mut u.x, weights[0] + weights[3], sum) { (0, 3) } else { (1, 2) };
     let pair = weights[one] + weights[other];
     if stretched(&mut u.y, weights[one], pair) { one } else { other }
-}
-
-impl Area {
-    /// All of a flat light's power from one place.
-    pub(crate) fn as_point(&self, aimed: Aimed) -> Option<LightSample> {
-        let sample = self.sample_at(aimed)?;
-        Some(LightSample { radiance: sample.radiance / sample.pdf, pdf: 1.0, delta: true, ..sample })
-    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Aiming at triangles and parallelograms.
-use crate::area::{Aimed, SMALL, visible};
-use crate::pattern::Part;
+use crate::aimed::{Aimed, SMALL, visible};
+use crate::part::Part;
 use crate::solid_angle::{Arm, Wedge, facing};
 use crate::{LightPoint, rectangle};
 use dapple_sampling::warp;

@@ -1,6 +1,6 @@
 //! Aiming at a sphere: evenly in the cone it fills from outside, evenly over all directions from inside.
 use crate::LightPoint;
-use crate::area::{Aimed, visible};
+use crate::aimed::{Aimed, visible};
 use dapple_math::Frame;
 use dapple_sampling::warp;
 use glam::{DVec3, Vec2, Vec3};

@@ -9,13 +9,11 @@
 
 use crate::layers::Layers;
 use crate::mirror::{SHARP_BLUR, SquareBlur, WIDEST_BLUR};
+use crate::sample::{BsdfSample, GRAZING};
 use crate::{Lobe, Lobes, Material, Mirror};
 use dapple_sampling::warp;
 use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
-
-/// Cosines below this count as in the surface, where no light goes: f32 products of two of them end here.
-pub(crate) const GRAZING: f32 = 1e-18;
 
 /// Ready to evaluate for one `wo`. Directions are unit, point away, local frame; wo.z may be negative (back side).
 #[derive(Clone, Copy, Debug)]
@@ -40,21 +38,6 @@ enum Body {
         blur: Option<SquareBlur>,
     },
     Layers(Layers),
-}
-
-/// One sampled direction.
-#[derive(Clone, Copy, Debug)]
-pub struct BsdfSample {
-    /// Local frame, unit, pointing away.
-    pub wi: Vec3,
-    /// f·|cosθ_i| / pdf (mixture over the lobes asked for); never negative.
-    pub weight: Vec3,
-    /// Solid-angle density of the mixture; meaningless (1) for delta lobes.
-    pub pdf: f32,
-    /// The lobe that was chosen.
-    pub lobe: Lobe,
-    /// (η_i/η_o)², the inverse of the radiance scaling in `weight`, for roulette: 1 for reflection and thin walls.
-    pub eta: f32,
 }
 
 impl Bsdf {

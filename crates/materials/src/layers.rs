@@ -2,12 +2,12 @@
 //! metallic·metal + (1 − metallic)·(coat over mix(diffuse base, clear matter, transmission)).
 
 use crate::albedo::Row;
-use crate::bsdf::{BsdfSample, GRAZING};
 use crate::choice::{Choice, Shares};
 use crate::diffuse::Diffuse;
 use crate::fresnel::{Interface, Schlick, normal_reflectance};
 use crate::microfacet::{Ggx, reflect};
 use crate::reflection::Rough;
+use crate::sample::{BsdfSample, GRAZING};
 use crate::transmission::{ClearLayer, Direction, Facet};
 use crate::{Lobe, Lobes, Material};
 use dapple_sampling::warp;

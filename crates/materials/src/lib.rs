@@ -20,11 +20,13 @@ pub mod material;
 pub mod microfacet;
 pub mod mirror;
 pub mod reflection;
+pub mod sample;
 pub mod transmission;
 
-pub use bsdf::{Bsdf, BsdfSample};
+pub use bsdf::Bsdf;
 pub use lobe::{Lobe, Lobes};
 pub use material::{Material, Mirror};
+pub use sample::BsdfSample;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -6,38 +6,18 @@
 //! arrived there, for no surface sends out more than it gets; after a hundred such halvings nothing is left of it
 //! ([`FAINT`]), and that bounds the stack by any number of bounces.
 
-use super::Tree;
-use crate::emission::Arrival;
+use super::branch::{Branch, DEEP};
+use super::tree::Tree;
 use crate::ledger::{Cut, FAINT};
-use crate::medium::MediumStack;
-use crate::path::Follow;
-use crate::places::Place;
+use crate::observer::PathObserver;
 use crate::visibility::Visibility;
-use dapple_math::Ray;
 use glam::{DVec3, Vec3};
-
-/// Scattering events after which the stack no longer grows with each of them.
-pub(super) const DEEP: u32 = 64;
 
 /// Most branches within each other: more than [`FAINT`] leaves of halvings. What would exceed it, where rounding or a
 /// surface makes light of nothing, is cut and told in the ledger.
 const NESTED: u32 = 128;
 
-/// A ray that leaves a vertex, and what is known of it.
-pub(super) struct Branch {
-    pub ray: Ray,
-    pub arrival: Arrival,
-    /// Where it arrives.
-    pub place: Place,
-    /// The bodies that it goes through.
-    pub stack: MediumStack,
-    /// Its share in the pixel point.
-    pub beta: Vec3,
-    /// What the radiance that it brings counts in the radiance that leaves the vertex.
-    pub factor: Vec3,
-}
-
-impl<V: Visibility, F: Follow> Tree<'_, V, F> {
+impl<V: Visibility, O: PathObserver> Tree<'_, V, O> {
     /// What `new` brings, times its factor; of a deep vertex's rays, the heaviest so far is held and the other one traced.
     #[cold]
     #[inline(never)]
@@ -60,7 +40,7 @@ impl<V: Visibility, F: Follow> Tree<'_, V, F> {
     fn branch(&mut self, first: Branch) -> Vec3 {
         if self.nested >= NESTED {
             if first.beta.max_element() >= FAINT {
-                self.follow.cut(Cut::Depth, first.beta);
+                self.observer.cut(Cut::Depth, first.beta);
             }
             return Vec3::ZERO;
         }

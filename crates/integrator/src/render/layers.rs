@@ -2,7 +2,7 @@
 
 use crate::aov::Aov;
 use crate::cryptomatte::{Matte, names_of_ids};
-use crate::kernel::Job;
+use crate::job::Job;
 use crate::tile::Tile;
 use dapple_camera::Film;
 use dapple_imaging::{Image, Layer, Layers, MetaValue};

@@ -3,6 +3,7 @@
 use crate::ledger::Ledger;
 use crate::spread::Spread;
 use crate::tail::Tail;
+use crate::tile::BadSample;
 use dapple_camera::Film;
 use dapple_imaging::Layers;
 use std::sync::Arc;
@@ -47,17 +48,6 @@ pub struct Stats {
     pub bad_sample_count: u64,
     /// What altered the estimate.
     pub ledger: Ledger,
-}
-
-/// A sample that was not finite; `dapple replay --pixel x,y --sample i` shows its path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BadSample {
-    /// Pixel column.
-    pub x: u32,
-    /// Pixel row from the top.
-    pub y: u32,
-    /// Sample index.
-    pub sample: u32,
 }
 
 /// A finished render.

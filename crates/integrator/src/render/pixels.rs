@@ -2,7 +2,8 @@
 
 use super::pool::Pool;
 use super::watch;
-use crate::kernel::{self, Job};
+use crate::job::Job;
+use crate::kernel;
 use crate::settings::Settings;
 use crate::tile::Tile;
 use dapple_camera::Camera;

@@ -8,7 +8,8 @@ use super::snapshot::{self, Snapshot};
 use super::watch::Watch;
 use crate::clear;
 use crate::custom::Integrator;
-use crate::kernel::{self, Job, Kernel};
+use crate::job::Job;
+use crate::kernel::{self, Kernel};
 use crate::ledger::{self, Ledger};
 use crate::settings::{Settings, SettingsError};
 use crate::tile::Tile;
@@ -24,7 +25,7 @@ const REPORTED: usize = 16;
 /// of samples, or their share of so many. How the samples are divided into calls changes no bit of the image.
 pub struct Renderer<'a> {
     job: Job<'a>,
-    kernel: Kernel,
+    kernel: Kernel<'a>,
     kernel_name: &'static str,
     pool: Pool,
     state: RenderState,
@@ -76,8 +77,7 @@ impl<'a> Renderer<'a> {
         integrator: &'a dyn Integrator,
     ) -> Result<Self, SettingsError> {
         settings.check()?;
-        let job = Job { custom: Some(integrator), ..Job::new(scene, camera, settings) };
-        Ok(Self::of(job))
+        Ok(Self::of(Job::new(scene, camera, settings), (Kernel::Custom(integrator), "custom")))
     }
 
     /// Takes up a render where `state` was taken out of it.
@@ -96,14 +96,15 @@ impl<'a> Renderer<'a> {
     }
 
     pub(super) fn unchecked(scene: &'a Scene, camera: &Camera, settings: &'a Settings) -> Self {
-        Self::of(Job::new(scene, camera, settings))
+        let job = Job::new(scene, camera, settings);
+        let kernel = kernel::choose(&job);
+        Self::of(job, kernel)
     }
 
-    fn of(job: Job<'a>) -> Self {
+    fn of(job: Job<'a>, (kernel, kernel_name): (Kernel<'a>, &'static str)) -> Self {
         let settings = job.settings;
         let mut tiles = Tile::cut(settings.rect(), settings);
         let pilot = Pilot::new(settings, &mut tiles);
-        let (kernel, kernel_name) = kernel::choose(&job);
         let (belongs_to, next) = (settings.identity(), settings.sample_range().start);
         let state = RenderState { belongs_to, next, tiles, pilot, elapsed: Duration::ZERO };
         Self { pool: Pool::new(&settings.limits), job, kernel, kernel_name, state }
@@ -195,7 +196,7 @@ impl<'a> Renderer<'a> {
         let spp = state.next - job.settings.sample_range().start;
         let ledger = Ledger {
             lights_culled: ledger::culled(job.scene),
-            lights_unreachable: clear::unreachable(&job),
+            lights_unreachable: clear::unreachable(job.scene, !job.sharp.is_empty()),
             ..Ledger::default()
         };
         let mut stats = Stats {

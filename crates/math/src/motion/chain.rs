@@ -1,6 +1,7 @@
 //! The nodes that a thing hangs on. Things below one node share its chain, and what has been worked out for it: a file of
 //! n nodes takes memory and time for n links, however deep they hang.
-use super::{Channel, Link, Motion, Node, Trs};
+use super::links::Motion;
+use super::node::{Channel, Link, Node, Trs};
 use glam::{DAffine3, DMat3, DVec3};
 use std::sync::{Arc, OnceLock};
 

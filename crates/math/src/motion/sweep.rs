@@ -4,9 +4,10 @@
 //! Time is cut at the keys and, where something rotates, into steps of at most 1/16 of half a turn. Over a step every
 //! link maps a box to a box: scales and translations by their ranges; a rotation along one arc to the hull of its two
 //! ends, grown by the bulge r(1 − cos(Δθ/2)) of the arc over its chord.
+use super::links::Motion;
+use super::node::{Channel, Link, Trs};
 use super::pose::transformed;
 use super::track::{Interpolation, Track, Value};
-use super::{Channel, Link, Motion, Trs};
 use crate::Aabb;
 use glam::{DAffine3, DQuat, DVec3};
 use std::f64::consts::PI;

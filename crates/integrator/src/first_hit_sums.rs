@@ -1,0 +1,144 @@
+//! What the first hits of camera rays saw, summed over the samples of each pixel, for the layers that show it.
+
+use crate::aov::Aov;
+use crate::coverage::Coverage;
+use crate::ledger::{Cut, Ledger};
+use crate::observer::PathObserver;
+use crate::settings::Settings;
+use crate::vertex::Vertex;
+use glam::{DVec3, Vec3};
+
+/// What the first hits of a sample's camera rays saw, summed, in render space.
+#[derive(Clone, Default)]
+pub(crate) struct FirstHit {
+    rays: u32,
+    hits: u32,
+    albedo: Vec3,
+    normal: Vec3,
+    p: Vec3,
+    /// Object + 1 at the first ray; 0 = nothing.
+    object: u32,
+    /// Likewise at each further ray that met something, if all are asked for.
+    further: Vec<u32>,
+    asks_all: bool,
+    hides_backdrop: bool,
+    /// Of all rays.
+    pub ledger: Ledger,
+}
+
+impl FirstHit {
+    /// Of a sample of which nothing is known yet.
+    pub fn of(settings: &Settings) -> Self {
+        Self { hides_backdrop: settings.transparent, ..Self::default() }
+    }
+
+    /// Objects + 1 that the rays met, one for each.
+    fn objects(&self) -> impl Iterator<Item = u32> {
+        std::iter::once(self.object).filter(|object| *object != 0).chain(self.further.iter().copied())
+    }
+}
+
+impl PathObserver for FirstHit {
+    fn vertex(&mut self, depth: u32, vertex: &Vertex, _: Vec3, _: Vec3) {
+        if depth > 0 {
+            return;
+        }
+        let side = vertex.surface.ng.dot(vertex.wo).signum();
+        if self.rays == 0 {
+            self.object = vertex.hit.object + 1;
+        } else if self.asks_all {
+            self.further.push(vertex.hit.object + 1);
+        }
+        self.rays += 1;
+        self.hits += 1;
+        self.albedo +=
+            if vertex.shading.unlit { vertex.shading.material.base_color } else { vertex.bsdf.albedo() };
+        self.normal += vertex.shading.frame.z * side;
+        self.p += vertex.surface.p;
+    }
+
+    fn escaped(&mut self, depth: u32, _: Vec3, _: Vec3, _: Vec3) {
+        self.rays += u32::from(depth == 0);
+    }
+
+    fn hides_backdrop(&self) -> bool {
+        self.hides_backdrop
+    }
+
+    fn cut(&mut self, why: Cut, beta: Vec3) {
+        self.ledger.cut(why, beta);
+    }
+}
+
+/// Sums of first hits over the samples of each pixel: those that the layers asked for are made of, the others empty.
+#[derive(Clone, Default)]
+pub(crate) struct FirstHits {
+    /// Samples that hit something, in shares of a sample.
+    pub hits: Vec<f64>,
+    pub albedo: Vec<DVec3>,
+    pub normal: Vec<DVec3>,
+    pub p: Vec<DVec3>,
+    /// Object + 1 at the first sample; 0 = nothing.
+    pub object: Vec<u32>,
+    /// Which part of the pixel's samples met something, and each of the objects.
+    pub coverage: Coverage,
+    is_asked: bool,
+}
+
+impl FirstHits {
+    pub fn new(pixels: usize, settings: &Settings) -> Self {
+        let aovs = &settings.aovs;
+        let asked = |by: &[Aov]| if aovs.iter().any(|aov| by.contains(aov)) { pixels } else { 0 };
+        let place = asked(&[Aov::Position, Aov::Depth]);
+        Self {
+            hits: vec![0.0; place],
+            albedo: vec![DVec3::ZERO; asked(&[Aov::Albedo])],
+            normal: vec![DVec3::ZERO; asked(&[Aov::Normal])],
+            p: vec![DVec3::ZERO; place],
+            object: vec![0; asked(&[Aov::ObjectId, Aov::MaterialId])],
+            coverage: Coverage::new(pixels, settings),
+            is_asked: settings.transparent || aovs.iter().any(|aov| aov.needs_first_hit()),
+        }
+    }
+
+    /// What these layers take in a tile.
+    pub fn bytes_per_pixel(settings: &Settings) -> usize {
+        let one = Self::new(1, settings);
+        let vectors = [&one.albedo, &one.normal, &one.p].map(|v| size_of_val(&**v));
+        let coverage = one.coverage.bytes_of_a_pixel();
+        size_of_val(&*one.hits) + vectors.iter().sum::<usize>() + size_of_val(&*one.object) + coverage
+    }
+
+    /// For a sample whose first hit is to be seen, if any layer asks for it.
+    pub fn start(&self, settings: &Settings) -> FirstHit {
+        if !self.is_asked {
+            return FirstHit::default();
+        }
+        FirstHit { asks_all: self.coverage.asks_objects(), ..FirstHit::of(settings) }
+    }
+
+    /// Adds what a sample of a pixel saw, if any layer asks for it.
+    pub fn add(&mut self, pixel: usize, first: &FirstHit, index: u32, weight: f32) {
+        if !self.is_asked {
+            return;
+        }
+        let share = 1.0 / f64::from(first.rays.max(1));
+        self.coverage.add(pixel, f64::from(weight), (first.hits, share), first.objects());
+        if first.hits == 0 {
+            return;
+        }
+        if let Some(hits) = self.hits.get_mut(pixel) {
+            *hits += f64::from(first.hits) * share;
+        }
+        let sums =
+            [(&mut self.albedo, first.albedo), (&mut self.normal, first.normal), (&mut self.p, first.p)];
+        for (sum, seen) in sums {
+            if let Some(sum) = sum.get_mut(pixel) {
+                *sum += seen.as_dvec3() * share;
+            }
+        }
+        if let Some(object) = self.object.get_mut(pixel).filter(|_| index == 0) {
+            *object = first.object;
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! How a path leaves a vertex: the direction that the BSDF is sampled for, and where the ray along it starts.
+
+use crate::normals::Tilt;
+use crate::terminator::over_the_facet;
+use crate::trace_context::TraceContext;
+use crate::vertex::Vertex;
+use crate::visibility::Visibility;
+use dapple_materials::{BsdfSample, Lobes};
+use dapple_math::Ray;
+use glam::{Vec2, Vec3};
+
+/// A ray that leaves a vertex.
+#[derive(Clone, Copy)]
+pub(crate) struct Scattered {
+    pub sample: BsdfSample,
+    pub ray: Ray,
+}
+
+impl Vertex {
+    /// A ray on by one of `lobes`, unless it carries nothing or there is no way.
+    pub fn scatter<V: Visibility>(
+        &self,
+        uc: f32,
+        u: Vec2,
+        lobes: Lobes,
+        context: &TraceContext<'_, V>,
+    ) -> Option<Scattered> {
+        let sample = self.bsdf.sample_f(uc, u, lobes)?;
+        let passes = self.bsdf.passes(sample.wi);
+        let wi = if passes { self.along } else { self.frame.to_world(sample.wi).normalize() };
+        if sample.weight == Vec3::ZERO {
+            return None;
+        }
+        match &self.tilt {
+            Some(tilt) if !passes => self.scatter_tilted(tilt, sample, wi, context),
+            _ if self.leaks(wi, sample.wi) => None,
+            _ => Some(Scattered { sample, ray: Ray::new(self.surface.origin_towards(wi), wi) }),
+        }
+    }
+
+    #[inline(never)]
+    fn scatter_tilted<V: Visibility>(
+        &self,
+        tilt: &Tilt,
+        mut sample: BsdfSample,
+        w: Vec3,
+        context: &TraceContext<'_, V>,
+    ) -> Option<Scattered> {
+        let (wi, density) = tilt.leave(w, self.reflects(sample.wi))?;
+        if !sample.lobe.is_delta() {
+            sample.pdf *= density;
+        }
+        let o = self.origin(wi, context)?;
+        Some(Scattered { sample, ray: Ray::new(o, wi) })
+    }
+
+    /// Where a ray towards `wi` starts, unless there is no way: outside the position's error box, or above a facet that it
+    /// passes over.
+    #[inline(always)]
+    pub fn origin<V: Visibility>(&self, wi: Vec3, context: &TraceContext<'_, V>) -> Option<Vec3> {
+        match &self.tilt {
+            Some(tilt) if tilt.is_over && wi.dot(self.seen_normal()) <= 0.0 => {
+                let (at, up) = ((&self.hit, &self.surface), self.seen_normal());
+                over_the_facet(&context.scene.world, at, up, context.time, |way| context.blocked(way))
+            }
+            _ => Some(self.surface.origin_towards(wi)),
+        }
+    }
+}
