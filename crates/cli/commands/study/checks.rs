@@ -2,8 +2,8 @@
 
 use crate::error::Failure;
 use crate::{report, saving};
-use dapple_analysis::stress::Outcome;
 use dapple_integrator::imaging::write;
+use dapple_verify::stress::Outcome;
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};

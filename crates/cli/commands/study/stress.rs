@@ -5,7 +5,7 @@ use crate::commands::study::checks::{Page, Row, Table};
 use crate::error::{self, Failure};
 use crate::progress::Bar;
 use crate::report;
-use dapple_analysis::stress::{self, Case, Check, Effort};
+use dapple_verify::stress::{self, Case, Check, Effort};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
