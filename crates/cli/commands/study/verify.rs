@@ -3,7 +3,7 @@
 use crate::args::study::VerifyArgs;
 use crate::commands::study::checks::{Numbers, Row, Table};
 use crate::error::Failure;
-use crate::report;
+use crate::standard_output;
 use dapple_verify::forms::{self, Form, Measured};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -21,7 +21,7 @@ pub fn run(arguments: &VerifyArgs) -> Result<ExitCode, Failure> {
         let seconds = begun.elapsed().as_secs_f64() / measured.len() as f64;
         for row in measured.iter().map(|m| row(&form, m, seconds)) {
             if !arguments.json {
-                report::result(&row.line());
+                standard_output::result(&row.line());
             }
             rows.push(row);
         }
