@@ -15,7 +15,8 @@ fn level(package: &str) -> Option<u32> {
         "scene" => Some(3),
         "integrator" => Some(4),
         "analysis" => Some(5),
-        "dapple" => Some(6),
+        "verify" => Some(6),
+        "dapple" => Some(7),
         _ => None,
     }
 }

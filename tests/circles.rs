@@ -46,6 +46,9 @@ impl<'ast> Visit<'ast> for Mentions<'_> {
         }
     }
 
+    /// `pub(super)` says who may use an item; it uses nothing.
+    fn visit_visibility(&mut self, _: &'ast Visibility) {}
+
     fn visit_path(&mut self, path: &'ast syn::Path) {
         self.found.push(path.segments.iter().map(|s| s.ident.to_string()).collect());
         visit::visit_path(self, path);
@@ -231,6 +234,9 @@ fn a_circle_is_seen() {
     assert_eq!(circles(&[root, a, ("b", "pub struct B; fn f(_: crate::a::A) {}")]), ["a, b"]);
     assert_eq!(circles(&[root, a, ("b", "pub struct B; fn f() { assert!(crate::a::x()); }")]), ["a, b"]);
     assert!(circles(&[root, a, ("b", "pub struct B; #[cfg(test)] mod tests { use crate::A; }")]).is_empty());
+    let kept =
+        ("p/c", "pub(super) struct C; impl C { pub(super) fn f(&self) {} pub(in super::super) fn g() {} }");
+    assert!(circles(&[("p", "mod c; use c::C; fn f(_: C) {}"), kept]).is_empty());
     // A parent that only passes on what its children define is in no circle; one that they use is.
     let child = ("p/c", "use super::D; pub struct C(D);");
     assert!(

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Crate, its dependencies without default features, and what the default features add.
-const PINNED: [(&str, &[&str], &[&str]); 11] = [
+const PINNED: [(&str, &[&str], &[&str]); 12] = [
     ("dapple-math", &["glam", "libm"], &[]),
     ("dapple-sampling", &["glam", "libm", "rand_pcg"], &[]),
     ("dapple-geometry", &["bytemuck", "dapple-math", "glam", "libm", "obvhs"], &["libc", "rayon"]),
@@ -53,9 +53,10 @@ const PINNED: [(&str, &[&str], &[&str]); 11] = [
     ),
     (
         "dapple-analysis",
-        &["base64", "dapple-imaging", "dapple-integrator", "dapple-math", "glam", "libm", "serde", "thiserror"],
+        &["base64", "dapple-imaging", "dapple-integrator", "glam", "libm", "serde", "thiserror"],
         &[],
     ),
+    ("dapple-verify", &["dapple-analysis", "dapple-integrator", "glam", "libm", "serde"], &[]),
     (
         "dapple",
         &[
@@ -74,7 +75,7 @@ const PINNED: [(&str, &[&str], &[&str]); 11] = [
             "tracing",
             "tracing-subscriber",
         ],
-        &["clap_complete", "clap_mangen", "dapple-analysis", "rustix"],
+        &["clap_complete", "clap_mangen", "dapple-analysis", "dapple-verify", "rustix"],
     ),
 ];
 
@@ -87,7 +88,7 @@ const FEATURES: [(&str, &[&str]); 6] = [
     ("exr", &["exr"]),
     ("png", &["image", "png", "zune-jpeg", "image-webp"]),
     ("parallel", &["rayon", "rayon-core"]),
-    ("report", &["base64", "dapple-analysis"]),
+    ("report", &["base64", "dapple-analysis", "dapple-verify"]),
     ("manual", &["clap_complete", "clap_mangen", "roff"]),
 ];
 

@@ -1,8 +1,19 @@
 //! Clap's errors as one line that says what is wrong and what to type instead.
 
-use crate::{args, error, suggest};
+use crate::error::Failure;
+use crate::{args, error, standard_output, suggest};
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
+
+/// Help and version are no errors: they are printed, and the command is done.
+pub fn arguments(error: Error) -> Result<(), Failure> {
+    use ErrorKind::{DisplayHelp, DisplayVersion};
+    if matches!(error.kind(), DisplayHelp | DisplayVersion) {
+        standard_output::print(|| error.print());
+        return Ok(());
+    }
+    Err(Failure::Arguments(line(&error)))
+}
 
 /// The line about arguments that were typed.
 pub fn line(error: &Error) -> String {

@@ -4,12 +4,12 @@
 //! render go on without end. What the user says of the same option, or `--yes`, counts in its place.
 
 use crate::error::Failure;
-use crate::options::RenderOptions;
-use crate::{report, uses};
+use crate::options::{OfScene, RenderOptions};
+use crate::say::say;
+use crate::uses;
 use dapple_integrator::camera::Camera;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{MethodKind, Settings, forecast};
-use std::path::PathBuf;
 use std::time::Duration;
 
 /// Most time that a sidecar may ask for.
@@ -38,20 +38,7 @@ const OF_RAYS: [&str; 13] = [
     "secondary",
 ];
 
-/// What a sidecar set and no later layer of settings did.
-#[derive(Clone, Debug, Default)]
-pub struct OfScene {
-    pub file: PathBuf,
-    pub command: String,
-    pub keys: Vec<String>,
-}
-
 impl OfScene {
-    /// Whether the value of this option is the sidecar's.
-    pub fn set(&self, key: &str) -> bool {
-        self.keys.iter().any(|set| set == key)
-    }
-
     fn refuse(&self, keys: &[&str], why: &str) -> Failure {
         let named =
             |prefix: &str| keys.iter().map(|key| format!("{prefix}{key}")).collect::<Vec<_>>().join(", ");
@@ -80,7 +67,7 @@ pub fn of_values(options: &mut RenderOptions) -> Result<(), Failure> {
     }
     let is_endless = options.spp.is_none() && options.time_limit.is_none();
     if scene.command == "render" && scene.set("error-limit") && is_endless {
-        report::say(&format!(
+        say(&format!(
             "note: {}: error-limit: the render ends after {longest} s at the latest; --error-limit, --time-limit or --yes on \
              the command line goes further",
             scene.file.display()

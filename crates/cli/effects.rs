@@ -1,8 +1,9 @@
 //! From the options about effects to plans and a lens, with a note about each that has nothing to do.
 
 use crate::error::Failure;
+use crate::idle;
 use crate::options::{EffectOptions, RenderOptions};
-use crate::{idle, report};
+use crate::say::say;
 use dapple_integrator::camera::{Aperture, Camera, Lens};
 use dapple_integrator::first_hit::centre_depth;
 use dapple_integrator::sampling::{Pattern, Plan};
@@ -55,7 +56,7 @@ pub fn with_lens(mut camera: Camera, scene: &Scene, options: &RenderOptions) -> 
     let focus = options.focus_distance.map(|d| scene.space.length_to_render(f64::from(d)));
     let focus = focus.unwrap_or_else(|| {
         let distance = centre_depth(scene, &camera, backfaces).unwrap_or(f32::INFINITY);
-        report::say(&format!(
+        say(&format!(
             "note: focus at {:.4}, the centre of the picture",
             f64::from(distance) / scene.space.scale
         ));
@@ -104,39 +105,39 @@ pub fn lay(options: &RenderOptions, settings: &mut Settings) {
 /// Says what was asked for and has nothing to do.
 pub fn note_idle(options: &RenderOptions, settings: &Settings, scene: &Scene, camera: &Camera) {
     let effects = &options.effects;
-    let say = |what: &str, why: &str| report::say(&format!("note: {what} is left out: {why}"));
+    let note = |what: &str, why: &str| say(&format!("note: {what} is left out: {why}"));
     let present = dapple_integrator::forecast::present_in(scene, camera, settings);
     let path = settings.kind() == MethodKind::Path;
     for (effect, name) in Effect::ALL {
         match effects.plan(effect) {
             None => {}
             Some(_) if !present.contains(&effect) => {
-                say(&format!("--{name}"), "the scene has no such effect")
+                note(&format!("--{name}"), "the scene has no such effect")
             }
             Some(plan) if path && plan.count() > 0 => {
-                say(&format!("--{name}"), "the path tracer randomises all effects at once; see --spp");
+                note(&format!("--{name}"), "the path tracer randomises all effects at once; see --spp");
             }
             Some(_) => {}
         }
     }
     if effects.light.is_some_and(|plan| plan.count() == 0) && scene.environment.is_some() {
-        report::say("note: --light 0 leaves the environment as it is");
+        say("note: --light 0 leaves the environment as it is");
     }
     if effects.ambient.is_some() && !settings.plans.is_off(Effect::Diffuse) {
-        say("--ambient", "it stands in for interreflection, which is on; see --diffuse 0");
+        note("--ambient", "it stands in for interreflection, which is on; see --diffuse 0");
     }
     if !path && options.spp.is_some() && effects.pixel.is_some() {
-        say("--spp", "--pixel says how many samples a pixel has");
+        note("--spp", "--pixel says how many samples a pixel has");
     }
     if !path && options.pattern.is_some() {
-        say("--pattern", "each integral names its own, as in --pixel 4x4:sobol");
+        note("--pattern", "each integral names its own, as in --pixel 4x4:sobol");
     }
     if options.effects.aperture_radius.unwrap_or(0.0) == 0.0
         && (effects.focus_distance.is_some() || effects.aperture_shape.is_some())
     {
-        report::say("note: the lens has no radius, so everything is sharp; see --aperture-radius");
+        say("note: the lens has no radius, so everything is sharp; see --aperture-radius");
     }
-    idle::of_render(options, settings, scene).iter().for_each(|(what, why)| say(what, why));
+    idle::of_render(options, settings, scene).iter().for_each(|(what, why)| note(what, why));
 }
 
 /// Says how many rays a pixel takes at most; many need a yes.
@@ -151,13 +152,13 @@ pub fn confirm(
     }
     let rays = forecast(scene, camera, settings).total();
     if !RenderOptions::is(options.quiet) {
-        report::say(&format!("at most {rays:.0} rays per pixel"));
+        say(&format!("at most {rays:.0} rays per pixel"));
     }
     if rays <= MANY_RAYS || RenderOptions::is(options.effects.yes) {
         return Ok(());
     }
     if std::io::stdin().is_terminal() && std::io::stderr().is_terminal() {
-        report::say("that is a lot; render all the same? [y/N]");
+        say("that is a lot; render all the same? [y/N]");
         let mut answer = String::new();
         let read = std::io::stdin().lock().read_line(&mut answer);
         if read.is_ok() && answer.trim().eq_ignore_ascii_case("y") {

@@ -1,7 +1,5 @@
 //! What can go wrong, in one line each, and the exit code it gives.
 
-use crate::complaint;
-use crate::standard_output;
 use dapple_integrator::imaging::{ImageError, Window};
 use dapple_integrator::scene::SceneError;
 use dapple_integrator::scene::error::shortened;
@@ -56,16 +54,6 @@ impl Failure {
 pub fn one_line(message: &str) -> String {
     let message = shortened(message);
     message.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
-}
-
-/// Help and version are no errors: they are printed, and the command is done.
-pub fn arguments(error: clap::Error) -> Result<(), Failure> {
-    use clap::error::ErrorKind::{DisplayHelp, DisplayVersion};
-    if matches!(error.kind(), DisplayHelp | DisplayVersion) {
-        standard_output::print(|| error.print());
-        return Ok(());
-    }
-    Err(Failure::Arguments(complaint::line(&error)))
 }
 
 /// The beginning of a value, as messages repeat it.

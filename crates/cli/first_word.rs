@@ -1,7 +1,7 @@
 //! What a command line without a command means: a file stands for its render, nothing for a greeting.
 
 use crate::args;
-use crate::{report, standard_output};
+use crate::standard_output;
 use clap::Command;
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -34,7 +34,7 @@ fn is_scene(word: &OsStr) -> bool {
 /// Help, and the one command to try.
 pub fn greet() {
     standard_output::print(|| args::command().print_help());
-    report::result(
+    standard_output::result(
         "\nTry it: dapple render    renders the built-in Cornell box to cornell.exr and cornell.png",
     );
 }

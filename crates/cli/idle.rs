@@ -1,8 +1,7 @@
 //! Options that change nothing for the chosen method, pattern, outputs or scene. They are no error, for they may come from
 //! a settings file or a script that serves many scenes, but each gets a note.
 
-use crate::load;
-use crate::options::RenderOptions;
+use crate::options::{NO_ENVIRONMENT, RenderOptions};
 use dapple_integrator::lights::Light;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Combine, Effect, MethodKind, Settings};
@@ -78,7 +77,7 @@ fn of_method(options: &RenderOptions, settings: &Settings) -> Idle {
 
 /// Options about an environment that is not there.
 fn of_environment(options: &RenderOptions) -> Idle {
-    let none = Path::new(load::NO_ENVIRONMENT);
+    let none = Path::new(NO_ENVIRONMENT);
     let picture = options.env.as_deref().is_some_and(|env| env != none);
     let color = options.env_color.is_some();
     let mut idle = Idle::new();

@@ -1,8 +1,8 @@
 //! No command overwrites what it reads: outputs are held against every input before work begins.
 
 use crate::error::Failure;
-use crate::load::{self, Source};
-use crate::options::RenderOptions;
+use crate::load::Source;
+use crate::options::{NO_ENVIRONMENT, RenderOptions};
 use crate::settings_file;
 use same_file::Handle;
 use std::path::{Path, PathBuf};
@@ -30,8 +30,7 @@ impl Inputs {
         if let Some(settings) = &options.settings {
             self.add("the settings file", settings);
         }
-        if let Some(environment) = options.env.as_ref().filter(|env| env.as_os_str() != load::NO_ENVIRONMENT)
-        {
+        if let Some(environment) = options.env.as_ref().filter(|env| env.as_os_str() != NO_ENVIRONMENT) {
             self.add("the environment picture", environment);
         }
     }

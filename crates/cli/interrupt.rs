@@ -3,7 +3,7 @@
 //! The first request ends the render within a sample and takes back what the pass under way has added, so that every pixel
 //! has the same number of samples, and the pictures are written; the second one ends the process at once.
 
-use crate::report;
+use crate::say::say;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a shell reports for a process that an interrupt ended.
@@ -17,7 +17,7 @@ pub fn listen() {
         if ASKED.swap(true, Ordering::Relaxed) {
             std::process::exit(KILLED);
         }
-        report::say("stopping, then writing what all pixels have; once more to stop at once");
+        say("stopping, then writing what all pixels have; once more to stop at once");
     });
     if let Err(error) = heard {
         tracing::debug!(%error, "interrupts are not listened for");

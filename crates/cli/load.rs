@@ -5,7 +5,7 @@ use crate::error::{self, Failure};
 use crate::first_sight;
 use crate::memory;
 use crate::options::RenderOptions;
-use crate::report;
+use crate::say::say;
 use crate::suggest;
 use crate::values::Size;
 use crate::verbose;
@@ -150,8 +150,8 @@ pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure>
     let start = Instant::now();
     let mut builder = source.read(options)?;
     let environment = environment(options)?;
-    let own_light_alone = environment.is_none() && !has_no_environment(options);
-    if has_no_environment(options) {
+    let own_light_alone = environment.is_none() && !options.has_no_environment();
+    if options.has_no_environment() {
         builder.no_default_light();
     }
     if let Some(environment) = environment {
@@ -168,18 +168,10 @@ pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure>
     first_sight::settle(&mut scene, &view, &bounds);
     let loaded = Loaded { scene, notes, load_seconds, build_seconds: start.elapsed().as_secs_f64() };
     if RenderOptions::is(options.verbose) {
-        report::say(&verbose::scene(&loaded));
+        say(&verbose::scene(&loaded.scene, loaded.load_seconds, loaded.build_seconds));
     }
     Ok(loaded)
 }
-
-/// `--env none`: nothing surrounds the scene, even if that leaves it dark.
-fn has_no_environment(options: &RenderOptions) -> bool {
-    options.env.as_deref() == Some(Path::new(NO_ENVIRONMENT))
-}
-
-/// What `--env` takes in place of a file.
-pub const NO_ENVIRONMENT: &str = "none";
 
 fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> {
     if !options.reads().light {
@@ -189,7 +181,7 @@ fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> 
     if let Some(color) = options.env_color {
         return Ok(Some(Environment::constant(color.0 * intensity)));
     }
-    let Some(path) = options.env.as_ref().filter(|_| !has_no_environment(options)) else { return Ok(None) };
+    let Some(path) = options.env.as_ref().filter(|_| !options.has_no_environment()) else { return Ok(None) };
     let picture = read::picture_within(path, memory::left(options.memory_limit))?;
     let rotation = options.env_rotation.unwrap_or(0.0).to_radians();
     let smooth = options.is_env_smooth();

@@ -4,12 +4,15 @@
 //! (0 done · 1 a check failed · 2 bad input or arguments · 3 stopped early, with pictures of what was done · 4 computed, but
 //! not all of it written where it was asked for).
 //! Results go to standard output, everything said to a person to standard error.
+//!
+//! The files stand in layers, and each uses lower ones alone: what is said and what goes wrong (`say`, `saving`,
+//! `standard_output`, `error`); values and their names (`values`, `aliases`); `options`; what can be typed (`args`, `help`,
+//! `complaint`, `layer`, `settings_file`); loading (`load`, `view`, `effects`); `commands`.
 #![deny(unsafe_code)]
 #![cfg_attr(not(feature = "report"), allow(dead_code, reason = "some parts serve studies alone"))]
 
 mod aliases;
 mod args;
-mod choose;
 mod commands;
 mod complaint;
 mod consent;
@@ -22,6 +25,7 @@ mod error_watch;
 #[cfg(not(feature = "report"))]
 #[path = "no_error_watch.rs"]
 mod error_watch;
+mod events;
 mod first_sight;
 mod first_word;
 mod help;
@@ -29,6 +33,7 @@ mod idle;
 mod inputs;
 mod interrupt;
 mod known;
+mod layer;
 mod ledger;
 mod load;
 mod log;
@@ -43,6 +48,7 @@ mod progress;
 mod report;
 mod retrace;
 mod saving;
+mod say;
 mod settings_file;
 mod standard_output;
 mod suggest;
@@ -54,13 +60,14 @@ mod view;
 use args::{Cli, Command};
 use clap::FromArgMatches;
 use error::Failure;
+use say::say;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     match run() {
         Ok(code) => saving::code(code),
         Err(failure) => {
-            report::say(&format!("error: {}", error::one_line(&failure.to_string())));
+            say(&format!("error: {}", error::one_line(&failure.to_string())));
             failure.exit_code()
         }
     }
@@ -71,7 +78,7 @@ fn run() -> Result<ExitCode, Failure> {
     let words = first_word::completed(&command, std::env::args_os());
     let matches = match command.try_get_matches_from(words) {
         Ok(matches) => matches,
-        Err(e) => return error::arguments(e).map(done),
+        Err(e) => return complaint::arguments(e).map(done),
     };
     if let Some((name, typed)) = matches.subcommand() {
         uses::refuse(name, typed)?;

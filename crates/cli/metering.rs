@@ -4,8 +4,9 @@
 //! count, seed, sampling pattern or thread count, so that all parts of a picture and all frames of a study get one
 //! exposure.
 
+use crate::interrupt;
 use crate::options::RenderOptions;
-use crate::{interrupt, report};
+use crate::say::say;
 use dapple_integrator::camera::Camera;
 use dapple_integrator::imaging::metering;
 use dapple_integrator::sampling::Pattern;
@@ -47,9 +48,7 @@ pub fn metered(
 ) -> f32 {
     let stops = exposure(scene, camera, settings);
     if !RenderOptions::is(options.quiet) {
-        report::say(&format!(
-            "exposure of {what} metered: {stops:+.2} stops (--exposure {stops} repeats it)"
-        ));
+        say(&format!("exposure of {what} metered: {stops:+.2} stops (--exposure {stops} repeats it)"));
     }
     stops
 }

@@ -3,7 +3,7 @@
 //! It is one line that fits the terminal: where there is little room the less important parts are left out, and the bar
 //! itself takes what the words leave.
 
-use crate::report;
+use crate::say::say;
 use console::{Term, measure_text_width};
 use dapple_integrator::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -62,7 +62,7 @@ impl Bar {
 
     /// A line to standard error, above the bar.
     pub fn say(&self, line: &str) {
-        self.aside(|| report::say(line));
+        self.aside(|| say(line));
     }
 
     /// Whether anyone sees it.

@@ -1,41 +1,13 @@
-//! What is said after a render: results on standard output, a summary for people on standard error.
+//! What a finished render has to say: a JSON object for programs, and a summary for people.
 
 use crate::known::Known;
 use crate::ledger::Ledger;
 use crate::load::Loaded;
 use crate::machine;
 use crate::output::{Outputs, Written};
-use crate::standard_output;
 use dapple_integrator::{Effect, MethodKind, Settings, Stats};
 use serde::Serialize;
-use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::io::Write;
-
-/// A line to standard output.
-pub fn result(line: &str) {
-    standard_output::write(format!("{}\n", printable(line)).as_bytes());
-}
-
-/// A line to standard error.
-pub fn say(line: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{}", printable(line));
-}
-
-/// Text that does to a terminal what its letters say and nothing else: names and paths come from files, and control
-/// characters in them could move the cursor, change colours or reorder a line. They become U+FFFD; line breaks stay.
-pub fn printable(text: &str) -> Cow<'_, str> {
-    let acts = |c: char| (c.is_control() && c != '\n') || reorders(c);
-    match text.contains(acts) {
-        true => text.replace(acts, "\u{fffd}").into(),
-        false => text.into(),
-    }
-}
-
-/// Characters that change the direction of the text after them (Unicode Bidirectional Algorithm, UAX #9, §2).
-fn reorders(c: char) -> bool {
-    matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-}
 
 /// The JSON object of `dapple render --json`.
 #[derive(Serialize)]
@@ -168,41 +140,5 @@ impl Report {
             self.mrays_per_second,
             self.peak_memory_bytes as f64 / 1e6,
         )
-    }
-}
-
-/// One JSON object, on a line of its own.
-pub fn json(value: &impl Serialize) {
-    match serde_json::to_string(value) {
-        Ok(line) => result(&line),
-        Err(e) => say(&format!("error: the result cannot be written as JSON: {e}")),
-    }
-}
-
-/// Sets how much is logged to standard error: with `-v` what is done, step by step.
-pub fn start(options: &crate::options::RenderOptions) {
-    use tracing_subscriber::EnvFilter;
-    let level = if crate::options::RenderOptions::is(options.verbose) { "dapple=info" } else { "error" };
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(level));
-    // A second call, from a test, changes nothing.
-    let _ = tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .without_time()
-        .try_init();
-}
-
-#[cfg(test)]
-mod tests {
-    use super::printable;
-
-    #[test]
-    fn nothing_acts_on_the_terminal() {
-        assert_eq!(printable("Überblick – 1.5 µm\nnext"), "Überblick – 1.5 µm\nnext");
-        assert_eq!(
-            printable("a\u{1b}[2Jb\rc\u{9b}d\te\0"),
-            "a\u{fffd}[2Jb\u{fffd}c\u{fffd}d\u{fffd}e\u{fffd}"
-        );
-        assert_eq!(printable("exe.\u{202e}gpj"), "exe.\u{fffd}gpj");
     }
 }

@@ -1,7 +1,7 @@
 //! One failed output does not lose the others: every output is tried, what fails is told at once and saved elsewhere, and
 //! the process ends with a code of its own.
 
-use crate::report;
+use crate::say::say;
 use dapple_integrator::imaging::ImageError;
 use dapple_integrator::imaging::write;
 use std::io;
@@ -44,13 +44,11 @@ pub fn rescue(
 ) -> Option<PathBuf> {
     match write::elsewhere(path, write) {
         Ok(at) => {
-            report::say(&format!("error: {error}; it is saved as {}", at.display()));
+            say(&format!("error: {error}; it is saved as {}", at.display()));
             Some(at)
         }
         Err(again) => {
-            report::say(&format!(
-                "error: {error}; it is lost, for it could not be saved elsewhere ({again})"
-            ));
+            say(&format!("error: {error}; it is lost, for it could not be saved elsewhere ({again})"));
             None
         }
     }
@@ -65,6 +63,6 @@ pub fn lose_standard_output(error: &io::Error) {
             io::ErrorKind::BrokenPipe => "its reader has closed it".into(),
             _ => error.to_string(),
         };
-        report::say(&format!("error: standard output: cannot be written: {why}"));
+        say(&format!("error: standard output: cannot be written: {why}"));
     }
 }

@@ -8,11 +8,10 @@
 //! the scene's folder (symbolic links are resolved first), cannot give the user's consent (`yes`, `allow-path`), and asks for
 //! no more work than [`crate::consent`] grants it.
 
-use crate::consent::{self, OfScene};
+use crate::consent;
 use crate::error::{self, Failure};
-use crate::load;
-use crate::options::{self, RenderOptions};
-use crate::report;
+use crate::options::{self, NO_ENVIRONMENT, OfScene, RenderOptions};
+use crate::say::say;
 use crate::{suggest, uses};
 use clap::ArgMatches;
 use std::ffi::OsString;
@@ -107,7 +106,7 @@ const USER_KEYS: [&str; 14] = [
 pub fn layered(scene: Option<&Path>, typed: &ArgMatches, command: &str) -> Result<RenderOptions, Failure> {
     let (mut options, warning) = layers(scene, typed, command)?;
     consent::of_values(&mut options)?;
-    warning.iter().for_each(|warning| report::say(&format!("warning: {warning}")));
+    warning.iter().for_each(|warning| say(&format!("warning: {warning}")));
     Ok(options)
 }
 
@@ -185,7 +184,7 @@ fn lay_file(
     }
     if !idle.is_empty() {
         let (file, keys) = (path.display(), idle.join(", "));
-        report::say(&format!("note: {file}: {keys}: left out, for dapple {command} does not use it"));
+        say(&format!("note: {file}: {keys}: left out, for dapple {command} does not use it"));
     }
     options.lay(&arguments).map_err(|e| broken(e.to_string()))?;
     if trust != Trust::User {
@@ -222,7 +221,7 @@ fn argument(key: &str, value: &toml::Value, file: &Path, trust: Trust) -> Result
         single => vec![scalar(single)?],
     };
     match key {
-        "env" if values == [load::NO_ENVIRONMENT] => {}
+        "env" if values == [NO_ENVIRONMENT] => {}
         "env" => values = values.iter().map(|v| beside(file, v, trust)).collect::<Result<_, _>>()?,
         "output" => {}
         _ => values = vec![values.join(",")],

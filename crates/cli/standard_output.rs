@@ -1,6 +1,8 @@
 //! Standard output: what is written to it arrives, or is told as an error of its own (exit code 4).
 
 use crate::saving;
+use crate::say::{printable, say};
+use serde::Serialize;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -24,6 +26,19 @@ pub fn print(print: impl FnOnce() -> io::Result<()>) {
     }
 }
 
+/// A line to standard output.
+pub fn result(line: &str) {
+    write(format!("{}\n", printable(line)).as_bytes());
+}
+
+/// One JSON object, on a line of its own.
+pub fn json(value: &impl Serialize) {
+    match serde_json::to_string(value) {
+        Ok(line) => result(&line),
+        Err(e) => say(&format!("error: the result cannot be written as JSON: {e}")),
+    }
+}
+
 /// Looks at the descriptor before the standard library does.
 #[cfg(any(target_os = "linux", target_os = "macos"))]
 mod at_start {
@@ -33,7 +48,7 @@ mod at_start {
     extern "C" fn look() {
         // Duplicating needs an open descriptor and writes nothing.
         let open = std::io::stdout().as_fd().try_clone_to_owned().is_ok();
-        super::CLOSED.store(!open, Ordering::Relaxed);
+        crate::standard_output::CLOSED.store(!open, Ordering::Relaxed);
     }
 
     /// The loader calls what stands in this section before `main`, once and with no other thread there.

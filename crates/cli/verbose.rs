@@ -1,13 +1,12 @@
 //! What `--verbose` says: the steps of a command in sentences.
 
-use crate::load::Loaded;
 use crate::output::Outputs;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Effect, MethodKind, Settings};
 
 /// A scene that has been read and built.
-pub fn scene(loaded: &Loaded) -> String {
-    let Scene { survey, cameras, .. } = &loaded.scene;
+pub fn scene(scene: &Scene, load_seconds: f64, build_seconds: f64) -> String {
+    let Scene { survey, cameras, .. } = scene;
     let counts = [
         counted(survey.triangles, "triangle"),
         counted(survey.shapes, "exact sphere or disk"),
@@ -20,9 +19,9 @@ pub fn scene(loaded: &Loaded) -> String {
     format!(
         "The scene has {}. Reading it took {:.2} s, building its trees and light tables {:.2} s; it takes {:.1} MB.",
         listed(&counts.into_iter().flatten().collect::<Vec<_>>()),
-        loaded.load_seconds,
-        loaded.build_seconds,
-        loaded.scene.memory_bytes() as f64 / 1e6,
+        load_seconds,
+        build_seconds,
+        scene.memory_bytes() as f64 / 1e6,
     )
 }
 

@@ -2,59 +2,17 @@
 //!
 //! [`Chart`] says what is drawn; it is laid out once, in drawing primitives that both kinds of `Canvas` know.
 
+mod canvas;
+mod chart;
 mod layout;
 mod raster;
 mod svg;
 
+pub use canvas::{HEIGHT, WIDTH, colour};
+pub use chart::{Chart, Series};
 pub(crate) use svg::escaped;
 
-use crate::statistics::Interval;
 use dapple_imaging::sheet::Frame;
-
-/// A line with its band.
-#[derive(Clone, Debug)]
-pub struct Series {
-    /// For the legend.
-    pub name: String,
-    /// Positive x, and y with its interval, in order of x.
-    pub points: Vec<(f64, Interval)>,
-    /// Drawn thin and dashed, without marks: a line to compare with.
-    pub guide: bool,
-}
-
-/// A plot.
-#[derive(Clone, Debug)]
-pub struct Chart {
-    /// Over it.
-    pub title: String,
-    /// Under the x axis.
-    pub x_label: String,
-    /// Over the y axis.
-    pub y_label: String,
-    /// The lines, in the order of the legend.
-    pub series: Vec<Series>,
-}
-
-/// Pixels across.
-pub const WIDTH: usize = 900;
-/// Pixels down.
-pub const HEIGHT: usize = 520;
-
-/// Colours that people of all kinds of colour vision tell apart [Wong 2011], then again.
-const COLOURS: [[u8; 3]; 7] = [
-    [0, 114, 178],
-    [213, 94, 0],
-    [0, 158, 115],
-    [204, 121, 167],
-    [86, 180, 233],
-    [230, 159, 0],
-    [90, 90, 90],
-];
-
-/// The colour of the i-th series.
-pub fn colour(i: usize) -> [u8; 3] {
-    COLOURS[i % COLOURS.len()]
-}
 
 impl Chart {
     /// An `<svg>` element that needs nothing else.
@@ -72,29 +30,11 @@ impl Chart {
     }
 }
 
-/// Which end of a text is at its place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Anchor {
-    Start,
-    Middle,
-    End,
-}
-
-/// What can be drawn; pixels from the top left.
-pub(crate) trait Canvas {
-    /// Straight lines from point to point.
-    fn line(&mut self, points: &[(f64, f64)], width: f64, colour: [u8; 3], dashed: bool);
-    /// A filled shape; `cover` 0 = nothing, 1 = opaque.
-    fn area(&mut self, points: &[(f64, f64)], colour: [u8; 3], cover: f64);
-    /// A filled circle.
-    fn dot(&mut self, at: (f64, f64), radius: f64, colour: [u8; 3]);
-    /// One line of text with its middle at the height `at.1`.
-    fn text(&mut self, at: (f64, f64), anchor: Anchor, colour: [u8; 3], text: &str);
-}
-
 #[cfg(test)]
 mod tests {
+    use super::canvas::COLOURS;
     use super::*;
+    use crate::statistics::Interval;
 
     fn chart() -> Chart {
         let point = |k: i32| {

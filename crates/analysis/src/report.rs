@@ -13,6 +13,7 @@ use crate::plot::{Chart, Series, escaped};
 use crate::results::{Results, RunRecord};
 use crate::statistics::Interval;
 use base64::Engine;
+use words::file_name;
 
 /// A picture of the page.
 #[derive(Clone, Debug)]
@@ -165,11 +166,6 @@ fn about(results: &Results) -> String {
         results.budget_seconds,
         include_str!("report/method.html"),
     )
-}
-
-/// A scene's name without its folder.
-pub(crate) fn file_name(scene: &str) -> &str {
-    scene.rsplit('/').next().unwrap_or(scene)
 }
 
 /// Text with `code` in backticks, and exponents such as N^-1.5 raised.

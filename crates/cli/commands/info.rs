@@ -11,7 +11,7 @@ use crate::commands::render;
 use crate::error::{self, Failure};
 use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
-use crate::{machine, report, settings_file};
+use crate::{events, machine, settings_file, standard_output};
 use clap::ArgMatches;
 use dapple_integrator::camera::Projection;
 use dapple_integrator::scene::{NamedCamera, Scene};
@@ -25,7 +25,7 @@ const WORKING_BYTES: u64 = 3 << 20;
 pub fn run(arguments: &InfoArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(&arguments.scene));
     let (options, sidecar_warning, refused) = layers(source.path(), typed)?;
-    report::start(&options);
+    events::start(&options);
     let would_be = match refused {
         Some(refusal) => Err(refusal),
         None => WouldBe::of(&source, &options),
@@ -46,9 +46,9 @@ pub fn run(arguments: &InfoArgs, typed: &ArgMatches) -> Result<(), Failure> {
     facts["settings_file"] =
         source.path().and_then(settings_file::sidecar).map(|path| path.display().to_string()).into();
     if RenderOptions::is(options.json) {
-        report::json(&facts);
+        standard_output::json(&facts);
     } else {
-        text::lines(&arguments.scene, &facts).iter().for_each(|line| report::result(line));
+        text::lines(&arguments.scene, &facts).iter().for_each(|line| standard_output::result(line));
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use crate::error::Failure;
 use crate::load::{self, Source};
 use crate::options::RenderOptions;
 use crate::values::method_name;
-use crate::{effects, measure, report, settings_file};
+use crate::{effects, events, measure, settings_file, standard_output};
 use clap::ArgMatches;
 use dapple_integrator::plan::{Decision, RenderPlan, plan};
 use serde_json::{Value, json};
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 pub fn run(arguments: &PlanArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(&arguments.scene));
     let options = settings_file::layered(source.path(), typed, "plan")?;
-    report::start(&options);
+    events::start(&options);
     let loaded = load::load(&source, &options)?;
     let view = &load::camera(&loaded.scene, &options)?;
     let settings = render::settings(&options, view)?;
@@ -31,10 +31,10 @@ pub fn run(arguments: &PlanArgs, typed: &ArgMatches) -> Result<(), Failure> {
         if let Some(measured) = &measured {
             object["measured"] = json!(measured);
         }
-        report::json(&object);
+        standard_output::json(&object);
     } else {
-        report::result(&as_text(&plan));
-        measured.iter().for_each(|m| report::result(&m.as_text()));
+        standard_output::result(&as_text(&plan));
+        measured.iter().for_each(|m| standard_output::result(&m.as_text()));
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use crate::commands::render;
 use crate::error::Failure;
 use crate::load::{self, Source};
 use crate::options::RenderOptions;
-use crate::{effects, report, settings_file, values};
+use crate::{effects, events, settings_file, standard_output, values};
 use clap::ArgMatches;
 use dapple_integrator::forecast::{Forecast, Row, present_in};
 use dapple_integrator::{Effect, MethodKind, Settings, forecast};
@@ -17,7 +17,7 @@ const COLUMNS: [&str; 5] = ["light", "glossy", "refract", "diffuse", "path"];
 pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(scene));
     let options = settings_file::layered(source.path(), typed, "rays")?;
-    report::start(&options);
+    events::start(&options);
     let loaded = load::load(&source, &options)?;
     let view = &load::camera(&loaded.scene, &options)?;
     let settings = render::settings(&options, view)?;
@@ -29,9 +29,9 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
         forecast: forecast(&loaded.scene, &view.camera, &settings),
     };
     if RenderOptions::is(options.json) {
-        report::json(&told.json());
+        standard_output::json(&told.json());
     } else {
-        told.text(scene).iter().for_each(|line| report::result(line));
+        told.text(scene).iter().for_each(|line| standard_output::result(line));
     }
     Ok(())
 }

@@ -9,8 +9,12 @@ use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::progress::Bar;
-use crate::report::{self, Report};
-use crate::{consent, effects, interrupt, log, machine, metadata, metering, retrace, settings_file, verbose};
+use crate::report::Report;
+use crate::say::say;
+use crate::{
+    consent, effects, events, interrupt, log, machine, metadata, metering, retrace, settings_file,
+    standard_output, verbose,
+};
 use clap::ArgMatches;
 use dapple_integrator::scene::NamedCamera;
 use dapple_integrator::{MethodKind, Outcome, Settings, SettingsError, Stats, render_watched};
@@ -26,7 +30,7 @@ const SHOWN: usize = 5;
 pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let source = Source::new(scene);
     let options = settings_file::layered(source.path(), typed, "render")?;
-    report::start(&options);
+    events::start(&options);
     let mut outputs = Outputs::plan(&options, &source.name())?;
     let mut inputs = Inputs::of_render(&source, &options);
     inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
@@ -43,23 +47,23 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
     say_no_picture(&options);
     if settings.transparent && outputs.drops_alpha() && !RenderOptions::is(options.quiet) {
-        report::say("note: an .hdr has no alpha: its background is black; write an .exr or .png too");
+        say("note: an .hdr has no alpha: its background is black; write an .exr or .png too");
     }
     interrupt::listen();
     expose(&mut outputs, &loaded, view, &settings, &options);
     let is_verbose = RenderOptions::is(options.verbose);
     if is_verbose {
-        report::say(&verbose::render(&settings));
+        say(&verbose::render(&settings));
     }
     let (outcome, known) = draw(&loaded, view, &settings, &options)?;
     let outcome = finish(outcome, &options, &loaded, view, &settings);
     let ending = Ending::of(&options, &settings, &outcome, &known);
     if is_verbose {
-        report::say(&verbose::writing(&outputs));
+        say(&verbose::writing(&outputs));
     }
     let written = outputs.write(&outcome, &outcome.film.mean(), ending.comment());
     say_bad_samples(&outcome.stats, scene, typed);
-    ending.line().iter().for_each(|line| report::say(line));
+    ending.line().iter().for_each(|line| say(line));
     let mut report = Report::new(&loaded, &settings, &outcome.stats, &known, (&outputs, &written));
     (report.stopped, report.unsampled_pixels) = (ending.is_early(), ending.unsampled);
     tell(&options, &report);
@@ -125,10 +129,10 @@ fn check(settings: &Settings, options: &RenderOptions) -> Result<(), Failure> {
 /// Says once what will look different from what the file says, and what else the file could show.
 pub fn warn(loaded: &Loaded) {
     for warning in &loaded.scene.warnings {
-        report::say(&format!("warning: {}", error::one_line(&warning.0)));
+        say(&format!("warning: {}", error::one_line(&warning.0)));
     }
     for note in &loaded.notes {
-        report::say(&format!("note: {}", error::one_line(note)));
+        say(&format!("note: {}", error::one_line(note)));
     }
 }
 
@@ -136,7 +140,7 @@ pub fn warn(loaded: &Loaded) {
 pub fn say_light_unit(loaded: &Loaded, options: &RenderOptions) {
     let taken = loaded.scene.light_unit.as_ref().filter(|taken| taken.is_photometric);
     if let Some(taken) = taken.filter(|_| !RenderOptions::is(options.quiet)) {
-        report::say(&format!(
+        say(&format!(
             "note: intensities of lights are divided by 683 lm/W: {} (--light-unit radiometric takes them as they are)",
             taken.why
         ));
@@ -204,7 +208,7 @@ fn finish(
 fn say_no_picture(options: &RenderOptions) {
     if !options.shows_picture() && !RenderOptions::is(options.quiet) {
         let said = "only layers of the first hit are asked for, so the picture is left out; --aov beauty,... renders it too";
-        report::say(&format!("note: {said}"));
+        say(&format!("note: {said}"));
     }
 }
 
@@ -213,20 +217,20 @@ fn say_bad_samples(stats: &Stats, scene: Option<&str>, typed: &ArgMatches) {
         return;
     }
     let count = stats.bad_sample_count;
-    report::say(&format!("warning: {count} samples were not finite and count as black; to see their paths:"));
+    say(&format!("warning: {count} samples were not finite and count as black; to see their paths:"));
     for bad in stats.bad_samples.iter().take(SHOWN) {
-        report::say(&format!("  {}", retrace::command(scene, (bad.x, bad.y), bad.sample, typed)));
+        say(&format!("  {}", retrace::command(scene, (bad.x, bad.y), bad.sample, typed)));
     }
 }
 
 fn tell(options: &RenderOptions, told: &Report) {
     if !RenderOptions::is(options.quiet) {
-        report::say(&told.summary());
-        told.ledger.summary().iter().for_each(|line| report::say(line));
+        say(&told.summary());
+        told.ledger.summary().iter().for_each(|line| say(line));
     }
     if RenderOptions::is(options.json) {
-        report::json(told);
+        standard_output::json(told);
     } else {
-        told.outputs.iter().for_each(|path| report::result(path));
+        told.outputs.iter().for_each(|path| standard_output::result(path));
     }
 }

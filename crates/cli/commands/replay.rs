@@ -6,7 +6,7 @@ use crate::error::Failure;
 use crate::load::{self, Source};
 use crate::options::RenderOptions;
 use crate::values::Pixel;
-use crate::{effects, report, settings_file};
+use crate::{effects, events, settings_file, standard_output};
 use clap::ArgMatches;
 use dapple_integrator::{PathVertex, Settings, replay};
 use glam::{DVec3, Vec3};
@@ -16,7 +16,7 @@ use serde_json::json;
 pub fn run(arguments: &ReplayArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(&arguments.scene));
     let options = settings_file::layered(source.path(), typed, "replay")?;
-    report::start(&options);
+    events::start(&options);
     let loaded = load::load(&source, &options)?;
     let view = &load::camera(&loaded.scene, &options)?;
     let settings = render::settings(&options, view)?;
@@ -27,12 +27,12 @@ pub fn run(arguments: &ReplayArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let (vertices, radiance) = replay(&loaded.scene, &view.camera, &settings, (x, y), arguments.sample);
     if RenderOptions::is(options.json) {
         let vertices: Vec<_> = vertices.iter().map(as_json).collect();
-        report::json(&json!({
+        standard_output::json(&json!({
             "pixel": [x, y], "sample": arguments.sample, "radiance": numbers(radiance), "vertices": vertices,
         }));
     } else {
-        vertices.iter().enumerate().for_each(|(i, vertex)| report::result(&as_text(i, vertex)));
-        report::result(&format!("radiance {}", vector(radiance)));
+        vertices.iter().enumerate().for_each(|(i, vertex)| standard_output::result(&as_text(i, vertex)));
+        standard_output::result(&format!("radiance {}", vector(radiance)));
     }
     Ok(())
 }

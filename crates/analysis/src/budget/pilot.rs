@@ -4,6 +4,7 @@
 //! those of other groups. How much groups differ says how sure a prediction is, whether blocks are a part of the picture
 //! or, of a small one, all of it; and more groups make it surer.
 
+use super::shares::sum;
 use crate::estimate::blocks::{self, Block};
 use dapple_integrator::camera::Camera;
 use dapple_integrator::scene::Scene;
@@ -90,7 +91,7 @@ impl<'a> Pilot<'a> {
             (found.rest, found.rays) = (found.rest * share, found.rays * share);
             found
         };
-        self.each(groups, one).into_iter().map(|all| super::sum(&all)).collect()
+        self.each(groups, one).into_iter().map(|all| sum(&all)).collect()
     }
 
     /// By group, an estimate of the picture's mean squared error, summed over channels, when rendered by `settings`: half

@@ -1,7 +1,7 @@
 //! Which counts reach an error, and how sure is that?
 
 use super::pilot::Pilot;
-use super::{Prediction, jackknife, reach, shares};
+use super::shares::{jackknife, reach, shares};
 use crate::statistics;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::{Effect, MethodKind, Plans, Settings, Variances};
@@ -37,6 +37,27 @@ const UNEVEN: f64 = 0.1;
 
 /// How much a short pilot may be off in time.
 const SPEED: f64 = 1.5;
+
+/// What reaches the wanted error.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Prediction {
+    /// `path` or `distribution`.
+    pub method: String,
+    /// Options of `dapple render`.
+    pub options: String,
+    /// Samples per pixel, or points over the pixel's area.
+    pub samples: f64,
+    /// Ends of their confidence interval; `None` where they are more than a factor [`statistics::WIDEST`] apart.
+    pub samples_ci: Option<[f64; 2]>,
+    /// Rays of the whole picture.
+    pub rays: f64,
+    /// Seconds of rendering, at the speed of the pilot.
+    pub seconds: f64,
+    /// With the interval of the samples, and half as much again for the pilot's short time.
+    pub seconds_ci: Option<[f64; 2]>,
+    /// Whether the ends are within a factor of [`NARROW`]; if not, a longer pilot is needed.
+    pub is_narrow: bool,
+}
 
 /// The error that is to be reached, and how sure one wants to be.
 pub(super) struct Wanted {

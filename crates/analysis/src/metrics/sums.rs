@@ -1,6 +1,6 @@
 //! From terms to measures: one channel of one pixel at a time.
 
-use super::{Measures, Scale};
+use super::measures::{Measures, Scale};
 
 /// What one channel of one pixel contributes.
 pub(super) struct Term {

@@ -1,6 +1,7 @@
 //! Where everything of a chart goes.
 
-use super::{Anchor, Canvas, Chart, HEIGHT, Series, WIDTH, colour};
+use super::canvas::{Anchor, Canvas, HEIGHT, WIDTH, colour};
+use super::chart::{Chart, Series};
 
 const INK: [u8; 3] = [40, 40, 40];
 const GRID: [u8; 3] = [226, 226, 226];

@@ -1,6 +1,6 @@
 //! A chart in pixels: shapes are drawn three times as large and averaged, text is set afterwards.
 
-use super::{Anchor, Canvas, HEIGHT, WIDTH};
+use super::canvas::{Anchor, Canvas, HEIGHT, WIDTH};
 use dapple_imaging::sheet::Frame;
 use dapple_imaging::text;
 

@@ -1,6 +1,6 @@
 //! A chart as an SVG element.
 
-use super::{Anchor, Canvas, HEIGHT, WIDTH};
+use super::canvas::{Anchor, Canvas, HEIGHT, WIDTH};
 use std::fmt::Write;
 
 /// Grows as things are drawn.

@@ -1,6 +1,6 @@
 //! Numbers of the page: a table of runs, a line per reference.
 
-use super::words::{percent, two};
+use super::words::{file_name, percent, two};
 use crate::plot::escaped;
 use crate::results::{ReferenceRecord, Results, RunRecord, TARGETS};
 
@@ -94,7 +94,7 @@ pub(super) fn with(value: Option<f64>, ci: Option<[f64; 2]>, show: impl Fn(f64) 
 
 /// What a reference is, in a sentence.
 pub(super) fn reference(r: &ReferenceRecord) -> String {
-    let (scene, name, kind) = (escaped(super::file_name(&r.scene)), escaped(&r.name), escaped(&r.kind));
+    let (scene, name, kind) = (escaped(file_name(&r.scene)), escaped(&r.name), escaped(&r.kind));
     if r.samples == 0 {
         return format!(
             "{scene}, {name}: {kind}. It is taken as exact: its own noise, and whatever it shows otherwise than a run, \

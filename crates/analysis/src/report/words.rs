@@ -128,6 +128,11 @@ pub(super) fn percent(x: f64) -> String {
     }
 }
 
+/// A scene's name without its folder.
+pub(super) fn file_name(scene: &str) -> &str {
+    scene.rsplit('/').next().unwrap_or(scene)
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::tests::results;

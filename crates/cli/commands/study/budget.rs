@@ -4,7 +4,8 @@ use crate::commands::render;
 use crate::error::Failure;
 use crate::load::{self, Source};
 use crate::options::RenderOptions;
-use crate::{report, settings_file};
+use crate::say::say;
+use crate::{events, settings_file, standard_output};
 use clap::ArgMatches;
 use dapple_analysis::budget::{Budget, Prediction, budget};
 use dapple_analysis::statistics;
@@ -15,7 +16,7 @@ use std::time::Instant;
 pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(scene));
     let options = settings_file::layered(source.path(), typed, "budget")?;
-    report::start(&options);
+    events::start(&options);
     let Some(limit) = options.error_limit else {
         return Err(Failure::Arguments("--error-limit: say which error is wanted, such as 0.01".into()));
     };
@@ -41,11 +42,11 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     if RenderOptions::is(options.json) {
         let mut object = serde_json::to_value(&found).unwrap_or_default();
         object["pilot_seconds"] = seconds.into();
-        report::json(&object);
+        standard_output::json(&object);
     } else {
-        text(scene, &found, confidence).iter().for_each(|line| report::result(line));
+        text(scene, &found, confidence).iter().for_each(|line| standard_output::result(line));
         if !RenderOptions::is(options.quiet) {
-            report::say(&format!("found in {seconds:.1} s"));
+            say(&format!("found in {seconds:.1} s"));
         }
     }
     Ok(())

@@ -1,9 +1,10 @@
 //! Results of checks, as a table, as JSON and as a page.
 
 use crate::error::Failure;
-use crate::{report, saving};
-use dapple_analysis::stress::Outcome;
+use crate::say::say;
+use crate::{saving, standard_output};
 use dapple_integrator::imaging::write;
+use dapple_verify::stress::Outcome;
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -142,14 +143,14 @@ impl Table {
         if let Some(Page { path, title }) = page {
             let bytes = self.page(title).into_bytes();
             if let Some(at) = saving::save(path, |path| write::replace(path, &bytes)) {
-                report::say(&format!("wrote {}", at.display()));
+                say(&format!("wrote {}", at.display()));
             }
         }
         if json {
-            report::json(self);
+            standard_output::json(self);
         }
         let Self { passed, failed, pending, seconds, .. } = self;
-        report::say(&format!("{passed} pass, {failed} fail, {pending} pending; {seconds:.1} s"));
+        say(&format!("{passed} pass, {failed} fail, {pending} pending; {seconds:.1} s"));
         if *failed > 0 { ExitCode::from(FAILED) } else { ExitCode::SUCCESS }
     }
 

@@ -5,69 +5,25 @@ mod external;
 mod folder;
 mod plan;
 mod schedule;
+mod session;
 
 use crate::args::study::ConvergeArgs;
 use crate::error::Failure;
 use crate::inputs::Inputs;
-use crate::load::Source;
 use crate::options::RenderOptions;
 use crate::progress::Bar;
-use crate::{interrupt, machine, memory, report, saving, settings_file};
+use crate::say::say;
+use crate::{events, interrupt, machine, saving, standard_output};
 use clap::ArgMatches;
-use dapple_analysis::converge::{Clock, Reference};
+use dapple_analysis::converge::Clock;
 use dapple_analysis::report::summary;
-use dapple_analysis::results::{Machine, ReferenceRecord, Results, SCHEMA};
+use dapple_analysis::results::{Machine, Results, SCHEMA};
 use external::External;
 use folder::{Folder, plain};
 use serde_json::json;
+use session::{Given, Session};
 use std::process::ExitCode;
 use std::time::Duration;
-
-/// Everything that the parts of the command share.
-struct Session<'a> {
-    arguments: &'a ConvergeArgs,
-    clock: Clock,
-    folder: Folder,
-    results: Results,
-    bar: Bar,
-    externals: Vec<External>,
-    /// What the user said of memory, for the scene that is measured.
-    memory_limit: Option<u64>,
-}
-
-impl Session<'_> {
-    /// A reference that lies in the folder.
-    fn kept(&self, record: &ReferenceRecord) -> Option<Reference> {
-        self.folder.reference(record, memory::limit(self.memory_limit))
-    }
-
-    /// The first seed of runs; [`check`] sees to its size.
-    fn first_seed(&self) -> u32 {
-        self.arguments.options.seed.map_or(1, |seed| seed as u32)
-    }
-
-    /// Adds a reference of the run `user`. The first of a scene is called "reference", and no other.
-    fn add_reference(&mut self, mut record: ReferenceRecord, user: &str) {
-        let is_first = self.results.references.iter().all(|r| r.scene != record.scene);
-        record.name = if is_first { "reference".into() } else { format!("reference of {user}") };
-        self.results.references.push(record);
-    }
-}
-
-/// A scene with what was said about it.
-struct Given<'a> {
-    name: &'a str,
-    source: Source,
-    options: RenderOptions,
-}
-
-impl<'a> Given<'a> {
-    fn new(name: &'a str, typed: &ArgMatches) -> Result<Self, Failure> {
-        let source = Source::new(Some(name));
-        let options = settings_file::layered(source.path(), typed, "converge")?;
-        Ok(Self { name, source, options })
-    }
-}
 
 /// Refuses a folder in which a file that is read would be written over, before anything is.
 fn spare(
@@ -95,7 +51,7 @@ const LARGEST_SEED: u64 = 2_000_000_000;
 pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let clock = Clock::new(arguments.budget, Duration::ZERO);
     let given = &arguments.options;
-    report::start(given);
+    events::start(given);
     check(arguments)?;
     let externals =
         arguments.external.iter().map(|e| External::parse(e)).collect::<Result<Vec<_>, Failure>>()?;
@@ -107,12 +63,11 @@ pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Fai
     let spent = old.spent_seconds;
     let bar = Bar::new(RenderOptions::is(given.quiet));
     let results = Results { spent_seconds: spent, ..describe(arguments) };
-    let mut session =
-        Session { arguments, clock, folder, results, bar, externals, memory_limit: given.memory_limit };
+    let mut session = Session { arguments, clock, folder, results, bar, memory_limit: given.memory_limit };
     interrupt::listen();
     for (i, scene) in scenes.into_iter().enumerate() {
         let rest = arguments.scenes.len() - i;
-        schedule::scene(&mut session, scene, &old, rest)?;
+        schedule::scene(&mut session, (scene, &externals), &old, rest)?;
     }
     session.bar.finish();
     session.results.spent_seconds = spent + session.clock.elapsed();
@@ -169,14 +124,14 @@ fn tell(session: &Session<'_>) {
     let options = &session.arguments.options;
     if !RenderOptions::is(options.quiet) {
         for scene in session.results.scenes() {
-            report::say(&format!("{scene}:"));
-            summary(&session.results, scene).iter().for_each(|line| report::say(&format!("  {line}")));
+            say(&format!("{scene}:"));
+            summary(&session.results, scene).iter().for_each(|line| say(&format!("  {line}")));
         }
-        session.results.left_out.iter().for_each(|line| report::say(&format!("left out: {line}")));
+        session.results.left_out.iter().for_each(|line| say(&format!("left out: {line}")));
     }
     if RenderOptions::is(options.json) {
-        report::json(&json!({ "report": page, "results": session.results }));
+        standard_output::json(&json!({ "report": page, "results": session.results }));
     } else {
-        report::result(&page);
+        standard_output::result(&page);
     }
 }

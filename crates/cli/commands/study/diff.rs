@@ -5,7 +5,7 @@ use crate::error::Failure;
 use crate::inputs::Inputs;
 use crate::memory;
 use crate::values::Threshold;
-use crate::{report, saving};
+use crate::{saving, standard_output};
 use dapple_analysis::metrics::{self, Comparison, Measures, Scale, SizeMismatch};
 use dapple_analysis::{flip, heat, ssim};
 use dapple_integrator::imaging::sheet::Frame;
@@ -38,9 +38,9 @@ pub fn run(arguments: &DiffArgs) -> Result<(), Failure> {
     }
     let facts = facts(arguments, &pair, &found, &seen);
     if arguments.json {
-        report::json(&facts);
+        standard_output::json(&facts);
     } else {
-        text(&facts).iter().for_each(|line| report::result(line));
+        text(&facts).iter().for_each(|line| standard_output::result(line));
     }
     held(arguments, &facts)
 }

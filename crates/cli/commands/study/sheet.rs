@@ -17,8 +17,9 @@ use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::output::refuse_link;
 use crate::progress::Bar;
+use crate::say::say;
 use crate::values::Size;
-use crate::{consent, effects, interrupt, memory, metering, report, saving, settings_file};
+use crate::{consent, effects, events, interrupt, memory, metering, saving, settings_file, standard_output};
 use clap::ArgMatches;
 use cost::Deadline;
 use dapple_integrator::imaging::sheet::{self, Cell, Frame};
@@ -60,7 +61,7 @@ const FINER: u32 = 4;
 pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let source = Source::new(Some(&arguments.scene));
     let mut options = settings_file::layered(source.path(), typed, "sheet")?;
-    report::start(&options);
+    events::start(&options);
     let output = output(typed)?;
     let mut inputs = Inputs::of_render(&source, &options);
     for reference in [&arguments.reference, &arguments.reference_half].into_iter().flatten() {
@@ -96,9 +97,9 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
     let cells = sheet.cells(plans, reference.as_ref(), &deadline)?;
     let written = sheet.write(&output, &cells);
     if RenderOptions::is(sheet.options.json) {
-        report::json(&sheet.json(written.as_deref(), reference.as_ref(), &cells));
+        standard_output::json(&sheet.json(written.as_deref(), reference.as_ref(), &cells));
     } else {
-        written.iter().for_each(|path| report::result(&path.display().to_string()));
+        written.iter().for_each(|path| standard_output::result(&path.display().to_string()));
     }
     Ok(sheet.end(&cells, reference.is_some()))
 }
@@ -407,7 +408,7 @@ impl Sheet<'_> {
             return ExitCode::SUCCESS;
         }
         let errors = if has_reference { "" } else { ", no reference and no errors" };
-        report::say(&format!("stopped early: the sheet holds {done} of {} cells{errors}", cells.len()));
+        say(&format!("stopped early: the sheet holds {done} of {} cells{errors}", cells.len()));
         ExitCode::from(STOPPED)
     }
 
@@ -445,7 +446,7 @@ impl Sheet<'_> {
 
     fn say(&self, line: &str) {
         if !RenderOptions::is(self.options.quiet) {
-            report::say(line);
+            say(line);
         }
     }
 }

@@ -4,8 +4,9 @@ use crate::args::study::StressArgs;
 use crate::commands::study::checks::{Page, Row, Table};
 use crate::error::{self, Failure};
 use crate::progress::Bar;
-use crate::report;
-use dapple_analysis::stress::{self, Case, Check, Effort};
+use crate::say::say;
+use crate::standard_output;
+use dapple_verify::stress::{self, Case, Check, Effort};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -29,7 +30,7 @@ pub fn run(arguments: &StressArgs) -> Result<ExitCode, Failure> {
     let bar = Bar::new(false);
     let told = |row: &Row| {
         if !arguments.json {
-            bar.aside(|| report::result(&row.line()));
+            bar.aside(|| standard_output::result(&row.line()));
         }
     };
     let rows = measure_all(&cases, effort, &bar, &told);
@@ -92,7 +93,7 @@ impl Rows<'_> {
         if self.bar.is_shown() {
             self.bar.show_task(done as f64 / count as f64, seconds, &format!("{what}, {} done", case.id));
         } else if 10 * done / count > 10 * (done - 1) / count && done < count {
-            report::say(&format!("{what} after {seconds:.0} s"));
+            say(&format!("{what} after {seconds:.0} s"));
         }
     }
 }

@@ -3,8 +3,8 @@
 use crate::args::study::VerifyArgs;
 use crate::commands::study::checks::{Numbers, Row, Table};
 use crate::error::Failure;
-use crate::report;
-use dapple_analysis::verify::{self, Form, Measured};
+use crate::standard_output;
+use dapple_verify::forms::{self, Form, Measured};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -15,13 +15,13 @@ const REPLICAS: u64 = 400;
 pub fn run(arguments: &VerifyArgs) -> Result<ExitCode, Failure> {
     let start = Instant::now();
     let mut rows = Vec::new();
-    for form in verify::forms()? {
+    for form in forms::all()? {
         let begun = Instant::now();
-        let measured = verify::measure(&form, REPLICAS);
+        let measured = forms::measure(&form, REPLICAS);
         let seconds = begun.elapsed().as_secs_f64() / measured.len() as f64;
         for row in measured.iter().map(|m| row(&form, m, seconds)) {
             if !arguments.json {
-                report::result(&row.line());
+                standard_output::result(&row.line());
             }
             rows.push(row);
         }

@@ -8,8 +8,8 @@ mod startup;
 
 pub use command::External;
 
-use super::Session;
 use super::folder::plain;
+use super::session::Session;
 use crate::error::Failure;
 use crate::interrupt;
 use command::Took;

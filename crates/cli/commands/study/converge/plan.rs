@@ -3,10 +3,10 @@
 use super::folder::plain;
 use crate::args::study::ConvergeArgs;
 use crate::commands::render;
-use crate::consent::OfScene;
 use crate::error::{self, Failure};
+use crate::layer;
 use crate::load;
-use crate::options::{self, RenderOptions};
+use crate::options::{OfScene, RenderOptions};
 use crate::uses;
 use crate::values::Size;
 use dapple_analysis::converge::Run;
@@ -125,7 +125,7 @@ fn default_runs(base: &RenderOptions) -> Vec<(String, String)> {
 fn laid(base: &RenderOptions, name: &str, text: &str) -> Result<RenderOptions, Failure> {
     let mut options = base.clone();
     let in_run = |e: Failure| Failure::Arguments(format!("--run {name}: {e}"));
-    let typed = options::parsed(&words(text)).map_err(in_run)?;
+    let typed = layer::parsed(&words(text)).map_err(in_run)?;
     uses::refuse("converge", &typed).map_err(in_run)?;
     options.lay_matches(&typed).map_err(in_run)?;
     if format!("{:?}", of_scene(base)) != format!("{:?}", of_scene(&options)) {

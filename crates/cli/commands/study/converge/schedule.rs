@@ -1,9 +1,9 @@
 //! One scene: the references, then every run seed after seed until time is up.
 
-use super::external::Task;
+use super::external::{External, Task};
 use super::folder::plain;
 use super::plan::{self, Planned};
-use super::{External, Given, Session};
+use super::session::{Given, Session};
 use crate::error::Failure;
 use crate::load::{self, Loaded};
 use crate::options::RenderOptions;
@@ -21,8 +21,13 @@ const REFERENCE: f64 = 0.35;
 /// Seeds are added while there is time, up to so many times the number asked for.
 const MOST_SEEDS: u32 = 4;
 
-/// Measures the runs on one scene; `rest` scenes, this one included, share the time that is left.
-pub fn scene(session: &mut Session<'_>, given: Given<'_>, old: &Results, rest: usize) -> Result<(), Failure> {
+/// Measures the runs and the other renderers on one scene; `rest` scenes, this one included, share the time that is left.
+pub fn scene(
+    session: &mut Session<'_>,
+    (given, others): (Given<'_>, &[External]),
+    old: &Results,
+    rest: usize,
+) -> Result<(), Failure> {
     let end = session.clock.elapsed() + session.clock.left() / rest as f64;
     let Given { name, source, mut options } = given;
     options.output.clone_from(&session.arguments.options.output);
@@ -30,7 +35,7 @@ pub fn scene(session: &mut Session<'_>, given: Given<'_>, old: &Results, rest: u
     session.memory_limit = options.memory_limit;
     let loaded = load::load(&source, &options)?;
     let planned = plan::runs(session.arguments, &options, &loaded.scene)?;
-    names(&planned, &session.externals)?;
+    names(&planned, others)?;
     let size = planned[0].run.settings.size;
     let limit = memory::limit(options.memory_limit);
     let file = session.arguments.reference.as_deref().map(|path| from_file(path, size, limit)).transpose()?;
@@ -40,7 +45,6 @@ pub fn scene(session: &mut Session<'_>, given: Given<'_>, old: &Results, rest: u
     let look = |p: &Planned| if shared { planned[0].look.clone() } else { p.look.clone() };
     session.results.runs.extend(planned.iter().map(|p| record(name, p, look(p), old)));
     // Other renderers come last, each with the time of a run.
-    let others = std::mem::take(&mut session.externals);
     let share = (end - session.clock.elapsed()) / (planned.len() + others.len()) as f64;
     let own_end = end - share * others.len() as f64;
     let mut scene = SceneRuns { name, loaded: &loaded, planned: &planned, file, first, end: own_end };
@@ -56,7 +60,6 @@ pub fn scene(session: &mut Session<'_>, given: Given<'_>, old: &Results, rest: u
         let end = session.clock.elapsed() + left;
         Task { external, scene: name, shared, end }.measure(session, old)?;
     }
-    session.externals = others;
     session.results.differences.extend(differences(session, name));
     Ok(())
 }

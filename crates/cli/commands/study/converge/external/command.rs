@@ -1,7 +1,7 @@
 //! The command line of another renderer, and one picture by it.
 
-use super::super::Session;
 use super::super::folder::plain;
+use super::super::session::Session;
 use crate::error::{self, Failure};
 use crate::{machine, memory};
 use dapple_integrator::imaging::{Image, Window, read};

@@ -266,7 +266,7 @@ fn environments() {
     pixels[5 * w + 17] = Vec3::splat(1e6);
     let weight = |i: usize| f64::from(pixels[i].x);
     let total: f64 = (0..w * h).map(|i| weight(i) * oracle::light::texel_solid_angle(i / w, w, h)).sum();
-    let picture = dapple_imaging::Image { width: w, height: h, pixels: pixels.clone() };
+    let picture = dapple_integrator::imaging::Image { width: w, height: h, pixels: pixels.clone() };
     let sky = Environment::picture(picture, 0.0, 1.0, false).unwrap().without_compensation();
     let mut pdfs = Deviation::new("density: environment of 1e6 contrast", 1e-6);
     let mut radiances = Deviation::new("radiance of the environment", 0.0);

@@ -4,71 +4,24 @@
 //! in this order, each later layer replacing what it names. All three go through clap, so a key of a settings
 //! file is by construction an option of the command line, with the same values and the same complaints.
 
+use super::choice::ChoiceOptions;
+use super::effects::EffectOptions;
+use super::sidecar::OfScene;
+use super::view::ViewOptions;
 use crate::aliases;
-use crate::choose::ChoiceOptions;
-use crate::complaint;
-use crate::consent::OfScene;
 use crate::error::{self, Failure};
 use crate::values::{self, Color, Crop, Layers, PlanKind, Seconds, Size};
-use crate::view::ViewOptions;
 use clap::{ArgMatches, Args, FromArgMatches};
-use dapple_integrator::camera::{Aperture, Filter, Shutter};
+use dapple_integrator::camera::{Filter, Shutter};
 use dapple_integrator::imaging::Tone;
 use dapple_integrator::imaging::write::PngDepth;
-use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::{LightUnit, Reads};
-use dapple_integrator::{Aov, Backfaces, Combine, MethodKind};
-use std::ffi::OsString;
-use std::path::PathBuf;
+use dapple_integrator::{Aov, Backfaces, MethodKind};
+use std::path::{Path, PathBuf};
 
-/// The integrals of the distribution tracer, and the lens. In the path tracer a count of 0 switches the effect off as
-/// well; other counts are left out.
-#[derive(Args, Clone, Debug, Default)]
-pub struct EffectOptions {
-    /// Points over the pixel's area: 4x4:stratified, 16:random, 6x6:grid, 9:sobol, 1; 0 = its centre [default: 4x4]
-    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub pixel: Option<Plan>,
-    /// Points over the lens; 0 = a pinhole [default: 4x4]
-    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub lens: Option<Plan>,
-    /// Instants within the shutter; 0 = the one at which it opens [default: 16]
-    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub time: Option<Plan>,
-    /// Points over each light; 0 = all of its power from its centroid [default: 4x4]
-    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub light: Option<Plan>,
-    /// Directions of a rough reflection; 0 = a mirror [default: 4x4]
-    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub glossy: Option<Plan>,
-    /// Directions of a rough refraction; 0 = smooth [default: 1]
-    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub refract: Option<Plan>,
-    /// Directions over the hemisphere; 0 = no interreflection [default: 1]
-    #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub diffuse: Option<Plan>,
-    /// nested: every integral in full at every point of the outer ones; paired: one stratum of each per pixel sample [default: nested]
-    #[arg(long, value_parser = aliases::named::<Combine>(aliases::NONE), value_name = "NAME", help_heading = "Effects")]
-    pub combine: Option<Combine>,
-    /// Points of each integral below the first hit, nested [default: 1]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24), help_heading = "Effects")]
-    pub secondary: Option<u32>,
-    /// Constant light on diffuse surfaces in place of interreflection (--diffuse 0), an approximation
-    #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, help_heading = "Effects")]
-    pub ambient: Option<Color>,
-    /// Render although a pixel takes more than 100 000 rays, or a file beside the scene asks for hours
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Effects")]
-    pub yes: Option<bool>,
-
-    /// Radius of the lens (half side of a square) in scene units; 0 = a pinhole [default: 0]
-    #[arg(long, value_name = "R", allow_hyphen_values = true, value_parser = values::non_negative, help_heading = "Lens")]
-    pub aperture_radius: Option<f32>,
-    /// Distance of what is sharp, along the view axis, in scene units [default: what the picture's centre shows]
-    #[arg(long, value_name = "D", allow_hyphen_values = true, value_parser = values::focus, help_heading = "Lens")]
-    pub focus_distance: Option<f32>,
-    /// Shape of the lens: disk, square, blades:N or blades:N:DEGREES [default: disk]
-    #[arg(long, value_parser = aliases::named::<Aperture>(aliases::APERTURES), value_name = "SHAPE", help_heading = "Lens")]
-    pub aperture_shape: Option<Aperture>,
-}
+/// What `--env` takes in place of a file.
+pub const NO_ENVIRONMENT: &str = "none";
 
 /// All options of `dapple render`; also the keys of settings files. A flag can be taken back: `--half=false`.
 #[derive(Args, Clone, Debug, Default)]
@@ -232,13 +185,8 @@ pub struct RenderOptions {
     pub of_scene: OfScene,
 }
 
-/// Options alone, as they would be typed.
-pub fn parsed(arguments: &[OsString]) -> Result<ArgMatches, Failure> {
-    command().try_get_matches_from(arguments).map_err(|e| Failure::Arguments(complaint::line(&e)))
-}
-
 /// A command that knows nothing but the options; parses layers that are not the command line.
-fn command() -> clap::Command {
+pub fn command() -> clap::Command {
     RenderOptions::augment_args(clap::Command::new("settings").no_binary_name(true).disable_help_flag(true))
 }
 
@@ -254,11 +202,6 @@ pub fn ids() -> Vec<(String, String)> {
 }
 
 impl RenderOptions {
-    /// Lays the given arguments over what is there.
-    pub fn lay(&mut self, arguments: &[OsString]) -> Result<(), Failure> {
-        self.lay_matches(&parsed(arguments)?)
-    }
-
     /// Lays parsed arguments over what is there. A later environment of one kind replaces one of the other kind, and a
     /// later camera a whole view.
     pub fn lay_matches(&mut self, matches: &ArgMatches) -> Result<(), Failure> {
@@ -303,6 +246,11 @@ impl RenderOptions {
     pub fn backfaces(&self) -> Backfaces {
         let older = |culled| if culled { Backfaces::Culled } else { Backfaces::Shown };
         self.backfaces.or(self.cull_backfaces.map(older)).unwrap_or_default()
+    }
+
+    /// `--env none`: nothing surrounds the scene, even if that leaves it dark.
+    pub fn has_no_environment(&self) -> bool {
+        self.env.as_deref() == Some(Path::new(NO_ENVIRONMENT))
     }
 
     /// Whether the environment picture is interpolated.

@@ -1,48 +1,10 @@
-//! Do both tracers, with every estimator, find the values that can be written down (docs/science.md, "Closed-form scenes")?
-//! Value, error in standard errors, and the rate at which the error falls with the number of points.
+//! What a tracer with an estimator makes of a scene: value, standard error, and the rate at which the error falls.
 
-mod effects;
-mod rooms;
-mod surfaces;
-
+use super::form::Form;
 use crate::scenes::run;
 use crate::tally::{ERRORS, Outcome};
-use dapple_integrator::camera::Lens;
 use dapple_integrator::sampling::{Moments, Pattern, Plan};
-use dapple_integrator::scene::{Scene, SceneError};
 use dapple_integrator::{Effect, MethodKind, Plans, Settings};
-
-/// One closed-form scene, one pixel wide.
-pub struct Form {
-    /// E1 to E18.
-    pub id: &'static str,
-    /// What is seen.
-    pub title: &'static str,
-    /// Where the formula comes from.
-    pub source: &'static str,
-    scene: Scene,
-    exact: f64,
-    /// The integrals that are on.
-    effects: &'static [Effect],
-    max_bounces: u32,
-    /// Most that n × n midpoints err, times n; only where the grid is the whole estimate.
-    grid: Option<f64>,
-    /// Without any integral, or where the density is the integrand, points do not matter.
-    certain: bool,
-}
-
-impl Form {
-    fn new(
-        id: &'static str,
-        title: &'static str,
-        scene: Scene,
-        exact: f64,
-        effects: &'static [Effect],
-    ) -> Self {
-        let source = "docs/science.md, \"Closed-form scenes\"";
-        Self { id, title, source, scene, exact, effects, max_bounces: 1, grid: None, certain: false }
-    }
-}
 
 /// One tracer with one estimator.
 #[derive(Clone, Debug)]
@@ -55,18 +17,6 @@ pub struct Measured {
     pub outcome: Outcome,
     /// Exponent of the mean squared error against the number of points; None where nothing is left of it.
     pub rate: Option<f64>,
-}
-
-/// All scenes.
-///
-/// # Errors
-/// A scene that cannot be built.
-pub fn forms() -> Result<Vec<Form>, SceneError> {
-    let mut all = surfaces::forms()?;
-    all.extend(effects::forms()?);
-    all.extend(rooms::forms()?);
-    all.sort_by_key(|form| form.id.trim_start_matches('E').parse::<u32>().unwrap_or(0));
-    Ok(all)
 }
 
 /// Every tracer with every estimator on one scene, by `replicas` independent renders each.
@@ -135,12 +85,4 @@ fn estimate(
     let note = format!("{} points, {replicas} renders", many * many);
     let outcome = Outcome { expected: form.exact, measured: large.mean, error, tolerance, passed, note };
     Measured { method: name, pattern, outcome, rate }
-}
-
-/// The scene's camera with a lens, lengths in world units.
-fn with_lens(mut scene: Scene, lens: Lens) -> Scene {
-    let render = |length: f32| (f64::from(length) * scene.space.scale) as f32;
-    let lens = Lens { radius: render(lens.radius), focus_distance: render(lens.focus_distance), ..lens };
-    scene.cameras[0].camera.lens = Some(lens);
-    scene
 }

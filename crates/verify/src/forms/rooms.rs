@@ -1,6 +1,6 @@
 //! E6, E7, E15, E16: light that goes to and fro.
 
-use super::Form;
+use super::form::Form;
 use crate::closed_form::opposite_faces;
 use crate::scenes::{glass, matte, of, quad, seen};
 use dapple_integrator::Effect;

@@ -1,6 +1,6 @@
 //! The catalogue of `dapple stress`, with little effort: every case that can run passes.
 
-use dapple_analysis::stress::{Case, Effort, catalogue};
+use dapple_verify::stress::{Case, Effort, catalogue};
 
 /// A family at a time, so that they share the cores.
 fn family(letter: char) {

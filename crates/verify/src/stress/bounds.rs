@@ -1,9 +1,9 @@
 //! D20: what a picture says of its own error where it cannot know it.
 
 use super::{Case, Check, Effort, Outcome};
-use crate::estimate::{Verdict, unseen, within};
 use crate::scenes::{glass, matte, of, quad, run, seen};
 use crate::tally::Tally;
+use dapple_analysis::estimate::{Verdict, unseen, within};
 use dapple_integrator::imaging::Image;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::{Scene, builtin};

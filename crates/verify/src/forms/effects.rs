@@ -1,6 +1,6 @@
 //! E9 to E14: lenses, motion, edges, rough mirrors.
 
-use super::{Form, with_lens};
+use super::form::{Form, with_lens};
 use crate::closed_form::{disk_beside_line, ggx_cap, linear_edge, moving_box};
 use crate::scenes::{matte, metal, of, quad, seen, seen_in_parallel, shadeless};
 use dapple_integrator::Effect;

@@ -1,6 +1,6 @@
 //! E1 to E5, E8, E17, E18: irradiance of a floor.
 
-use super::Form;
+use super::form::Form;
 use crate::closed_form::{parallel_disk, parallel_rectangle, perpendicular_rectangle, polygon, sphere};
 use crate::scenes::{irradiance_meter, matte, quad};
 use dapple_integrator::Effect;

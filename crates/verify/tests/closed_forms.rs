@@ -4,7 +4,6 @@
 //! behind a screen whose slanted edge cuts the lamp seen from every pixel (irradiance of a polygon). Only the lamp's
 //! integral is on. Slopes are those of docs/science.md, "Convergence rates" in two dimensions.
 
-use dapple_analysis::closed_form::{parallel_rectangle, polygon};
 use dapple_analysis::converge::{Allowance, Reference, Run, measure};
 use dapple_analysis::curve::{Curve, Error, Over, slope};
 use dapple_analysis::estimate::{Estimate, Way, replicate, within};
@@ -15,6 +14,7 @@ use dapple_integrator::imaging::Image;
 use dapple_integrator::sampling::{Pattern, Plan};
 use dapple_integrator::scene::{CameraPose, Scene, SceneBuilder, TexturedMaterial};
 use dapple_integrator::{Effect, MethodKind, Plans, Settings, render};
+use dapple_verify::closed_form::{parallel_rectangle, polygon};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use std::ops::ControlFlow;
 

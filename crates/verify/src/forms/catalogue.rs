@@ -1,0 +1,17 @@
+//! All closed-form scenes, in order.
+
+use super::form::Form;
+use super::{effects, rooms, surfaces};
+use dapple_integrator::scene::SceneError;
+
+/// All scenes.
+///
+/// # Errors
+/// A scene that cannot be built.
+pub fn all() -> Result<Vec<Form>, SceneError> {
+    let mut all = surfaces::forms()?;
+    all.extend(effects::forms()?);
+    all.extend(rooms::forms()?);
+    all.sort_by_key(|form| form.id.trim_start_matches('E').parse::<u32>().unwrap_or(0));
+    Ok(all)
+}

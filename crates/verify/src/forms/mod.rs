@@ -1,0 +1,13 @@
+//! Do both tracers, with every estimator, find the values that can be written down (docs/science.md, "Closed-form scenes")?
+//! Value, error in standard errors, and the rate at which the error falls with the number of points.
+
+mod catalogue;
+mod effects;
+mod estimate;
+mod form;
+mod rooms;
+mod surfaces;
+
+pub use catalogue::all;
+pub use estimate::{Measured, measure};
+pub use form::Form;
