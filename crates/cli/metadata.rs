@@ -77,6 +77,16 @@ fn settings_text(
             lines.push(format!("{name} = \"{plan}\""));
         }
     }
+    lines.extend(estimator_lines(settings));
+    lines.extend(environment_lines(options));
+    lines.extend(light_unit_line(options, scene));
+    lines.extend(exposure_lines(settings, view, scene));
+    lines.join("\n")
+}
+
+/// What differs from the defaults of the estimator.
+fn estimator_lines(settings: &Settings) -> Vec<String> {
+    let mut lines = Vec::new();
     if !settings.soft_terminator {
         lines.push("no-soft-terminator = true".into());
     }
@@ -93,8 +103,12 @@ fn settings_text(
         let a = settings.ambient;
         lines.push(format!("ambient = [{}, {}, {}]", a.x, a.y, a.z));
     }
-    lines.extend(environment_lines(options));
-    lines.extend(light_unit_line(options, scene));
+    lines
+}
+
+/// Lens, shutter and crop.
+fn exposure_lines(settings: &Settings, view: &NamedCamera, scene: &Scene) -> Vec<String> {
+    let mut lines = Vec::new();
     lines.extend(view.camera.lens.iter().flat_map(|lens| {
         let length = |render: f32| f64::from(render) / scene.space.scale;
         [
@@ -113,7 +127,7 @@ fn settings_text(
     if let Some(c) = settings.crop {
         lines.push(format!("crop = [{}, {}, {}, {}]", c.x0, c.y0, c.x1, c.y1));
     }
-    lines.join("\n")
+    lines
 }
 
 /// The environment that was asked for; the scene's own comes with the scene.

@@ -12,7 +12,7 @@ use crate::first_hit::{seen, start};
 use crate::interface::meet;
 use crate::job::Job;
 use crate::ledger::{Cut, FAINT};
-use crate::medium::MediumStack;
+use crate::medium::{Boundary, MediumStack};
 use crate::observer::{PathObserver, cut_short};
 use crate::sample::Sample;
 use crate::scatter::Scattered;
@@ -21,6 +21,7 @@ use crate::shared_place;
 use crate::trace_context::TraceContext;
 use crate::vertex::Vertex;
 use crate::visibility::Visibility;
+use dapple_geometry::{Hit, Surface};
 use dapple_math::Ray;
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
@@ -78,46 +79,14 @@ fn li<V: Visibility, O: PathObserver>(
         let key = sample.key.at(depth, Dimension::Alpha);
         let context = TraceContext { job, scene, visibility, time: sample.time, key: key.branch(sample.s) };
         let length = ray.d.length();
-        let (mut hit, mut surface);
-        let (mut distance, boundary);
         let has_media = !V::PLAIN && !job.media.is_empty();
-        if has_media {
-            let mut met = meet(&context, &ray, &state.stack);
-            let is_clipped = job.clips(met.first, near, &ray, sample.time);
-            if state.arrival.is_camera() && (is_clipped || met.is_passed(job, &ray, sample.time)) {
-                let mut before = 0.0;
-                if is_clipped {
-                    (ray, state.stack, before) = start(job, &ray, sample.time);
-                }
-                met = meet(&context.of_camera_ray(), &ray, &state.stack);
-                met.distance += before;
-            }
-            state.beta *= met.transmittance;
-            state.stack = met.stack;
-            if met.overflows {
-                observer.cut(Cut::Nested, state.beta);
-            }
-            let Some(at) = met.at else { return radiance + state.escaped(job, depth, ray.d, observer) };
-            (hit, surface, boundary) = at;
-            distance = met.distance;
-        } else {
-            let Some(nearest) = visibility.closest(scene, &ray, sample.time, context.key) else {
-                return radiance + state.escaped(job, depth, ray.d, observer);
-            };
-            (hit, boundary) = (nearest, None);
-            surface = scene.world.surface(&ray, sample.time, &hit);
-            if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
-                shared_place::settle(places, &ray, (&mut hit, &mut surface), &context);
-            }
-            distance = hit.t * length;
-            let is_camera = if V::PLAIN { depth == 0 } else { state.arrival.is_camera() };
-            if is_camera && job.passes(&ray, (&hit, &surface), near, sample.time) {
-                let Some(shown) = seen(&context, &ray, (near, hit.t)) else {
-                    return radiance + state.escaped(job, depth, ray.d, observer);
-                };
-                (hit, surface, distance) = shown;
-            }
-        }
+        let arrived = match has_media {
+            true => state.arrive_through_media(&context, &mut ray, near, observer),
+            false => state.arrive(&context, &ray, near, depth),
+        };
+        let Some(Place { hit, surface, distance, boundary }) = arrived else {
+            return radiance + state.escaped(job, depth, ray.d, observer);
+        };
         near = 0.0;
         let wo = -ray.d / length;
         let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
@@ -199,6 +168,16 @@ fn direct<V: Visibility, O: PathObserver>(
     sum
 }
 
+/// Where a ray of a path arrives.
+struct Place {
+    hit: Hit,
+    surface: Surface,
+    /// Length of the way there.
+    distance: f32,
+    /// The media on both sides, where the surface lies between two.
+    boundary: Option<Boundary>,
+}
+
 /// What a path carries from vertex to vertex.
 struct PathState {
     /// Product of f·cos/pdf so far.
@@ -226,6 +205,58 @@ impl PathState {
         };
         observer.escaped(depth, self.beta, le, d);
         self.beta * le
+    }
+
+    /// The nearest surface, in a scene without media. A camera ray sees nothing before the near plane at `near`.
+    #[inline(always)]
+    fn arrive<V: Visibility>(
+        &self,
+        context: &TraceContext<'_, V>,
+        ray: &Ray,
+        near: f32,
+        depth: u32,
+    ) -> Option<Place> {
+        let (job, scene, time) = (context.job, context.scene, context.time);
+        let mut hit = context.visibility.closest(scene, ray, time, context.key)?;
+        let mut surface = scene.world.surface(ray, time, &hit);
+        if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
+            shared_place::settle(places, ray, (&mut hit, &mut surface), context);
+        }
+        let mut distance = hit.t * ray.d.length();
+        let is_camera = if V::PLAIN { depth == 0 } else { self.arrival.is_camera() };
+        if is_camera && job.passes(ray, (&hit, &surface), near, time) {
+            (hit, surface, distance) = seen(context, ray, (near, hit.t))?;
+        }
+        Some(Place { hit, surface, distance, boundary: None })
+    }
+
+    /// As [`arrive`](Self::arrive), through the media on the way, which the path leaves and enters.
+    #[inline(always)]
+    fn arrive_through_media<V: Visibility, O: PathObserver>(
+        &mut self,
+        context: &TraceContext<'_, V>,
+        ray: &mut Ray,
+        near: f32,
+        observer: &mut O,
+    ) -> Option<Place> {
+        let (job, time) = (context.job, context.time);
+        let mut met = meet(context, ray, &self.stack);
+        let is_clipped = job.clips(met.first, near, ray, time);
+        if self.arrival.is_camera() && (is_clipped || met.is_passed(job, ray, time)) {
+            let mut before = 0.0;
+            if is_clipped {
+                (*ray, self.stack, before) = start(job, ray, time);
+            }
+            met = meet(&context.of_camera_ray(), ray, &self.stack);
+            met.distance += before;
+        }
+        self.beta *= met.transmittance;
+        self.stack = met.stack;
+        if met.overflows {
+            observer.cut(Cut::Nested, self.beta);
+        }
+        let (hit, surface, boundary) = met.at?;
+        Some(Place { hit, surface, distance: met.distance, boundary })
     }
 
     fn survives(&mut self, u: f32) -> bool {

@@ -9,7 +9,7 @@ use crate::first_hit::{seen, start};
 use crate::interface::meet;
 use crate::job::Job;
 use crate::ledger::{Cut, FAINT};
-use crate::medium::MediumStack;
+use crate::medium::{Boundary, MediumStack};
 use crate::observer::{PathObserver, cut_short};
 use crate::places::Place;
 use crate::scatter::Scattered;
@@ -17,6 +17,7 @@ use crate::shared_place;
 use crate::trace_context::TraceContext;
 use crate::vertex::Vertex;
 use crate::visibility::Visibility;
+use dapple_geometry::{Hit, Surface};
 use dapple_lights::{Aiming, Light, LightSample};
 use dapple_materials::{Lobe, Lobes};
 use dapple_math::Ray;
@@ -50,6 +51,26 @@ pub(super) struct Tree<'a, V, O> {
     pub near: f32,
 }
 
+/// Where a ray of the tree arrives.
+struct Arrived {
+    /// The surface, and the boundary between media that it is; `None` where the ray leaves the scene.
+    at: Option<(Hit, Surface, Option<Boundary>)>,
+    /// Length of the way there.
+    distance: f32,
+    /// Of the media on the way.
+    transmittance: Vec3,
+    /// The media before the surface, if the scene has media.
+    stack: Option<MediumStack>,
+    /// A medium was forgotten because too many lie within each other.
+    overflows: bool,
+}
+
+impl Default for Arrived {
+    fn default() -> Self {
+        Self { at: None, distance: 0.0, transmittance: Vec3::ONE, stack: None, overflows: false }
+    }
+}
+
 impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
     /// Radiance along `ray`, which arrives at `place`; `beta` is its share in the pixel point, for who follows.
     pub fn li(
@@ -67,46 +88,18 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         let (scene, settings) = (self.job.scene, self.job.settings);
         let key = place.ray_key(Dimension::Alpha, 0, 0);
         let length = ray.d.length();
-        let mut met;
-        let clip = if place.depth == 0 { self.near } else { 0.0 };
-        let (mut near, mut absorbed, mut boundary) = (stack, Vec3::ONE, None);
-        let (mut hit, mut surface);
-        let mut distance;
-        if V::PLAIN || self.job.media.is_empty() {
-            let Some(nearest) = self.visibility.closest(scene, ray, self.time, key) else {
-                return self.escaped(ray, arrival, place, beta);
-            };
-            hit = nearest;
-            surface = scene.world.surface(ray, self.time, &hit);
-            if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
-                shared_place::settle(places, ray, (&mut hit, &mut surface), &self.context(key));
-            }
-            distance = hit.t * length;
-            let is_camera = if V::PLAIN { place.depth == 0 } else { arrival.is_camera() };
-            if is_camera && self.job.passes(ray, (&hit, &surface), clip, self.time) {
-                let Some(shown) = seen(&self.context(key), ray, (clip, hit.t)) else {
-                    return self.escaped(ray, arrival, place, beta);
-                };
-                (hit, surface, distance) = shown;
-            }
-        } else {
-            met = meet(&self.context(key), ray, stack);
-            let is_clipped = self.job.clips(met.first, clip, ray, self.time);
-            if arrival.is_camera() && (is_clipped || met.is_passed(self.job, ray, self.time)) {
-                let again = if is_clipped { start(self.job, ray, self.time) } else { (*ray, *stack, 0.0) };
-                met = meet(&self.context(key).of_camera_ray(), &again.0, &again.1);
-                met.distance += again.2;
-            }
-            (near, absorbed) = (&met.stack, met.transmittance);
-            if met.overflows {
-                self.observer.cut(Cut::Nested, beta * absorbed);
-            }
-            let Some(at) = &met.at else {
-                return absorbed * self.escaped(ray, arrival, place, beta * absorbed);
-            };
-            (hit, surface, distance) = (at.0, at.1, met.distance);
-            boundary = at.2.as_ref();
+        let arrived = match V::PLAIN || self.job.media.is_empty() {
+            true => self.arrive(ray, arrival, place, key),
+            false => self.arrive_through_media(ray, arrival, (place, stack), key),
+        };
+        let Arrived { at, distance, transmittance: absorbed, stack: inner, overflows } = arrived;
+        if overflows {
+            self.observer.cut(Cut::Nested, beta * absorbed);
         }
+        let Some((hit, surface, boundary)) = at else {
+            return absorbed * self.escaped(ray, arrival, place, beta * absorbed);
+        };
+        let (near, boundary) = (inner.as_ref().unwrap_or(stack), boundary.as_ref());
         let wo = -ray.d / length;
         let beta = beta * absorbed;
         let le = emission::surface(scene, &hit, &surface, wo, distance, arrival, settings.strategy);
@@ -128,6 +121,55 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
             held.factor *= absorbed;
         }
         absorbed * (le + direct + scattered)
+    }
+
+    /// The nearest surface, in a scene without media.
+    #[inline(always)]
+    fn arrive(&self, ray: &Ray, arrival: &Arrival, place: Place, key: Key) -> Arrived {
+        let scene = self.job.scene;
+        let nothing = Arrived::default();
+        let Some(mut hit) = self.visibility.closest(scene, ray, self.time, key) else { return nothing };
+        let mut surface = scene.world.surface(ray, self.time, &hit);
+        if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
+            shared_place::settle(places, ray, (&mut hit, &mut surface), &self.context(key));
+        }
+        let mut distance = hit.t * ray.d.length();
+        let is_camera = if V::PLAIN { place.depth == 0 } else { arrival.is_camera() };
+        let clip = self.clip(place);
+        if is_camera && self.job.passes(ray, (&hit, &surface), clip, self.time) {
+            let Some(shown) = seen(&self.context(key), ray, (clip, hit.t)) else { return nothing };
+            (hit, surface, distance) = shown;
+        }
+        Arrived { at: Some((hit, surface, None)), distance, ..nothing }
+    }
+
+    /// As [`arrive`](Self::arrive), through the media on the way.
+    fn arrive_through_media(
+        &self,
+        ray: &Ray,
+        arrival: &Arrival,
+        (place, stack): (Place, &MediumStack),
+        key: Key,
+    ) -> Arrived {
+        let mut met = meet(&self.context(key), ray, stack);
+        let is_clipped = self.job.clips(met.first, self.clip(place), ray, self.time);
+        if arrival.is_camera() && (is_clipped || met.is_passed(self.job, ray, self.time)) {
+            let again = if is_clipped { start(self.job, ray, self.time) } else { (*ray, *stack, 0.0) };
+            met = meet(&self.context(key).of_camera_ray(), &again.0, &again.1);
+            met.distance += again.2;
+        }
+        Arrived {
+            at: met.at,
+            distance: met.distance,
+            transmittance: met.transmittance,
+            stack: Some(met.stack),
+            overflows: met.overflows,
+        }
+    }
+
+    /// How far along a camera ray the near plane is at most; 0 for other rays.
+    fn clip(&self, place: Place) -> f32 {
+        if place.depth == 0 { self.near } else { 0.0 }
     }
 
     /// Radiance of the environment along a ray that leaves the scene.

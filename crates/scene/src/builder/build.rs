@@ -80,10 +80,8 @@ impl SceneBuilder {
             lights.len() as u32 - 1
         });
         let mut survey = count(&world, &seen, &lights, &cameras);
-        (survey.materials, survey.textures) = (self.materials.len(), self.textures.len());
-        survey.dropped_channels = self.textures.iter().map(|t| 4 - t.channels()).sum();
-        (survey.constant_textures, survey.unread) = (constant_textures, self.unread);
-        scene::survey(&objects, &self.materials, &mut survey);
+        survey.constant_textures = constant_textures;
+        self.survey(&objects, &mut survey);
         let radius = bounds.map_or(1.0, |(min, max)| space.length_to_render((max - min).length() * 0.5));
         Ok(Scene {
             name: self.name,
@@ -108,6 +106,14 @@ impl SceneBuilder {
             shared_places,
             area,
         })
+    }
+
+    /// Materials and textures that are kept.
+    fn survey(&self, objects: &[Object], survey: &mut Survey) {
+        (survey.materials, survey.textures) = (self.materials.len(), self.textures.len());
+        survey.dropped_channels = self.textures.iter().map(|t| 4 - t.channels()).sum();
+        survey.unread = self.unread;
+        scene::survey(objects, &self.materials, survey);
     }
 
     /// Without light to show nothing emits and nothing surrounds the scene.
