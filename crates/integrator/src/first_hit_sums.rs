@@ -52,7 +52,7 @@ impl PathObserver for FirstHit {
         self.rays += 1;
         self.hits += 1;
         self.albedo +=
-            if vertex.shading.unlit { vertex.shading.material.base_color } else { vertex.bsdf.albedo() };
+            if vertex.shading.unlit { vertex.shading.material.base_color() } else { vertex.bsdf.albedo() };
         self.normal += vertex.shading.frame.z * side;
         self.p += vertex.surface.p;
     }

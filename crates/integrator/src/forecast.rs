@@ -4,10 +4,10 @@
 use crate::distribution::light_plan;
 use crate::effects::Effect;
 use crate::job::Job;
-use crate::kinds::{Kinds, Width};
 use crate::settings::{MethodKind, Settings};
 use dapple_camera::Camera;
 use dapple_lights::Light;
+use dapple_materials::{Lobe, Lobes};
 use dapple_sampling::Plan;
 use dapple_scene::Scene;
 
@@ -51,9 +51,12 @@ impl Forecast {
     }
 }
 
+const DIFFUSE: Lobes = Lobes::of(Lobe::Diffuse);
+
 /// The effects that the scene, seen by this camera, has.
 pub fn present(scene: &Scene, camera: &Camera) -> Vec<Effect> {
-    let kinds = Kinds::used(scene);
+    let bounds = scene.lobe_bounds();
+    let any = |lobes: Lobes| bounds.iter().any(|of| of.meets(lobes));
     let has = |effect: &Effect| match effect {
         Effect::Pixel => true,
         Effect::Lens => camera.lens.is_some_and(|lens| lens.radius > 0.0),
@@ -63,9 +66,9 @@ pub fn present(scene: &Scene, camera: &Camera) -> Vec<Effect> {
             light if light.is_area() => true,
             _ => false,
         }),
-        Effect::Glossy => kinds.iter().any(|k| k.reflection == Width::Rough),
-        Effect::Refract => kinds.iter().any(|k| k.transmission == Width::Rough),
-        Effect::Diffuse => kinds.iter().any(|k| k.diffuse),
+        Effect::Glossy => any(Lobes::REFLECTION.without(Lobes::DELTA)),
+        Effect::Refract => any(Lobes::TRANSMISSION.without(Lobes::DELTA)),
+        Effect::Diffuse => any(DIFFUSE),
     };
     Effect::ALL.into_iter().map(|(effect, _)| effect).filter(has).collect()
 }
@@ -106,16 +109,16 @@ fn of_trees(job: &Job<'_>) -> Forecast {
     let pixel = plans.pixel.count().max(1);
     let inner = |plan: Plan| if job.is_paired() { 1 } else { plan.count().max(1) };
     let outer = [pixel, inner(plans.lens), inner(plans.time)];
-    let kinds = Kinds::used(job.scene);
+    let bounds = job.scene.lobe_bounds();
     let depths = job.settings.bounces();
     // The costliest materials at every depth, found from the deepest: of what smooth surfaces alone have led to, where the sky
     // has as many points as at the first hit, and of all else.
-    let deepest = subtree(job, &kinds, depths.saturating_sub(LISTED));
+    let deepest = subtree(job, &bounds, depths.saturating_sub(LISTED));
     let (mut smooth, mut other) = (deepest, deepest);
     let mut costliest = Vec::new();
     for depth in (0..depths.min(LISTED)).rev() {
         let [first, below] = job.integrals.skies_at(depth);
-        let seen = |sky, smooth| Hit::costliest(job, &kinds, depth, sky, (smooth, other));
+        let seen = |sky, smooth| Hit::costliest(job, &bounds, depth, sky, (smooth, other));
         let (hits, costs): (Vec<Hit>, Vec<f64>) =
             [seen(first, smooth), seen(below, other)].into_iter().unzip();
         costliest.push([hits[0], hits[1]]);
@@ -155,13 +158,13 @@ struct Hit {
 impl Hit {
     /// Of the material that makes the most rays, when one that goes on by a smooth lobe or by another one makes so many
     /// `below`; and how many that is.
-    fn costliest(job: &Job<'_>, kinds: &[Kinds], depth: u32, sky: Plan, below: (f64, f64)) -> (Self, f64) {
-        let of = |k| {
-            let hit = Self { row: one_hit(job, k, depth, sky), smooth: smooth_lobes(job, k, depth) };
+    fn costliest(job: &Job<'_>, bounds: &[Lobes], depth: u32, sky: Plan, below: (f64, f64)) -> (Self, f64) {
+        let of = |&lobes| {
+            let hit = Self { row: one_hit(job, lobes, depth, sky), smooth: smooth_lobes(job, lobes, depth) };
             let on = hit.smooth * below.0 + (hit.rays() - hit.smooth) * below.1;
             (hit, 1.0 + hit.row.light + if hit.rays() > 0.0 { on } else { 0.0 })
         };
-        kinds.iter().map(of).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Self::default(), 1.0))
+        bounds.iter().map(of).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Self::default(), 1.0))
     }
 
     /// Those that go on.
@@ -171,21 +174,22 @@ impl Hit {
 }
 
 /// Lobes of one direction.
-fn smooth_lobes(job: &Job<'_>, kinds: &Kinds, depth: u32) -> f64 {
+fn smooth_lobes(job: &Job<'_>, lobes: Lobes, depth: u32) -> f64 {
     let plans = job.integrals.at(depth);
-    let one = |width, effect| match width {
-        Width::Absent => 0.0,
-        Width::Rough if !plans.is_off(effect) => 0.0,
-        Width::Smooth | Width::Rough => 1.0,
+    let one = |kind, effect| {
+        let is_spread = lobes.and(kind).spreads() && !plans.is_off(effect);
+        if lobes.meets(kind) && !is_spread { 1.0 } else { 0.0 }
     };
-    one(kinds.reflection, Effect::Glossy) + one(kinds.transmission, Effect::Refract)
+    one(Lobes::REFLECTION, Effect::Glossy) + one(Lobes::TRANSMISSION, Effect::Refract)
 }
 
 /// At most as many rays come of one that arrives with `levels` scattering events to go, itself included: as if every surface
 /// sent on the most of every kind.
-fn subtree(job: &Job<'_>, kinds: &[Kinds], levels: u32) -> f64 {
+fn subtree(job: &Job<'_>, bounds: &[Lobes], levels: u32) -> f64 {
     let [first, _] = job.integrals.skies_at(1);
-    let most = |of: fn(&Row) -> f64| kinds.iter().map(|k| of(&one_hit(job, k, 1, first))).fold(0.0, f64::max);
+    let most = |of: fn(&Row) -> f64| {
+        bounds.iter().map(|&lobes| of(&one_hit(job, lobes, 1, first))).fold(0.0, f64::max)
+    };
     let (light, next) = (most(|row| row.light), most(|row| row.glossy + row.refract + row.diffuse));
     let levels = f64::from(levels);
     let vertices = match next {
@@ -196,23 +200,25 @@ fn subtree(job: &Job<'_>, kinds: &[Kinds], levels: u32) -> f64 {
 }
 
 /// Rays that leave one hit on a material.
-fn one_hit(job: &Job<'_>, kinds: &Kinds, depth: u32, sky: Plan) -> Row {
+fn one_hit(job: &Job<'_>, lobes: Lobes, depth: u32, sky: Plan) -> Row {
     let plans = job.integrals.at(depth);
     let count = |plan: Plan| f64::from(if job.is_paired() { plan.count().min(1) } else { plan.count() });
-    let lobe = |kind, effect| match kind {
-        Width::Absent => 0.0,
-        Width::Rough if !plans.is_off(effect) => count(plans.of(effect)),
-        Width::Smooth | Width::Rough => 1.0,
+    let is_spread = |kind, effect| lobes.and(kind).spreads() && !plans.is_off(effect);
+    let rays = |kind, effect| match lobes.meets(kind) {
+        false => 0.0,
+        true if is_spread(kind, effect) => count(plans.of(effect)),
+        true => 1.0,
     };
-    let receives = kinds.diffuse
-        || (kinds.reflection == Width::Rough && !plans.is_off(Effect::Glossy))
-        || (kinds.transmission == Width::Rough && !plans.is_off(Effect::Refract));
+    let is_diffuse = lobes.meets(DIFFUSE);
+    let receives = is_diffuse
+        || is_spread(Lobes::REFLECTION, Effect::Glossy)
+        || is_spread(Lobes::TRANSMISSION, Effect::Refract);
     Row {
         arriving: 1.0,
-        light: if receives { shadow_rays(job, depth, sky, kinds.diffuse, count) } else { 0.0 },
-        glossy: lobe(kinds.reflection, Effect::Glossy),
-        refract: lobe(kinds.transmission, Effect::Refract),
-        diffuse: if kinds.diffuse { count(plans.diffuse) } else { 0.0 },
+        light: if receives { shadow_rays(job, depth, sky, is_diffuse, count) } else { 0.0 },
+        glossy: rays(Lobes::REFLECTION, Effect::Glossy),
+        refract: rays(Lobes::TRANSMISSION, Effect::Refract),
+        diffuse: if is_diffuse { count(plans.diffuse) } else { 0.0 },
         path: 0.0,
     }
 }

@@ -69,7 +69,7 @@ impl<'a> Job<'a> {
             sharp = sharp.with(Lobe::GlossyTransmission);
         }
         let clear_bodies = settings.transparent_shadows || clear::any_body(scene);
-        let clear_ways = clear_bodies || clear::any_wall(scene, off(Effect::Refract));
+        let clear_ways = clear_bodies || clear::any_wall(scene, sharp);
         let media = Media::new(scene, media_start(scene, &camera));
         let unfollowed = if off(Effect::Diffuse) { Lobes::of(Lobe::Diffuse) } else { Lobes::NONE };
         Self {
@@ -102,7 +102,7 @@ impl<'a> Job<'a> {
     /// Whether a shadow ray within `stack` may pass an object's surface.
     pub fn may_pass(&self, object: u32, stack: &MediumStack) -> bool {
         let material = self.scene.material(object);
-        material.transmits() && (material.base.thin || self.clear_bodies || !stack.is_empty())
+        material.transmits() && (material.is_thin() || self.clear_bodies || !stack.is_empty())
     }
 
     /// Whether a path that goes on like this takes the way that a shadow ray takes.

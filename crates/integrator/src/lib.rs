@@ -31,7 +31,6 @@ pub mod forecast;
 mod interface;
 mod job;
 mod kernel;
-mod kinds;
 pub mod ledger;
 mod medium;
 mod needs;

@@ -1,10 +1,10 @@
 //! Which random decisions does a render have? The others are not drawn; keyed by name, they shift no number.
 
 use crate::effects::Effect;
-use crate::kinds::Kinds;
 use crate::settings::{ROULETTE_FROM, Settings, Strategy};
 use dapple_camera::Camera;
 use dapple_lights::Light;
+use dapple_materials::{Lobe, Lobes};
 use dapple_scene::Scene;
 
 /// Decisions of the path tracer beyond the pixel's.
@@ -27,11 +27,12 @@ impl Needs {
         if settings.general {
             return Self { pixel: !settings.plans.is_off(Effect::Pixel), ..Self::ALL };
         }
-        let kinds = Kinds::used(scene);
+        let bounds = scene.lobe_bounds();
+        let spreads = bounds.iter().any(|lobes| lobes.spreads());
         let off = |effect| settings.plans.is_off(effect);
         let scatters = settings.bounces() > 0;
         let aimed: Vec<&Light> = match scene.light_choice {
-            Some(_) if scatters && kinds.iter().any(Kinds::spreads) => {
+            Some(_) if scatters && spreads => {
                 scene.lights.iter().filter(|light| is_aimed_at(light, settings.strategy)).collect()
             }
             _ => Vec::new(),
@@ -47,8 +48,8 @@ impl Needs {
             next_event: !aimed.is_empty(),
             light_choice: aimed.len() > 1,
             light_point: aimed.iter().any(has_points),
-            lobe: scatters && kinds.iter().any(|k| k.count() > 1),
-            direction: scatters && kinds.iter().any(Kinds::spreads),
+            lobe: scatters && bounds.iter().any(|lobes| are_several(*lobes)),
+            direction: scatters && spreads,
             roulette: settings.roulette() && settings.bounces() > ROULETTE_FROM,
         }
     }
@@ -64,6 +65,12 @@ impl Needs {
         direction: true,
         roulette: true,
     };
+}
+
+/// Whether lobes have to be told apart; the smooth and the rough kind of one are never there at once.
+fn are_several(lobes: Lobes) -> bool {
+    let kinds = [Lobes::of(Lobe::Diffuse), Lobes::REFLECTION, Lobes::TRANSMISSION];
+    kinds.iter().filter(|kind| lobes.meets(**kind)).count() > 1
 }
 
 /// Not black, not an environment that the lobes find as well, and not left to the lobes by the strategy.

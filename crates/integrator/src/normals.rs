@@ -87,7 +87,7 @@ impl Tilt {
             if n == given { shading.frame } else { Frame::from_z_tangent(n * side, shading.frame.x, 1.0) };
         let round = surface.ns * side;
         let is_over = job.settings.soft_terminator
-            && shading.material.transmission == 0.0
+            && !shading.material.has_transmission()
             && surface.is_smooth()
             && n.dot(round) > 0.0
             && terminator::lift(&job.scene.world, (hit, surface), up, time).is_some();

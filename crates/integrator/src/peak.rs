@@ -20,7 +20,7 @@ use crate::settings::Settings;
 use dapple_camera::{Camera, Projection};
 use dapple_geometry::{Hit, Opaque, Surface};
 use dapple_lights::{Light, LightSample};
-use dapple_materials::{Bsdf, Lobe, Lobes, Material};
+use dapple_materials::{Bsdf, Lobe, Lobes};
 use dapple_math::{Frame, Ray, offset::offset_origin};
 use dapple_sampling::{Key, mis, warp};
 use dapple_scene::Scene;
@@ -166,13 +166,10 @@ impl Probe<'_> {
 
     /// Whether a material has a lobe by which all of a light's radiance can come from one direction.
     fn is_smooth_anywhere(&self) -> bool {
-        let smooth = |m: &Material| match m.mirror {
-            Some(mirror) => mirror.blur == 0.0 && mirror.kr != Vec3::ZERO,
-            None if m.transmission > 0.0 => m.roughness < SMOOTH,
-            None => m.roughness == 0.0 && (m.metallic > 0.0 || m.specular > 0.0),
-        };
-        let used = self.scene.objects.iter().map(|o| &self.scene.materials[o.material as usize]);
-        used.filter(|m| !m.unlit).any(|m| smooth(&m.base) || !self.job.sharp.is_empty())
+        self.scene.used_materials().any(|m| {
+            let lobes = m.lobes_by_factors().sharpened(self.job.sharp);
+            lobes.meets(Lobes::DELTA) || lobes.meets(Lobes::TRANSMISSION) && m.is_smoother_than(SMOOTH)
+        })
     }
 
     fn per_light(&self) -> usize {

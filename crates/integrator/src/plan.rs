@@ -8,10 +8,10 @@ use crate::effects::{Combine, Effect};
 use crate::first_hit_sums::FirstHits;
 use crate::job::Job;
 use crate::kernel;
-use crate::kinds::{Kinds, Width};
 use crate::settings::{MethodKind, Settings};
 use dapple_camera::Camera;
 use dapple_lights::Light;
+use dapple_materials::{Lobe, Lobes};
 use dapple_scene::Scene;
 
 /// A random decision, how many numbers it takes, and whether this render takes them.
@@ -66,7 +66,7 @@ const FILM_BYTES: usize = 56;
 pub fn plan(scene: &Scene, camera: &Camera, settings: &Settings) -> RenderPlan {
     let job = Job::new(scene, camera, settings);
     let (_, name) = kernel::choose(&job);
-    let kinds = Kinds::used(scene);
+    let bounds = scene.lobe_bounds();
     let watched = name.contains("first-hit");
     let triangles = scene.survey.triangles;
     RenderPlan {
@@ -74,13 +74,13 @@ pub fn plan(scene: &Scene, camera: &Camera, settings: &Settings) -> RenderPlan {
         kernel: format!("{name}/{}", scene.world.kernel().name()),
         camera: camera_decisions(&job),
         bounce: bounce_decisions(&job),
-        lobes: lobes(&kinds),
+        lobes: lobes(&bounds),
         lights: lights(&job),
         geometry: geometry(scene),
         bytes_per_triangle: scene.world.memory_bytes() as f64 / triangles.max(1) as f64,
         bytes_per_pixel: FILM_BYTES + FirstHits::bytes_per_pixel(settings),
         scene_bytes: scene.memory_bytes(),
-        left_out: left_out(&job, &kinds, watched),
+        left_out: left_out(&job, &bounds, watched),
     }
 }
 
@@ -107,14 +107,16 @@ fn bounce_decisions(job: &Job<'_>) -> Vec<Decision> {
     ])
 }
 
-fn lobes(kinds: &[Kinds]) -> Vec<&'static str> {
-    let any = |test: fn(&Kinds) -> bool| kinds.iter().any(test);
+fn lobes(bounds: &[Lobes]) -> Vec<&'static str> {
+    let of = |kind: Lobes| bounds.iter().map(move |lobes| lobes.and(kind)).filter(|lobes| !lobes.is_empty());
+    let smooth = |kind| of(kind).any(|lobes| !lobes.spreads());
+    let rough = |kind| of(kind).any(Lobes::spreads);
     [
-        (any(|k| k.diffuse), "diffuse"),
-        (any(|k| k.reflection == Width::Smooth), "smooth reflection"),
-        (any(|k| k.reflection == Width::Rough), "rough reflection"),
-        (any(|k| k.transmission == Width::Smooth), "smooth transmission"),
-        (any(|k| k.transmission == Width::Rough), "rough transmission"),
+        (rough(Lobes::of(Lobe::Diffuse)), "diffuse"),
+        (smooth(Lobes::REFLECTION), "smooth reflection"),
+        (rough(Lobes::REFLECTION), "rough reflection"),
+        (smooth(Lobes::TRANSMISSION), "smooth transmission"),
+        (rough(Lobes::TRANSMISSION), "rough transmission"),
     ]
     .into_iter()
     .filter(|(there, _)| *there)
@@ -148,7 +150,7 @@ fn geometry(scene: &Scene) -> String {
     }
 }
 
-fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
+fn left_out(job: &Job<'_>, bounds: &[Lobes], watched: bool) -> Vec<LeftOut> {
     let mut all = Vec::new();
     let mut leave = |there: bool, what: &str, why: &str| {
         if !there {
@@ -178,7 +180,7 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
         },
     );
     leave(job.asks_alpha(), "alpha tests", "every surface is solid");
-    leave(n.next_event, "next-event estimation and its dimensions", no_next_event(job, kinds));
+    leave(n.next_event, "next-event estimation and its dimensions", no_next_event(job, bounds));
     if n.next_event && job.settings.kind() == MethodKind::Path {
         leave(n.light_choice, "light-choice dimension, light tree", "there is one light to aim at");
     }
@@ -216,12 +218,12 @@ fn left_out(job: &Job<'_>, kinds: &[Kinds], watched: bool) -> Vec<LeftOut> {
     all
 }
 
-fn no_next_event(job: &Job<'_>, kinds: &[Kinds]) -> &'static str {
+fn no_next_event(job: &Job<'_>, bounds: &[Lobes]) -> &'static str {
     if job.bounces == 0 {
         "no light is scattered"
     } else if job.scene.light_choice.is_none() {
         "there is no light that aiming finds better than rays do"
-    } else if !kinds.iter().any(Kinds::spreads) {
+    } else if !bounds.iter().any(|lobes| lobes.spreads()) {
         "no surface spreads light"
     } else {
         "every light is black"

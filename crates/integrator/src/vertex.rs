@@ -39,7 +39,7 @@ impl Vertex {
         if let Some(boundary) = boundary
             && let Some(ior) = boundary.ior(job.media.bodies, surface.ng.dot(wo) > 0.0)
         {
-            shading.material.ior = ior;
+            shading.material.set_ior(ior);
         }
         let (frame, tilt) = if shading.frame.z == surface.ng {
             (shading.frame, None)
@@ -108,7 +108,7 @@ impl Vertex {
 
     /// The normal a light-choice strategy may rely on: none when light can also come from behind.
     pub fn choice_normal(&self) -> Vec3 {
-        if self.shading.material.transmission > 0.0 {
+        if self.shading.material.has_transmission() {
             Vec3::ZERO
         } else {
             self.tilt.map_or_else(|| self.seen_normal(), |tilt| tilt.horizon)

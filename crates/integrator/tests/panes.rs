@@ -9,6 +9,7 @@ use dapple_geometry::bvh::Kernel;
 use dapple_imaging::Image;
 use dapple_integrator::{Effect, Outcome, Settings, render};
 use dapple_lights::Environment;
+use dapple_materials::Material;
 use dapple_sampling::Pattern;
 use dapple_scene::{Scene, SceneBuilder, TexturedMaterial};
 use glam::{DAffine3, DVec3, Vec3};
@@ -281,6 +282,19 @@ fn transparent_shadows_count_no_light_twice() {
             "{tracer:?}: {a} without, {b} with it"
         );
     }
+}
+
+/// A roughness below what the BSDF tells from none: the pane is smooth, and shadow rays have to know it.
+#[test]
+fn a_pane_of_imperceptible_roughness_is_as_clear_as_a_smooth_one() {
+    let scene = floor(|builder| {
+        let smooth = pane(1.0, true, Vec3::ONE);
+        let base = Material { roughness: 0.03, ..smooth.base };
+        let glass = builder.material(TexturedMaterial { base, ..smooth });
+        builder.mesh("pane", sheet(3.0, 1.0), DAffine3::IDENTITY, glass);
+        builder.distant_light(DVec3::Y, Vec3::ONE);
+    });
+    assert_lit("nearly smooth pane", &scene, Vec3::ONE, &Settings::default());
 }
 
 #[test]

@@ -68,14 +68,7 @@ impl Layers {
 
     /// Makes the rough lobes asked for smooth.
     pub fn sharpen(&mut self, mu: f32, lobes: Lobes) {
-        for (rough, smooth) in [
-            (Lobe::GlossyReflection, Lobe::DeltaReflection),
-            (Lobe::GlossyTransmission, Lobe::DeltaTransmission),
-        ] {
-            if self.live.and(lobes).contains(rough) {
-                self.live = self.live.without(Lobes::of(rough)).with(smooth);
-            }
-        }
+        self.live = self.live.sharpened(lobes);
         self.choose(mu);
     }
 

@@ -10,6 +10,7 @@
 
 pub mod albedo;
 mod albedo_table;
+pub mod bounds;
 pub mod bsdf;
 mod choice;
 pub mod diffuse;
@@ -23,6 +24,7 @@ pub mod reflection;
 pub mod sample;
 pub mod transmission;
 
+pub use bounds::Varying;
 pub use bsdf::Bsdf;
 pub use lobe::{Lobe, Lobes};
 pub use material::{Material, Mirror};

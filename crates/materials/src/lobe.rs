@@ -67,6 +67,32 @@ impl Lobes {
         Self(self.0 & !other.0)
     }
 
+    /// Whether the sets have a lobe in common.
+    pub const fn meets(self, other: Self) -> bool {
+        !self.and(other).is_empty()
+    }
+
+    /// Whether some lobe spreads light over many directions.
+    pub const fn spreads(self) -> bool {
+        !self.without(Self::DELTA).is_empty()
+    }
+
+    /// The set in which smooth lobes stand in for the rough ones of `which`.
+    pub const fn sharpened(self, which: Self) -> Self {
+        let rough = self.and(which);
+        let mut set = self;
+        if rough.contains(Lobe::GlossyReflection) {
+            set = set.without(Self::of(Lobe::GlossyReflection)).with(Lobe::DeltaReflection);
+        }
+        if rough.contains(Lobe::Mirror) {
+            set = set.without(Self::of(Lobe::Mirror)).with(Lobe::DeltaReflection);
+        }
+        if rough.contains(Lobe::GlossyTransmission) {
+            set = set.without(Self::of(Lobe::GlossyTransmission)).with(Lobe::DeltaTransmission);
+        }
+        set
+    }
+
     /// Whether `lobe` takes part.
     pub const fn contains(self, lobe: Lobe) -> bool {
         self.0 & (1 << lobe as u8) != 0

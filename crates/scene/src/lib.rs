@@ -22,6 +22,7 @@ mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
 pub mod light_unit;
+mod lobes;
 pub mod material;
 pub mod memory;
 mod moving;

@@ -131,12 +131,6 @@ impl TexturedMaterial {
         !self.unlit && self.emission != Vec3::ZERO
     }
 
-    /// Whether light goes through surfaces of it, somewhere at least.
-    pub fn transmits(&self) -> bool {
-        let metal = self.base.metallic == 1.0 && self.metallic_roughness_texture.is_none();
-        self.base.transmission > 0.0 && self.base.mirror.is_none() && !metal && !self.unlit
-    }
-
     /// Whether surfaces of it bound a volume that light travels through.
     pub(crate) fn is_volume(&self) -> bool {
         self.transmits() && !self.base.thin

@@ -196,7 +196,7 @@ impl<'a> Renderer<'a> {
         let spp = state.next - job.settings.sample_range().start;
         let ledger = Ledger {
             lights_culled: ledger::culled(job.scene),
-            lights_unreachable: clear::unreachable(job.scene, !job.sharp.is_empty()),
+            lights_unreachable: clear::unreachable(job.scene, job.sharp),
             ..Ledger::default()
         };
         let mut stats = Stats {
