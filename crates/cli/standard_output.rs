@@ -15,7 +15,7 @@ pub fn write(bytes: &[u8]) {
     print(|| io::stdout().write_all(bytes));
 }
 
-/// As [`write`], by a printer of its own.
+/// As [`write()`], by a printer of its own.
 pub fn print(print: impl FnOnce() -> io::Result<()>) {
     let printed = match CLOSED.load(Ordering::Relaxed) {
         true => Err(io::Error::other("it is closed")),

@@ -24,8 +24,6 @@ use std::process::ExitCode;
 /// Most bad samples whose command is printed.
 const SHOWN: usize = 5;
 
-/// No limit of time.
-
 /// Renders `scene` with the sidecar's, the settings file's and the typed options.
 pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let source = Source::new(scene);

@@ -4,7 +4,7 @@
 //! A₁, A₂ and B₁, B₂, the mean of (A₁ − B₁)(A₂ − B₂) is an unbiased estimate of the squared difference of what both
 //! converge to, free of the noise of all four.
 
-use super::Reference;
+use super::reference::Reference;
 use crate::metrics::{self, SizeMismatch};
 use dapple_imaging::Image;
 

@@ -1,6 +1,7 @@
 //! One seed of one run: which errors does it have after which counts and seconds?
 
-use super::{Reference, Run};
+use super::reference::Reference;
+use super::run::Run;
 use crate::curve::{Curve, Point};
 use crate::metrics::SizeMismatch;
 use dapple_imaging::Image;

@@ -3,7 +3,7 @@
 //! The least error that two methods both reach is reached by the slower one at its very end; after the same time each has
 //! the error it has. At several times, for which of two methods is ahead may depend on when one looks.
 
-use super::{Curve, Error, Over, logs};
+use super::fall::{Curve, Error, Over, logs};
 use crate::statistics::{self, Interval};
 
 /// From one time to the one before it.
@@ -84,7 +84,7 @@ fn one(seeds: &[Curve], first: &[Curve], over: Over, cost: f64) -> Option<EqualC
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::curves;
+    use super::super::fall::tests::curves;
     use super::*;
 
     /// Three times as slow for the same error is a third of the efficiency at equal time, where MSE falls as 1/N; with

@@ -1,6 +1,6 @@
 //! The error from how the picture changed when its samples doubled.
 
-use super::{Estimate, level, sum_and_spread};
+use super::within::{Estimate, level, sum_and_spread};
 use dapple_imaging::Image;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::{MethodKind, Settings};

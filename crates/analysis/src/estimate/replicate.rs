@@ -5,7 +5,7 @@
 //! has: where few pixels make up most of the error, it is known well.
 
 use super::blocks::{self, Block};
-use super::{Estimate, level, sum_and_spread};
+use super::within::{Estimate, level, sum_and_spread};
 use dapple_integrator::camera::{Camera, Film};
 use dapple_integrator::math::PixelRect;
 use dapple_integrator::scene::Scene;

@@ -13,7 +13,7 @@
 //! - A sample of more than twice what the scene was found to be capable of says that the search was not complete: then the
 //!   tail counts without a bound.
 
-use super::level;
+use super::within::level;
 use crate::statistics;
 use dapple_integrator::camera::Film;
 use dapple_integrator::{Peak, Tail};

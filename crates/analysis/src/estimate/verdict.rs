@@ -1,7 +1,7 @@
 //! May a bound of the error be stated?
 
-use super::Estimate;
 use super::unseen::{Hidden, Unseen};
+use super::within::Estimate;
 
 /// Light that no sample has seen may add this part of the bound, or of the limit that is asked for: at most 15 % more.
 pub const SHARE: f64 = 0.5;
