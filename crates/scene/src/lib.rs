@@ -22,6 +22,7 @@ mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
 pub mod light_unit;
+mod lookup;
 pub mod material;
 pub mod memory;
 mod moving;
@@ -31,6 +32,7 @@ mod pieces;
 mod punctual;
 pub mod reads;
 pub mod scene;
+mod slots;
 pub mod space;
 pub mod studio;
 pub mod survey;
