@@ -9,7 +9,8 @@
 //! machines; all other formats and compressions give every machine the same numbers.
 //!
 //! No content makes these functions panic, or allocate more than [`MAX_PIXELS`] and [`MAX_SAMPLES`] allow. Those that
-//! take a [`MemoryLimit`] work out what decoding will take before it begins, and refuse what is over the limit.
+//! take a [`MemoryLimit`](crate::MemoryLimit) work out what decoding will take before it begins, and refuse what is over
+//! the limit.
 
 mod bytes;
 mod decoders;

@@ -1,6 +1,7 @@
 //! Textures of one colour become factors, and textures that no material asks for are let go.
 
-use crate::{TextureUse, TexturedMaterial};
+use crate::TexturedMaterial;
+use crate::slots::SLOTS;
 use dapple_imaging::Texture;
 use glam::Vec4;
 
@@ -20,43 +21,25 @@ pub(crate) fn fold(materials: &mut [TexturedMaterial], textures: &mut Vec<Textur
             Some(here)
         })
         .collect();
-    materials.iter_mut().flat_map(|m| m.textures_mut()).for_each(|t| t.texture = places[t.texture as usize]);
+    materials.iter_mut().for_each(|m| m.renumber(|t| places[t as usize]));
     let mut kept = used.iter();
     textures.retain(|_| kept.next().copied().unwrap_or(true));
     folded
 }
 
 fn fold_one(m: &mut TexturedMaterial, constants: &[Option<Vec4>]) {
-    let take = |slot: &mut Option<TextureUse>| {
-        let texel = constants[slot.as_ref()?.texture as usize]?;
-        *slot = None;
-        Some(texel)
-    };
-    if let Some(t) = take(&mut m.base_color_texture) {
-        m.base.base_color *= t.truncate();
-        m.alpha *= t.w;
-    }
-    if let Some(t) = take(&mut m.metallic_roughness_texture) {
-        m.base.roughness *= t.y;
-        m.base.metallic *= t.z;
-    }
-    if let Some(t) = take(&mut m.emissive_texture) {
-        m.emission *= t.truncate();
-    }
-    if let Some(t) = take(&mut m.specular_texture) {
-        m.base.specular *= t.w;
-    }
-    if let Some(t) = take(&mut m.specular_color_texture) {
-        m.base.specular_color *= t.truncate();
-    }
-    if let Some(t) = take(&mut m.transmission_texture) {
-        m.base.transmission *= t.x;
+    for slot in SLOTS.iter().filter(|slot| slot.folds) {
+        let texel = (slot.of)(m).as_ref().and_then(|t| constants[t.texture as usize]);
+        if let Some(texel) = texel {
+            m.fold(slot, texel);
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::TextureUse;
     use dapple_imaging::{Sampler, read::Rgba8, texture::Encoding};
     use glam::Vec3;
 

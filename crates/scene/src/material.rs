@@ -1,9 +1,6 @@
-//! Materials with textures, and their values at a hit.
+//! Materials with textures.
 //!
 //! A value is its factor times its texture; a base colour is multiplied by the vertex colour COLOR_0 as well.
-use crate::Reads;
-use dapple_geometry::{Hit, World};
-use dapple_imaging::{Texture, texture::Channels};
 use dapple_materials::Material;
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
@@ -42,11 +39,6 @@ impl TextureUse {
     /// uv as the texture sees it.
     pub fn apply(&self, uv: Vec2) -> Vec2 {
         self.transform.map_or(uv, |t| t.matrix2 * uv + t.translation)
-    }
-
-    #[inline(never)]
-    fn lookup(&self, world: &World, textures: &[Texture], hit: &Hit) -> Vec4 {
-        textures[self.texture as usize].lookup(self.apply(world.uv(hit, self.uv_set as usize)))
     }
 }
 
@@ -136,52 +128,6 @@ impl TexturedMaterial {
         self.transmits() && !self.base.thin
     }
 
-    /// Every texture the material looks up.
-    pub fn textures(&self) -> impl Iterator<Item = &TextureUse> {
-        [
-            &self.base_color_texture,
-            &self.metallic_roughness_texture,
-            &self.normal_texture,
-            &self.emissive_texture,
-            &self.specular_texture,
-            &self.specular_color_texture,
-            &self.transmission_texture,
-        ]
-        .into_iter()
-        .flatten()
-    }
-
-    /// The textures that are looked up, and the channels that then count.
-    pub(crate) fn looked_at(&self, reads: &Reads) -> impl Iterator<Item = (u32, Channels)> {
-        let color = if reads.color(self) { Channels::RGB } else { Channels::NONE };
-        let alpha = if self.alpha_mode == AlphaMode::Opaque { Channels::NONE } else { Channels::A };
-        [
-            (&self.base_color_texture, color.or(alpha)),
-            (&self.metallic_roughness_texture, Channels::GB),
-            (&self.normal_texture, Channels::RGB),
-            (&self.emissive_texture, Channels::RGB),
-            (&self.specular_texture, Channels::A),
-            (&self.specular_color_texture, Channels::RGB),
-            (&self.transmission_texture, Channels::R),
-        ]
-        .into_iter()
-        .filter_map(|(of, channels)| Some((of.as_ref()?.texture, channels)))
-    }
-
-    pub(crate) fn textures_mut(&mut self) -> impl Iterator<Item = &mut TextureUse> {
-        [
-            &mut self.base_color_texture,
-            &mut self.metallic_roughness_texture,
-            &mut self.normal_texture,
-            &mut self.emissive_texture,
-            &mut self.specular_texture,
-            &mut self.specular_color_texture,
-            &mut self.transmission_texture,
-        ]
-        .into_iter()
-        .flatten()
-    }
-
     /// Name of a factor that is not a finite number ≥ 0, if any.
     pub(crate) fn bad_factor(&self) -> Option<&'static str> {
         let b = &self.base;
@@ -201,75 +147,4 @@ impl TexturedMaterial {
         .map(|(name, _)| name)
         .or_else(|| (!self.priority.is_finite()).then_some("priority"))
     }
-
-    /// Factors times vertex colours at a hit.
-    #[inline]
-    pub(crate) fn untextured(&self, world: &World, hit: &Hit) -> Material {
-        Material { base_color: self.base.base_color * world.color(hit).truncate(), ..self.base }
-    }
-
-    /// Factors times vertex colours and textures at a hit.
-    pub(crate) fn at(&self, world: &World, textures: &[Texture], hit: &Hit) -> Material {
-        let mut m = self.untextured(world, hit);
-        let texel = |of: &TextureUse| of.lookup(world, textures, hit);
-        if let Some(t) = used(&self.base_color_texture) {
-            m.base_color *= texel(t).truncate();
-        }
-        if let Some(t) = used(&self.metallic_roughness_texture) {
-            let value = texel(t);
-            m.roughness *= value.y;
-            m.metallic *= value.z;
-        }
-        if let Some(t) = used(&self.specular_texture) {
-            m.specular *= texel(t).w;
-        }
-        if let Some(t) = used(&self.specular_color_texture) {
-            m.specular_color *= texel(t).truncate();
-        }
-        if let Some(t) = used(&self.transmission_texture) {
-            m.transmission *= texel(t).x;
-        }
-        m
-    }
-
-    /// Base colour and alpha: factor × texture × vertex colour.
-    pub(crate) fn base_color(&self, world: &World, textures: &[Texture], hit: &Hit) -> Vec4 {
-        let factor = self.base.base_color.extend(self.alpha) * world.color(hit);
-        used(&self.base_color_texture).map_or(factor, |t| factor * t.lookup(world, textures, hit))
-    }
-
-    /// Fraction of the surface that is there, in [0, 1].
-    pub(crate) fn opacity(&self, world: &World, textures: &[Texture], hit: &Hit) -> f32 {
-        let alpha = || self.base_color(world, textures, hit).w;
-        match self.alpha_mode {
-            AlphaMode::Opaque => 1.0,
-            AlphaMode::Mask { cutoff } => f32::from(alpha() >= cutoff),
-            AlphaMode::Blend => alpha().clamp(0.0, 1.0),
-        }
-    }
-
-    /// Radiance sent from an emitting side: factor × texture (unlit: the base colour).
-    pub(crate) fn radiance(&self, world: &World, textures: &[Texture], hit: &Hit) -> Vec3 {
-        if self.unlit {
-            return self.base_color(world, textures, hit).truncate();
-        }
-        match used(&self.emissive_texture) {
-            Some(t) if self.emission != Vec3::ZERO => {
-                self.emission * t.lookup(world, textures, hit).truncate()
-            }
-            _ => self.emission,
-        }
-    }
-
-    /// The tangent-space normal at a hit, unit, or None where there is no map or it says nothing usable.
-    pub(crate) fn normal(&self, world: &World, textures: &[Texture], hit: &Hit) -> Option<Vec3> {
-        let texel = used(&self.normal_texture)?.lookup(world, textures, hit).truncate();
-        let n = (texel * 2.0 - 1.0) * Vec3::new(self.normal_scale, self.normal_scale, 1.0);
-        n.try_normalize()
-    }
-}
-
-#[inline]
-fn used(texture: &Option<TextureUse>) -> Option<&TextureUse> {
-    texture.as_ref().filter(|_| cfg!(not(without = "textures")))
 }

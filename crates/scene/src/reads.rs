@@ -1,8 +1,6 @@
 //! What a render looks at of surfaces: the rest need not be read, decoded or kept.
 
-#[cfg(feature = "gltf")]
-use crate::AlphaMode;
-use crate::TexturedMaterial;
+use crate::{AlphaMode, TexturedMaterial};
 
 /// Uses that a render has for surfaces, beside where they are and the holes they have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +45,6 @@ impl Reads {
     }
 
     /// Whether the base colour of a material counts: by its colour, or by its holes.
-    #[cfg(feature = "gltf")]
     pub(crate) fn base_color(&self, m: &TexturedMaterial) -> bool {
         self.color(m) || m.alpha_mode != AlphaMode::Opaque
     }

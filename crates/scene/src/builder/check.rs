@@ -1,6 +1,6 @@
 //! Is what was added fit to be a scene? What is wrong, how large it is, and what can be made simpler.
 use super::{Geometry, SceneBuilder};
-use crate::{AlphaMode, SceneError, Space, TexturedMaterial, error::quoted};
+use crate::{AlphaMode, SceneError, Space, TextureUse, TexturedMaterial, error::quoted, slots::SLOTS};
 use dapple_geometry::bvh::Tree;
 use glam::DVec3;
 use std::collections::HashSet;
@@ -18,8 +18,10 @@ impl SceneBuilder {
             if let Some(factor) = m.bad_factor() {
                 return Err(self.invalid(place(), format!("{factor} must be finite and not negative")));
             }
-            if m.textures().any(|t| t.texture as usize >= self.textures.len() || t.uv_set > 1) {
-                return Err(self.invalid(place(), "uses a texture or a set of coordinates that is not there"));
+            let bad = |t: &TextureUse| t.texture as usize >= self.textures.len() || t.uv_set > 1;
+            if let Some(slot) = SLOTS.iter().find(|slot| (slot.of)(m).as_ref().is_some_and(bad)) {
+                let what = "uses a texture or a set of coordinates that is not there";
+                return Err(self.invalid(place(), format!("{what}, for its {} texture", slot.label)));
             }
         }
         let mut triangles = 0_usize;

@@ -3,11 +3,14 @@ use super::{
     document::{Document, label},
     texture::{Pointer, Textures},
 };
-use crate::{AlphaMode, SceneBuilder, SceneError, TextureUse, TexturedMaterial};
-use dapple_imaging::texture::Encoding::{self, Linear, Srgb};
+use crate::slots::{Name, SLOTS};
+use crate::{AlphaMode, SceneBuilder, SceneError, TexturedMaterial};
 use dapple_materials::{Material, Mirror};
 use glam::{DVec3, Vec3};
-use gltf::json::{self, Index, extensions::material as extension, validation::Checked};
+use gltf::json::{
+    self, Index, extensions::material as extension, extensions::texture::TextureTransform,
+    validation::Checked,
+};
 use serde_json::Value;
 
 /// Stands in for an infinite index of refraction (KHR_materials_ior says 0 for it): reflects 99.96 %.
@@ -59,10 +62,11 @@ impl Materials {
         }
         let place = label("material", index.value(), material.name.as_deref());
         let mut reader = Reader { doc, textures: &mut self.textures, place: &place };
-        let mut converted = reader.core(material)?;
+        let mut converted = core(material);
         if let Some(extensions) = &material.extensions {
-            reader.extensions(extensions, &mut converted)?;
+            reader.extensions(extensions, &mut converted);
         }
+        reader.textures(material, &mut converted)?;
         if let Some(dapple) = doc.dapple(&material.extras, &place)? {
             converted.base.mirror = mirror(&dapple).map_err(|what| doc.invalid(&*place, what))?;
         }
@@ -87,67 +91,26 @@ struct Reader<'a, 'o> {
 }
 
 impl Reader<'_, '_> {
-    /// A texture, unless nothing of it would show.
-    fn texture<'t>(
-        &mut self,
-        pointer: Option<impl Into<Pointer<'t>>>,
-        encoding: Encoding,
-        shows: bool,
-    ) -> Result<Option<TextureUse>, SceneError> {
-        let shows = shows || self.doc.options.reads.everything;
-        let Some(pointer) = pointer.filter(|_| shows) else { return Ok(None) };
-        self.textures.resolve(self.doc, &pointer.into(), encoding, self.place)
-    }
-
-    fn core(&mut self, m: &json::Material) -> Result<TexturedMaterial, SceneError> {
-        let pbr = &m.pbr_metallic_roughness;
-        let [r, g, b, alpha] = pbr.base_color_factor.0.map(unit);
-        let normal = m.normal_texture.as_ref();
-        let normal_pointer = normal.map(|n| {
-            let transform = n.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
-            (n, transform.and_then(|t| serde_json::from_value(t.clone()).ok()))
-        });
-        let normal_pointer = normal_pointer.as_ref().map(|(n, transform)| Pointer {
-            texture: n.index,
-            set: n.tex_coord,
-            transform: transform.as_ref(),
-        });
+    /// The textures that show, for the factors that `out` has.
+    fn textures(&mut self, m: &json::Material, out: &mut TexturedMaterial) -> Result<(), SceneError> {
         let reads = self.doc.options.reads;
-        let matter = reads.matter();
-        let unlit = m.extensions.as_ref().is_some_and(|e| e.unlit.is_some());
-        let base = matter || (unlit && reads.light) || alpha_mode(m) != AlphaMode::Opaque;
-        let emits = reads.light && Vec3::from_array(m.emissive_factor.0) != Vec3::ZERO;
-        let mut out = TexturedMaterial {
-            base: Material {
-                base_color: Vec3::new(r, g, b),
-                metallic: unit(pbr.metallic_factor.0),
-                roughness: unit(pbr.roughness_factor.0),
-                ..Material::default()
-            },
-            alpha,
-            alpha_mode: alpha_mode(m),
-            emission: Vec3::from_array(m.emissive_factor.0),
-            double_sided: m.double_sided,
-            normal_scale: normal.map_or(1.0, |n| n.scale),
-            base_color_texture: self.texture(pbr.base_color_texture.as_ref(), Srgb, base)?,
-            metallic_roughness_texture: self.texture(
-                pbr.metallic_roughness_texture.as_ref(),
-                Linear,
-                matter && !unlit,
-            )?,
-            normal_texture: self.texture(normal_pointer, Linear, reads.shading_normals() && !unlit)?,
-            emissive_texture: self.texture(m.emissive_texture.as_ref(), Srgb, emits)?,
-            ..TexturedMaterial::default()
-        };
-        // The factor alone would make the whole surface glow where the texture meant a few lamps.
-        if emits && m.emissive_texture.is_some() && out.emissive_texture.is_none() {
-            out.emission = Vec3::ZERO;
+        let transform = normal_transform(m);
+        for slot in &SLOTS {
+            if (reads.everything || (slot.shows)(out, &reads))
+                && let Some(pointer) = pointer(m, slot.name, transform.as_ref())
+            {
+                let of = self.textures.resolve(self.doc, &pointer, slot.encoding, self.place)?;
+                *(slot.of_mut)(out) = of;
+            }
         }
-        Ok(out)
+        // The factor alone would make the whole surface glow where the texture meant a few lamps.
+        if reads.light && m.emissive_texture.is_some() && out.emissive_texture.is_none() {
+            out.emission *= 0.0;
+        }
+        Ok(())
     }
 
-    fn extensions(&mut self, e: &extension::Material, out: &mut TexturedMaterial) -> Result<(), SceneError> {
-        let matter = self.doc.options.reads.matter();
+    fn extensions(&self, e: &extension::Material, out: &mut TexturedMaterial) {
         if let Some(strength) = &e.emissive_strength {
             out.emission *= strength.emissive_strength.0;
         }
@@ -157,21 +120,9 @@ impl Reader<'_, '_> {
         if let Some(specular) = &e.specular {
             out.base.specular = unit(specular.specular_factor.0);
             out.base.specular_color = Vec3::from_array(specular.specular_color_factor.0);
-            out.specular_texture =
-                self.texture(specular.specular_texture.as_ref(), Linear, matter && out.base.specular > 0.0)?;
-            out.specular_color_texture = self.texture(
-                specular.specular_color_texture.as_ref(),
-                Srgb,
-                matter && out.base.specular > 0.0,
-            )?;
         }
         if let Some(transmission) = &e.transmission {
             out.base.transmission = unit(transmission.transmission_factor.0);
-            out.transmission_texture = self.texture(
-                transmission.transmission_texture.as_ref(),
-                Linear,
-                matter && out.base.transmission > 0.0,
-            )?;
         }
         if let Some(volume) = e.volume.as_ref().filter(|v| v.thickness_factor.0 > 0.0) {
             // Rays find the true thickness; the factor only tells a volume from a thin wall.
@@ -180,7 +131,6 @@ impl Reader<'_, '_> {
             out.sigma_a = absorption(color, volume.attenuation_distance.0);
         }
         out.unlit = e.unlit.is_some();
-        Ok(())
     }
 
     fn ior(&self, ior: f32) -> f32 {
@@ -193,6 +143,55 @@ impl Reader<'_, '_> {
             ior
         }
     }
+}
+
+/// What the core of the specification says, without textures.
+fn core(m: &json::Material) -> TexturedMaterial {
+    let pbr = &m.pbr_metallic_roughness;
+    let [r, g, b, alpha] = pbr.base_color_factor.0.map(unit);
+    TexturedMaterial {
+        base: Material {
+            base_color: Vec3::new(r, g, b),
+            metallic: unit(pbr.metallic_factor.0),
+            roughness: unit(pbr.roughness_factor.0),
+            ..Material::default()
+        },
+        alpha,
+        alpha_mode: alpha_mode(m),
+        emission: Vec3::from_array(m.emissive_factor.0),
+        double_sided: m.double_sided,
+        normal_scale: m.normal_texture.as_ref().map_or(1.0, |n| n.scale),
+        ..TexturedMaterial::default()
+    }
+}
+
+/// Where a material points for one of its textures.
+fn pointer<'a>(
+    m: &'a json::Material,
+    name: Name,
+    normal_transform: Option<&'a TextureTransform>,
+) -> Option<Pointer<'a>> {
+    let (pbr, extensions) = (&m.pbr_metallic_roughness, m.extensions.as_ref());
+    let specular = extensions.and_then(|e| e.specular.as_ref());
+    let info = match name {
+        Name::BaseColor => pbr.base_color_texture.as_ref(),
+        Name::MetallicRoughness => pbr.metallic_roughness_texture.as_ref(),
+        Name::Emission => m.emissive_texture.as_ref(),
+        Name::Specular => specular.and_then(|s| s.specular_texture.as_ref()),
+        Name::SpecularColor => specular.and_then(|s| s.specular_color_texture.as_ref()),
+        Name::Transmission => extensions?.transmission.as_ref()?.transmission_texture.as_ref(),
+        Name::Normal => {
+            let n = m.normal_texture.as_ref()?;
+            return Some(Pointer { texture: n.index, set: n.tex_coord, transform: normal_transform });
+        }
+    };
+    info.map(Pointer::from)
+}
+
+/// The transform of a normal map, which the crate `gltf` hands on as plain JSON.
+fn normal_transform(m: &json::Material) -> Option<TextureTransform> {
+    let extensions = m.normal_texture.as_ref()?.extensions.as_ref()?;
+    serde_json::from_value(extensions.others.get("KHR_texture_transform")?.clone()).ok()
 }
 
 /// σ_a = −ln(colour) / distance, so that white light has the colour after the distance (KHR_materials_volume).

@@ -1,8 +1,8 @@
-//! The glTF 2.0 reader: .gltf and .glb to a [`SceneBuilder`].
+//! The glTF 2.0 reader: .gltf and .glb to a [`SceneBuilder`](crate::SceneBuilder).
 //!
 //! The crate `gltf` parses the JSON; everything it would trust the file with is done here: splitting the .glb,
 //! required extensions, every index, byte range and count, the node graph, files and images. Whatever bytes a file
-//! has, reading it ends in a scene or in one [`SceneError`] that says where and why.
+//! has, reading it ends in a scene or in one [`SceneError`](crate::SceneError) that says where and why.
 mod accessor;
 mod animation;
 mod choose;
