@@ -7,11 +7,6 @@
 //!
 //! [`Renderer`] makes a render step by step; [`render`] and [`render_watched`] are loops over it.
 
-use crate::settings::Settings;
-use dapple_camera::Camera;
-use dapple_scene::Scene;
-use std::ops::ControlFlow;
-
 mod layers;
 mod outcome;
 mod pilot;
@@ -20,54 +15,11 @@ mod pool;
 mod renderer;
 mod snapshot;
 mod watch;
+mod whole;
 
 pub use crate::tile::BadSample;
 pub use outcome::{Outcome, Progress, Stats};
 pub use pixels::{render_pixels, render_pixels_until};
 pub use renderer::{Advance, RenderState, Renderer};
 pub use snapshot::{Look, Snapshot};
-
-/// Renders. `progress` may stop the render by returning `Break`; it is asked every 50 ms or so, by a thread of its own. What
-/// the pass under way has added is then taken back, unless it is the first. [`Settings::check`] tells beforehand what is
-/// wrong with settings; it is not asked here.
-pub fn render(
-    scene: &Scene,
-    camera: &Camera,
-    settings: &Settings,
-    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
-) -> Outcome {
-    let mut renderer = Renderer::unchecked(scene, camera, settings);
-    let why = renderer.advance(u32::MAX, progress);
-    renderer.finish_as(why)
-}
-
-/// As [`render`], and shows the image at growing sample counts: at n, n/2, n/4, … of the n samples asked for (rounded
-/// down), or at 1, 2, 4, … where only time limits the render, and where [`Snapshot::also_at`] asked for it; of the
-/// distribution tracer whole pixels alone. Looking changes no bit of the image, and its time is not counted as
-/// rendering. `look` may say that it is enough; such a render counts as finished, not as stopped.
-pub fn render_watched(
-    scene: &Scene,
-    camera: &Camera,
-    settings: &Settings,
-    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
-    look: &mut Look<'_>,
-) -> Outcome {
-    let mut renderer = Renderer::unchecked(scene, camera, settings);
-    let start = settings.sample_range().start;
-    let mut asked = None;
-    loop {
-        let spp = renderer.spp();
-        let regular = snapshot::next(settings, spp);
-        let stop_at = asked.filter(|n| *n > spp && *n < regular).unwrap_or(regular);
-        let why = renderer.advance(start.saturating_add(stop_at), progress);
-        if renderer.spp() < stop_at {
-            return renderer.finish_as(why);
-        }
-        let at = Snapshot { between: stop_at != regular, asked: asked.into(), ..renderer.snapshot() };
-        let is_enough = look(&at).is_break();
-        asked = at.asked.get().and_then(|n| n.checked_next_multiple_of(settings.round()));
-        if is_enough || renderer.is_complete() {
-            return renderer.finish_as(why);
-        }
-    }
-}
+pub use whole::{render, render_watched};
