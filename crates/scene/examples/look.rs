@@ -11,11 +11,11 @@ fn main() -> Result<(), SceneError> {
     let lamp = builder.material(TexturedMaterial::emitter("lamp", Vec3::splat(10.0)));
     builder.sphere("ball", DVec3::ZERO, 1.0, clay);
     builder.disk("lamp", DVec3::new(0.0, 4.0, 0.0), DVec3::NEG_Y, 0.5, lamp);
-    builder.camera("front", CameraPose::look_at(DVec3::new(0.0, 3.0, 6.0), DVec3::ZERO, DVec3::Y, 1.2));
+    builder.camera("front", CameraPose::look_at(DVec3::new(0.0, 1.0, 6.0), DVec3::ZERO, DVec3::Y, 1.5));
     let scene = builder.build()?;
     println!("{} objects, {} lights", scene.survey.objects, scene.lights.len());
-    for y in (0..12).rev() {
-        let ray = scene.cameras[0].camera.ray((0, y), Vec2::splat(0.5), (1, 12), Vec2::ZERO);
+    for y in 0..24 {
+        let ray = scene.cameras[0].camera.ray((0, y), Vec2::splat(0.5), (1, 24), Vec2::ZERO);
         let Some(hit) = scene.world.closest(&ray, 0.0, &Opaque) else { continue };
         let surface = scene.world.surface(&ray, 0.0, &hit);
         let (object, shading) = (&scene.objects[hit.object as usize], scene.shading(&hit, &surface, 0.0));

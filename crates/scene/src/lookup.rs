@@ -24,13 +24,30 @@ impl TexturedMaterial {
     pub(crate) fn at(&self, world: &World, textures: &[Texture], hit: &Hit) -> Material {
         let base = self.untextured(world, hit);
         let mut factors = Factors { base, alpha: self.alpha, emission: self.emission };
-        // The table is constant: the compiler makes straight code of this.
-        for slot in &SLOTS {
-            if let (true, Some(t)) = (slot.scatters, used((slot.of)(self))) {
-                (slot.multiply)(&mut factors, t.lookup(world, textures, hit));
-            }
-        }
+        // Straight code, where a loop would call through the table at every hit.
+        const { assert!(SLOTS.len() == 7, "one line for each row") };
+        let place = (world, textures, hit);
+        self.scale::<0>(&mut factors, place);
+        self.scale::<1>(&mut factors, place);
+        self.scale::<2>(&mut factors, place);
+        self.scale::<3>(&mut factors, place);
+        self.scale::<4>(&mut factors, place);
+        self.scale::<5>(&mut factors, place);
+        self.scale::<6>(&mut factors, place);
         factors.base
+    }
+
+    /// Multiplies the factors by the texture of a row, if reflection or transmission depends on it.
+    #[inline(always)]
+    fn scale<const ROW: usize>(
+        &self,
+        factors: &mut Factors,
+        (world, textures, hit): (&World, &[Texture], &Hit),
+    ) {
+        let slot = const { &SLOTS[ROW] };
+        if let (true, Some(t)) = (slot.scatters, used((slot.of)(self))) {
+            (slot.multiply)(factors, t.lookup(world, textures, hit));
+        }
     }
 
     /// Base colour and alpha: factor × texture × vertex colour.
