@@ -53,7 +53,7 @@ const PINNED: [(&str, &[&str], &[&str]); 12] = [
     ),
     (
         "dapple-analysis",
-        &["base64", "dapple-imaging", "dapple-integrator", "glam", "libm", "serde", "thiserror"],
+        &["base64", "dapple-imaging", "dapple-integrator", "glam", "libm", "serde", "statrs", "thiserror"],
         &[],
     ),
     ("dapple-verify", &["dapple-analysis", "dapple-integrator", "glam", "libm", "serde"], &[]),

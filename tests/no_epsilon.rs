@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Small numbers that are no lengths: file, literal, what it is.
-const DIMENSIONLESS: [(&str, &str, &str); 29] = [
+const DIMENSIONLESS: [(&str, &str, &str); 30] = [
     ("math/src/frame.rs", "1e-12", "squared sine"),
     ("math/src/motion/chain.rs", "1e-6", "ratio of scales"),
     ("math/src/motion/pose.rs", "1e-12", "volume over the product of the edges"),
@@ -16,6 +16,7 @@ const DIMENSIONLESS: [(&str, &str, &str); 29] = [
     ("scene/src/builtin.rs", "1e-3", "metres in a millimetre"),
     ("scene/src/emission.rs", "1e-3", "gap over the edge"),
     ("scene/src/gltf/material.rs", "1e-30", "transmitted share"),
+    ("scene/src/gltf/node.rs", "1e-12", "volume of three unit vectors"),
     ("scene/src/gltf/read.rs", "1e-6", "ratio of scales"),
     ("scene/src/view.rs", "1e-24", "squared sine"),
     ("geometry/src/bvh/triangle.rs", "1e-27", "where f32 products underflow and f64 takes over"),

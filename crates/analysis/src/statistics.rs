@@ -76,9 +76,12 @@ pub fn median(values: &[f64]) -> Option<f64> {
     (n > 0).then(|| 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]))
 }
 
-/// The p-quantile of Student's distribution with `degrees` of freedom, 0 < p < 1.
+/// The p-quantile of Student's distribution with `degrees` of freedom, 0 < p < 1; rounded to 1e-9 of its size, so that
+/// decisions do not depend on the machine's logarithm.
 pub fn student(p: f64, degrees: f64) -> f64 {
-    bisected(p, |t| student_below(t, degrees))
+    let quantile = bisected(p, |t| student_below(t, degrees));
+    let scale = 1e9 / f64::max(1.0, quantile.abs());
+    (quantile * scale).round() / scale
 }
 
 /// The p-quantile of the normal distribution, 0 < p < 1.
@@ -102,47 +105,9 @@ fn bisected(p: f64, below: impl Fn(f64) -> f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// P(T ≤ t), t ≥ 0: 1 − ½ I_x(ν/2, ½) with x = ν/(ν + t²).
+/// P(T ≤ t), t ≥ 0: 1 − ½ I_x(ν/2, ½) with x = ν/(ν + t²) and the regularised incomplete beta function I.
 fn student_below(t: f64, degrees: f64) -> f64 {
-    1.0 - 0.5 * incomplete_beta(0.5 * degrees, 0.5, degrees / (degrees + t * t))
-}
-
-/// The regularised incomplete beta function I_x(a, b) by its continued fraction, evaluated after Lentz
-/// [Press et al. 2007, §6.4].
-fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
-    if x <= 0.0 || x >= 1.0 {
-        return if x <= 0.0 { 0.0 } else { 1.0 };
-    }
-    let log_front = libm::lgamma(a + b) - libm::lgamma(a) - libm::lgamma(b);
-    let front = libm::exp(log_front + a * libm::log(x) + b * libm::log1p(-x));
-    if x < (a + 1.0) / (a + b + 2.0) {
-        front * beta_fraction(a, b, x) / a
-    } else {
-        1.0 - front * beta_fraction(b, a, 1.0 - x) / b
-    }
-}
-
-fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
-    const TINY: f64 = 1e-300;
-    let away = |v: f64| if v.abs() < TINY { TINY } else { v };
-    let (mut c, mut d) = (1.0, 1.0 / away(1.0 - (a + b) * x / (a + 1.0)));
-    let mut product = d;
-    for m in 1..100_000 {
-        let m = f64::from(m);
-        let even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
-        let odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
-        let mut change = 1.0;
-        for term in [even, odd] {
-            d = 1.0 / away(1.0 + term * d);
-            c = away(1.0 + term / c);
-            change = c * d;
-            product *= change;
-        }
-        if (change - 1.0).abs() < 1e-15 {
-            break;
-        }
-    }
-    product
+    1.0 - 0.5 * statrs::function::beta::beta_reg(0.5 * degrees, 0.5, degrees / (degrees + t * t))
 }
 
 #[cfg(test)]

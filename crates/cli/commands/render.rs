@@ -112,9 +112,8 @@ fn check(settings: &Settings, options: &RenderOptions) -> Result<(), Failure> {
     }
     settings.check().map_err(|error| {
         let option = match &error {
-            SettingsError::AdaptivePattern(_)
-            | SettingsError::AdaptiveCrop
-            | SettingsError::AdaptiveStart => "--adaptive: ".to_string(),
+            SettingsError::AdaptivePattern(pattern) => format!("--adaptive with --pattern {pattern}: "),
+            SettingsError::AdaptiveCrop => "--adaptive with --crop: ".to_string(),
             SettingsError::Paired { effect, .. } => format!("--{effect}: "),
             SettingsError::Crop(_) => "--crop: ".to_string(),
             SettingsError::Size(..) => "--size: ".to_string(),

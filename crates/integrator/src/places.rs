@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn a_lone_grid_point_below_the_first_hit_is_a_random_one() {
         let scene = dapple_scene::builtin::builtin("cornell").unwrap().build().unwrap();
-        let mut settings = Settings::default();
+        let mut settings = Settings::distribution();
         settings.plans.light = Plan::new(9, Pattern::Grid);
         settings.plans.diffuse = Plan::new(4, Pattern::Sobol);
         let integrals = |secondary, combine| {

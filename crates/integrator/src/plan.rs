@@ -150,72 +150,89 @@ fn geometry(scene: &Scene) -> String {
     }
 }
 
-fn left_out(job: &Job<'_>, bounds: &[Lobes], watched: bool) -> Vec<LeftOut> {
-    let mut all = Vec::new();
-    let mut leave = |there: bool, what: &str, why: &str| {
-        if !there {
-            all.push(LeftOut { what: what.into(), why: why.into() });
+/// What is left out, in the order of the page.
+#[derive(Default)]
+struct Omissions(Vec<LeftOut>);
+
+impl Omissions {
+    /// Adds `what`, unless the render has it.
+    fn unless(&mut self, is_there: bool, what: &str, why: &str) {
+        if !is_there {
+            self.0.push(LeftOut { what: what.into(), why: why.into() });
         }
-    };
-    let off = |effect| job.settings.plans.is_off(effect);
-    let why = |effect, else_: &'static str| if off(effect) { "switched off" } else { else_ };
-    let (n, survey) = (&job.needs, &job.scene.survey);
-    leave(job.settings.picture, "the picture, and all light", "only layers of the first hit are asked for");
-    leave(n.pixel, "pixel dimension", "switched off");
-    leave(n.lens, "lens dimension", why(Effect::Lens, "the camera is a pinhole"));
-    leave(n.time, "time dimension", why(Effect::Time, "nothing moves while the shutter is open"));
-    leave(
-        job.scene.world.second_level() > 0,
-        "second level of the tree",
-        "no shapes, instances or moving objects",
-    );
-    leave(job.camera.clip.is_some(), "near and far plane", "nothing lies before or beyond them");
-    leave(
-        job.hides_backs,
-        "hidden back faces",
-        match job.settings.backfaces {
+    }
+
+    /// Of camera rays.
+    fn of_the_camera(&mut self, job: &Job<'_>) {
+        let off = |effect| job.settings.plans.is_off(effect);
+        let why = |effect, else_: &'static str| if off(effect) { "switched off" } else { else_ };
+        let n = &job.needs;
+        let only = "only layers of the first hit are asked for";
+        self.unless(job.settings.picture, "the picture, and all light", only);
+        self.unless(n.pixel, "pixel dimension", "switched off");
+        self.unless(n.lens, "lens dimension", why(Effect::Lens, "the camera is a pinhole"));
+        self.unless(n.time, "time dimension", why(Effect::Time, "nothing moves while the shutter is open"));
+        let second = job.scene.world.second_level() > 0;
+        self.unless(second, "second level of the tree", "no shapes, instances or moving objects");
+        self.unless(job.camera.clip.is_some(), "near and far plane", "nothing lies before or beyond them");
+        let shown = match job.settings.backfaces {
             Backfaces::Camera => "every surface is two-sided, or lets light through",
             Backfaces::Shown => "back faces are shown",
             Backfaces::Culled => "culled back faces are there for no ray",
-        },
-    );
-    leave(job.asks_alpha(), "alpha tests", "every surface is solid");
-    leave(n.next_event, "next-event estimation and its dimensions", no_next_event(job, bounds));
-    if n.next_event && job.settings.kind() == MethodKind::Path {
-        leave(n.light_choice, "light-choice dimension, light tree", "there is one light to aim at");
+        };
+        self.unless(job.hides_backs, "hidden back faces", shown);
     }
-    if n.next_event {
-        leave(n.light_point, "light-point dimension", "every light is a point");
+
+    /// Of vertices: decisions that are not drawn.
+    fn of_decisions(&mut self, job: &Job<'_>, bounds: &[Lobes]) {
+        let n = &job.needs;
+        let is_path = job.settings.kind() == MethodKind::Path;
+        self.unless(job.asks_alpha(), "alpha tests", "every surface is solid");
+        self.unless(n.next_event, "next-event estimation and its dimensions", no_next_event(job, bounds));
+        if n.next_event && is_path {
+            self.unless(n.light_choice, "light-choice dimension, light tree", "there is one light to aim at");
+        }
+        if n.next_event {
+            self.unless(n.light_point, "light-point dimension", "every light is a point");
+        }
+        if is_path {
+            self.unless(n.lobe, "lobe dimension", "every surface has one lobe");
+            let why = "paths end before it begins, or it is switched off";
+            self.unless(n.roulette, "roulette dimension", why);
+        }
+        let why = "no surface spreads light, or no light is scattered";
+        self.unless(n.direction, "direction dimension", why);
     }
-    if job.settings.kind() == MethodKind::Path {
-        leave(n.lobe, "lobe dimension", "every surface has one lobe");
-        leave(n.roulette, "roulette dimension", "paths end before it begins, or it is switched off");
+
+    /// Of what the scene does not have.
+    fn of_the_scene(&mut self, job: &Job<'_>) {
+        let survey = &job.scene.survey;
+        self.unless(
+            job.scene.shared_places.is_some(),
+            "the question which of several surfaces in one place is there",
+            "nothing is known to share its place with a surface so that it matters which is there",
+        );
+        self.unless(!job.media.is_empty(), "media, and bodies that overlap", "no volume is filled");
+        self.unless(survey.has_transmission, "transmission", "no surface transmits light");
+        self.unless(survey.has_textures, "textures, texture coordinates", "no material looks one up");
+        self.unless(survey.has_normal_maps, "tangents", "no normal maps");
+        let environment = job.scene.environment.map(|i| &job.scene.lights[i as usize]);
+        let has_table = matches!(environment, Some(Light::Environment(e)) if !e.is_constant());
+        let why = if environment.is_some() { "it is constant" } else { "there is none" };
+        self.unless(has_table, "environment tables", why);
     }
-    leave(n.direction, "direction dimension", "no surface spreads light, or no light is scattered");
-    leave(
-        job.scene.shared_places.is_some(),
-        "the question which of several surfaces in one place is there",
-        "nothing is known to share its place with a surface so that it matters which is there",
-    );
-    leave(!job.media.is_empty(), "media, and bodies that overlap", "no volume is filled");
-    leave(survey.has_transmission, "transmission", "no surface transmits light");
-    leave(survey.has_textures, "textures, texture coordinates", "no material looks one up");
-    leave(survey.has_normal_maps, "tangents", "no normal maps");
-    let environment = job.scene.environment.map(|i| &job.scene.lights[i as usize]);
-    let has_table = matches!(environment, Some(Light::Environment(e)) if !e.is_constant());
-    leave(
-        has_table,
-        "environment tables",
-        if environment.is_some() { "it is constant" } else { "there is none" },
-    );
-    leave(watched, "first-hit buffers", "no layer asks for them");
-    leave(
-        job.settings.combine() == Combine::Paired,
-        "pairing of strata",
-        "integrals are nested, or there is one",
-    );
-    all.extend(unread(job.scene));
-    all
+}
+
+fn left_out(job: &Job<'_>, bounds: &[Lobes], watched: bool) -> Vec<LeftOut> {
+    let mut all = Omissions::default();
+    all.of_the_camera(job);
+    all.of_decisions(job, bounds);
+    all.of_the_scene(job);
+    all.unless(watched, "first-hit buffers", "no layer asks for them");
+    let is_paired = job.settings.combine() == Combine::Paired;
+    all.unless(is_paired, "pairing of strata", "integrals are nested, or there is one");
+    all.0.extend(unread(job.scene));
+    all.0
 }
 
 fn no_next_event(job: &Job<'_>, bounds: &[Lobes]) -> &'static str {

@@ -30,7 +30,7 @@ fn settings(method: MethodKind) -> Settings {
 fn is_same(a: &Outcome, b: &Outcome) -> bool {
     a.film == b.film
         && a.layers == b.layers
-        && a.tail == b.tail
+        && a.tail.sorted() == b.tail.sorted()
         && (a.stats.rays, a.stats.samples, a.stats.ledger) == (b.stats.rays, b.stats.samples, b.stats.ledger)
 }
 
@@ -47,7 +47,8 @@ fn steps_and_states_change_no_bit() {
             let mut first = Renderer::new(&scene, camera, &settings).unwrap();
             assert_eq!(first.advance(until, &go), Advance::Reached);
             let state = first.state();
-            assert_eq!((first.spp(), state.next_sample()), (until, until));
+            let round = if settings.kind() == MethodKind::Path { 1 } else { 4 };
+            assert_eq!([first.spp(), state.next_sample()], [until.next_multiple_of(round); 2]);
             drop(first);
             let other = settings.clone().with_threads(3 - threads);
             let mut second = Renderer::resume(&scene, camera, &other, state).unwrap();
@@ -66,9 +67,8 @@ fn parts_of_the_samples_add_up() {
         let whole = render(&scene, camera, &settings(method), &go);
         let part = |from: u32, to: u32| {
             let settings = settings(method)
-                .with_path(|p| p.samples = 4 * from..4 * to)
+                .with_path(|p| (p.samples, p.of) = (4 * from..4 * to, Some(24)))
                 .with_distribution(|d| d.rounds = from..to);
-            // The points are those of the whole render: sobol points do not know how many there are.
             render(&scene, camera, &settings, &go)
         };
         let mut film = part(0, 2).film;
@@ -105,7 +105,10 @@ fn a_state_belongs_to_its_settings() {
     let mut renderer = Renderer::new(&scene, camera, &settings).unwrap();
     renderer.advance(3, &go);
     let resume = |settings: &Settings| Renderer::resume(&scene, camera, settings, renderer.state()).err();
-    assert_eq!(resume(&settings.clone().with_spp(100).with_threads(1)), None);
+    assert_eq!(resume(&settings.clone().with_threads(1)), None);
+    // A point set of another size has other points; one that is said to be as large, or of random points, may go on.
+    assert_eq!(resume(&settings.clone().with_spp(100)), Some(SettingsError::OtherRender));
+    assert_eq!(resume(&settings.clone().with_path(|p| (p.samples, p.of) = (0..100, Some(24)))), None);
     for other in [
         Settings { seed: 4, ..settings.clone() },
         Settings { max_bounces: 3, ..settings.clone() },
@@ -169,7 +172,7 @@ struct Open;
 
 impl Integrator for Open {
     fn radiance(&self, ray: &Ray, context: &SampleContext<'_>) -> Vec3 {
-        let Some(at) = context.intersect(ray, 0) else { return Vec3::ZERO };
+        let Some(at) = context.intersect(ray, 0) else { return Vec3::Y };
         let up =
             Frame::from_z(at.facing_normal()).to_world(warp::hemisphere_cosine(context.point_2d(0, 128u32)));
         let towards = at.ray(up);
@@ -205,7 +208,7 @@ fn an_integrator_of_public_parts_agrees_with_the_path_tracer() {
     };
     let (a, b) = (mean(&ours), mean(&built_in));
     let error = error(&ours).hypot(error(&built_in));
-    assert!((a - b).abs() < 4.0 * error && error < 0.005 * b, "{a} {b} ± {error}");
+    assert!((a - b).abs() < 4.0 * error && error < 0.02 * b, "{a} {b} ± {error}");
     assert!(ours.stats.rays > 2 * ours.stats.samples);
     let again = run(&scene, &settings.with_threads(1), &Paths);
     assert!(again.film == ours.film);
@@ -217,7 +220,7 @@ fn rays_between_points_leave_and_reach_their_surfaces() {
     let settings = Settings { size: (32, 32), ..Settings::default() }.with_spp(16);
     let image = run(&scene, &settings, &Open).film.mean();
     // Nothing lies between two points of which one is the nearest surface from the other.
-    assert!(image.pixels.iter().all(|p| p.y == 1.0 || p.x == 0.0));
-    let unseen = image.pixels.iter().filter(|p| p.y < 1.0).count();
-    assert!(unseen == 0, "{unseen}");
+    let unseen: f32 = image.pixels.iter().map(|p| 16.0 * (1.0 - p.y)).sum();
+    let open: f32 = image.pixels.iter().map(|p| p.x).sum();
+    assert!(unseen == 0.0 && open > 0.0, "{unseen} of {}", 16 * image.pixels.len());
 }

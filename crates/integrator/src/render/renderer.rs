@@ -110,8 +110,8 @@ impl<'a> Renderer<'a> {
         Self { pool: Pool::new(&settings.limits), job, kernel, kernel_name, state }
     }
 
-    /// Adds samples until every pixel has those below index `until` (or the last round before it that is whole), all
-    /// samples are taken, time is up or `progress` says stop. `progress` is asked every 50 ms or so, by a thread of its
+    /// Adds samples until every pixel has those below index `until`, rounded up to whole rounds of the distribution tracer,
+    /// all samples are taken, time is up or `progress` says stop. `progress` is asked every 50 ms or so, by a thread of its
     /// own; what the pass under way has added is then taken back, unless it is the first.
     pub fn advance(
         &mut self,
@@ -120,6 +120,10 @@ impl<'a> Renderer<'a> {
     ) -> Advance {
         let watch = Watch::new(self.job.settings, self.state.elapsed, self.state.next, progress);
         self.job.stop = watch.stop.clone();
+        let range = self.job.settings.sample_range();
+        let wanted = until.clamp(range.start, range.end) - range.start;
+        let whole = wanted.checked_next_multiple_of(self.job.settings.round()).unwrap_or(u32::MAX);
+        let until = range.start.saturating_add(whole).min(range.end);
         let reached = watch.during(|| self.passes(until, &watch));
         self.state.elapsed = watch.elapsed();
         match reached {

@@ -9,6 +9,7 @@ use super::search::{Item, Search};
 use super::{Coincident, NONE, Sides};
 use crate::boxes::BoxTree;
 use dapple_math::Aabb;
+use dapple_math::offset::UNIT_ROUNDOFF;
 use glam::{DVec3, UVec3, Vec3};
 use std::cell::Cell;
 use std::ops::Range;
@@ -209,7 +210,7 @@ impl Near {
     /// Whether the padded box meets the box and the plane of a triangle of another object.
     fn meets(&self, object: u32, bounds: &Aabb) -> bool {
         let (middle, half) = (0.5 * (bounds.lo + bounds.hi), 0.5 * (bounds.hi - bounds.lo));
-        let reach = 1e-6 * bounds.largest().max_element();
+        let reach = 16.0 * f64::from(UNIT_ROUNDOFF) * bounds.largest().max_element();
         self.tree.meets(bounds, &|i| {
             self.look(1);
             let (of, n, height) = self.planes[i as usize];
