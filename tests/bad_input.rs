@@ -29,6 +29,7 @@ fn folder_with(scene: &str) -> tempfile::TempDir {
 }
 
 #[test]
+#[allow(clippy::too_many_lines, reason = "a table")]
 fn option_values() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, named) in [

@@ -55,20 +55,8 @@ fn li<V: Visibility, O: PathObserver>(
     rays: &mut u64,
 ) -> Vec3 {
     let (scene, settings) = (job.scene, job.settings);
-    let mut ray = ray;
-    // Of the camera ray alone.
-    let mut near = job.near_most;
-    let mut state = PathState::default();
-    if !V::PLAIN && !job.media.is_empty() {
-        state.stack = job.media.at(scene, &ray, sample.time);
-        if near > 0.0 && !state.stack.is_empty() {
-            (ray, state.stack, _) = start(job, &ray, sample.time);
-            near = 0.0;
-        }
-    }
-    if !V::PLAIN && ray.t_max < f32::INFINITY {
-        state.arrival.view = ray.t_max * ray.d.length();
-    }
+    // The near plane is that of the camera ray alone.
+    let (mut state, mut ray, mut near) = PathState::begin::<V>(job, ray, sample.time);
     let mut radiance = Vec3::ZERO;
     for depth in 0.. {
         // The tile looks after every sample; here so that a path without end does not keep it waiting.
@@ -196,6 +184,25 @@ impl Default for PathState {
 }
 
 impl PathState {
+    /// At the start of a camera ray, which may be moved to the near plane: the state, the ray, and how far along it the near
+    /// plane is at most.
+    #[inline(always)]
+    fn begin<V: Visibility>(job: &Job<'_>, mut ray: Ray, time: f32) -> (Self, Ray, f32) {
+        let mut near = job.near_most;
+        let mut state = Self::default();
+        if !V::PLAIN && !job.media.is_empty() {
+            state.stack = job.media.at(job.scene, &ray, time);
+            if near > 0.0 && !state.stack.is_empty() {
+                (ray, state.stack, _) = start(job, &ray, time);
+                near = 0.0;
+            }
+        }
+        if !V::PLAIN && ray.t_max < f32::INFINITY {
+            state.arrival.view = ray.t_max * ray.d.length();
+        }
+        (state, ray, near)
+    }
+
     /// What the environment adds to a path that leaves along `d`.
     #[inline(always)]
     fn escaped<O: PathObserver>(&self, job: &Job<'_>, depth: u32, d: Vec3, observer: &mut O) -> Vec3 {

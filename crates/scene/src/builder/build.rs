@@ -56,20 +56,12 @@ impl SceneBuilder {
         if cameras.is_empty() {
             cameras.push(self.framed(&world, &seen)?);
         }
-        for m in &mut self.materials {
-            m.sigma_a = (m.sigma_a.as_dvec3() / space.scale).as_vec3();
-        }
+        self.scale_absorption(&space);
         let whole = |i: usize| seen[i].1.as_ref().map(|movement| movement.whole);
         let (bodies, warnings) = bodies.rank(&mut objects, &self.materials, &space, whole);
         self.warnings.extend(warnings);
         let mut area = self.area_lights(&world, &mut objects, &seen);
-        // Left out, light still decides what is seen where surfaces share a place.
-        let is_light = |m: usize| if self.reads.light { self.materials[m].is_light() } else { emitted[m] };
-        let kind = |o: &Object| {
-            let m = &self.materials[o.material as usize];
-            Kind::new(m, is_light(o.material as usize))
-        };
-        let kinds = (&objects[..], objects.iter().map(kind).collect());
+        let kinds = (&objects[..], self.kinds(&objects, &emitted));
         let mut shared_places = SharedPlaces::find(&world, kinds, (&area, &lights), &space);
         if let Some(shared) = &mut shared_places {
             self.leave_hidden_out(shared, &mut area, &mut objects, &seen, &space);
@@ -106,6 +98,24 @@ impl SceneBuilder {
             shared_places,
             area,
         })
+    }
+
+    /// What each object is to others in the same place; `emitted`: by material, before light was left out, for light still
+    /// decides then what is seen where surfaces share a place.
+    fn kinds(&self, objects: &[Object], emitted: &[bool]) -> Vec<Kind> {
+        let kind = |o: &Object| {
+            let m = o.material as usize;
+            let is_light = if self.reads.light { self.materials[m].is_light() } else { emitted[m] };
+            Kind::new(&self.materials[m], is_light)
+        };
+        objects.iter().map(kind).collect()
+    }
+
+    /// Absorption per render-space length.
+    fn scale_absorption(&mut self, space: &Space) {
+        for m in &mut self.materials {
+            m.sigma_a = (m.sigma_a.as_dvec3() / space.scale).as_vec3();
+        }
     }
 
     /// Materials and textures that are kept.
