@@ -6,7 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Small numbers that are no lengths: file, literal, what it is.
-const DIMENSIONLESS: [(&str, &str, &str); 30] = [
+const DIMENSIONLESS: [(&str, &str, &str); 31] = [
+    ("camera/src/camera.rs", "1e-6", "sine of an angle"),
     ("math/src/frame.rs", "1e-12", "squared sine"),
     ("math/src/motion/chain.rs", "1e-6", "ratio of scales"),
     ("math/src/motion/pose.rs", "1e-12", "volume over the product of the edges"),
