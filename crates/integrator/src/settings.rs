@@ -322,9 +322,9 @@ impl Settings {
         self.path_tracer().and_then(|_| self.samples())
     }
 
-    /// Whether paths end by Russian roulette.
+    /// Whether paths end by Russian roulette, if the path tracer renders; the distribution tracer's rays end by themselves.
     pub fn roulette(&self) -> bool {
-        self.path_tracer().is_some_and(|path| path.roulette)
+        self.path_tracer().is_none_or(|path| path.roulette)
     }
 
     /// Whether samples are to go where the error is.
