@@ -17,7 +17,7 @@ pub use dapple_math as math;
 pub use hit::Hit;
 pub use mesh::Mesh;
 pub use surface::Surface;
-pub use world::{Coincident, Filter, Opaque, PlacePoint, Sides, World, WorldBuilder};
+pub use world::{Coincident, Filter, Opaque, PlacePoint, World, WorldBuilder};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

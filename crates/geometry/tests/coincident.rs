@@ -87,7 +87,7 @@ fn many_emitters_in_one_place_are_found_without_the_square_of_their_number() {
     assert!((0..2 * copies).all(|p| coincident.contains(0, p)));
     assert!(coincident.memory_bytes() < 10_000);
     // Dark all over, they need not be told apart.
-    assert!(world.coincident(Some, |_, _| false, &[], Vec3::ZERO, |_| None).is_none());
+    assert!(world.coincident(Some, |_, _| false, &[], Vec3::ZERO, |_| false).is_none());
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Which triangles of two objects that let no light through share a place, and that looking for them stays cheap.
 
-use dapple_geometry::{Coincident, Mesh, Sides, World, WorldBuilder};
+use dapple_geometry::{Coincident, Mesh, World, WorldBuilder};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::sync::Arc;
 
@@ -23,8 +23,8 @@ fn of(meshes: impl IntoIterator<Item = Mesh>) -> World {
     builder.build()
 }
 
-fn found(world: &World, sides: Sides) -> Option<Box<Coincident>> {
-    world.coincident(|_| None, |_, _| false, &[], Vec3::ZERO, |_| Some(sides))
+fn found(world: &World) -> Option<Box<Coincident>> {
+    world.coincident(|_| None, |_, _| false, &[], Vec3::ZERO, |_| true)
 }
 
 /// Of the first `triangles` of an object, those that share a place.
@@ -40,8 +40,8 @@ fn a_panel_and_what_lies_behind_it_are_found_in_either_order() {
             meshes.rotate_left(wall);
             of(meshes)
         };
-        assert!(found(&world(0.01), Sides::One).is_none(), "before the wall");
-        let coincident = found(&world(0.0), Sides::One).expect("in the wall");
+        assert!(found(&world(0.01)).is_none(), "before the wall");
+        let coincident = found(&world(0.0)).expect("in the wall");
         // About the middle, where the panel covers parts of four cells.
         let behind = count(&coincident, wall as u32, 200);
         assert!((6..=8).contains(&behind) && count(&coincident, panel, 2) == 2, "{behind}");
@@ -49,10 +49,9 @@ fn a_panel_and_what_lies_behind_it_are_found_in_either_order() {
 }
 
 #[test]
-fn what_stands_on_a_floor_is_found_only_where_both_sides_are_seen() {
+fn what_stands_on_a_floor_is_left_alone() {
     let world = of([square(0.0, 10.0, 4, true), square(0.0, 0.5, 1, false)]);
-    assert!(found(&world, Sides::One).is_none());
-    assert!(found(&world, Sides::Both).is_some());
+    assert!(found(&world).is_none());
 }
 
 #[test]
@@ -64,7 +63,7 @@ fn mirrored_instances_keep_their_front() {
         let mesh = Arc::new(square(0.0, 1.0, 2, true));
         builder.add_instance(mesh.clone(), DAffine3::IDENTITY);
         builder.add_instance(mesh, second);
-        assert_eq!(found(&builder.build(), Sides::One).is_some(), is_found);
+        assert_eq!(found(&builder.build()).is_some(), is_found);
     }
 }
 
@@ -72,18 +71,18 @@ fn mirrored_instances_keep_their_front() {
 fn triangles_of_one_object_are_not_compared() {
     let mut mesh = square(0.0, 1.0, 1, true);
     mesh.triangles.extend(mesh.triangles.clone());
-    assert!(found(&of([mesh, square(3.0, 1.0, 1, true)]), Sides::Both).is_none());
+    assert!(found(&of([mesh, square(3.0, 1.0, 1, true)])).is_none());
 }
 
 #[test]
 fn many_objects_in_one_place_are_found_without_the_square_of_their_number() {
     let world = of((0..1_500).map(|i| square(1.0, 1.0 + 1e-4 * i as f32, 1, true)));
-    let coincident = found(&world, Sides::One).unwrap();
+    let coincident = found(&world).unwrap();
     assert!((0..1_500).all(|object| count(&coincident, object, 2) == 2));
 }
 
 #[test]
 fn where_all_is_cut_into_small_objects_nothing_is_asked() {
     let small = |i: u32| square(1.0, 1.0 + 1e-4 * i as f32, 3, true);
-    assert!(found(&of((0..400).map(small)), Sides::One).is_none());
+    assert!(found(&of((0..400).map(small))).is_none());
 }

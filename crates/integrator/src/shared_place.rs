@@ -8,7 +8,7 @@
 //! see the same lamp in the same place and weigh it once: lamps that lie in one another shine as one, and a lamp in the plane of a
 //! ceiling shines like one just below it.
 //!
-//! Two single-sided opaque faces in one place that face opposite ways are not asked about: camera rays pass back faces
+//! Two opaque faces in one place whose fronts face opposite ways are not asked about: camera rays pass back faces
 //! (`first_hit`), so that each side shows its own. Other rays meet either of the two, by rounding. All that stands on a floor
 //! touches it in this way, and a question at every hit of the floor would cost more than it is worth.
 //!

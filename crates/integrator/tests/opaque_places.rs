@@ -148,29 +148,6 @@ fn light_that_was_scattered_meets_the_lower_object_too() {
     }
 }
 
-/// Faces that are seen from both sides.
-#[test]
-fn of_a_wall_of_two_double_sided_faces_both_sides_show_the_lower_object() {
-    for place in places() {
-        for (y, first_up) in [(1.0, true), (1.0, false), (-1.0, true), (-1.0, false)] {
-            let mut builder = view(place, y);
-            for (color, up, r) in [(RED, first_up, 1.3), (GREEN, !first_up, 1.9)] {
-                let material = builder.material(painted(color, true));
-                builder.mesh("face", sheet(r, up), place, material);
-            }
-            let scene = shone_on(builder, place, y);
-            for tracer in BOTH {
-                assert_shows(
-                    &format!("{tracer:?}, {y}, {first_up}, {place:?}"),
-                    &scene,
-                    &settings(tracer),
-                    RED,
-                );
-            }
-        }
-    }
-}
-
 /// The faces of a wall, one for each side.
 #[test]
 fn of_a_wall_of_two_single_sided_faces_each_side_shows_its_own() {

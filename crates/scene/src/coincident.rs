@@ -3,7 +3,7 @@
 //! A lamp in the plane of a ceiling, lamps that lie in one another, a point light in a wall, a glass on a table, a panel in
 //! a wall: found once, when the scene is built. Scenes without any carry nothing, and ask nothing.
 use crate::{AlphaMode, Object, Space, TexturedMaterial, emission::AreaLights};
-use dapple_geometry::{Coincident, Hit, Sides, World};
+use dapple_geometry::{Coincident, Hit, World};
 use dapple_lights::{Area, AreaShape, Light};
 use dapple_math::offset::{UNIT_ROUNDOFF, gamma};
 use glam::{DVec3, Vec3};
@@ -25,16 +25,15 @@ pub(crate) struct Kind {
     pub emits: bool,
     /// Its material lets light pass.
     pub transmits: bool,
-    /// From where it is meant to be seen, if it does neither and has no holes: a decal with alpha is left to rounding.
-    pub sides: Option<Sides>,
+    /// It does neither, and has no holes: a decal with alpha is left to rounding.
+    pub is_solid: bool,
 }
 
 impl Kind {
     pub fn new(material: &TexturedMaterial, emits: bool) -> Self {
         let transmits = material.transmits();
-        let is_whole = !emits && !transmits && material.alpha_mode == AlphaMode::Opaque;
-        let sides = if material.double_sided { Sides::Both } else { Sides::One };
-        Self { emits, transmits, sides: is_whole.then_some(sides) }
+        let is_solid = !emits && !transmits && material.alpha_mode == AlphaMode::Opaque;
+        Self { emits, transmits, is_solid }
     }
 }
 
@@ -59,7 +58,7 @@ impl SharedPlaces {
             Kind { transmits: true, .. } if objects[object as usize].body != u32::MAX => Some(BODIES),
             _ => Some(object),
         };
-        let solid = |object: u32| kinds[object as usize].sides;
+        let solid = |object: u32| kinds[object as usize].is_solid;
         let surfaces = world.coincident(group, shines, &points, origin_error(space), solid)?;
         let count = area.lights.len();
         let mut shared: Vec<bool> = (0..count as u32).map(|i| area.is_on(i, &surfaces)).collect();

@@ -12,6 +12,6 @@ mod queries;
 mod second;
 
 pub use builder::WorldBuilder;
-pub use coincident::{Coincident, PlacePoint, Sides};
+pub use coincident::{Coincident, PlacePoint};
 pub use filter::{Filter, Opaque};
 pub use queries::World;

@@ -25,15 +25,6 @@ pub struct Coincident {
     origin_error: Vec3,
 }
 
-/// Of a surface that lets no light through and does not shine: from where it is meant to be seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sides {
-    /// From its front.
-    One,
-    /// From both sides.
-    Both,
-}
-
 /// No primitive of the object.
 const NONE: u32 = u32::MAX;
 /// All of its primitives.

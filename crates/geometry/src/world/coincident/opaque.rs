@@ -6,7 +6,7 @@
 //! itself. All of it is kept to a number of steps that take a tenth of the time in which the world's trees are built; where
 //! that is not enough, nothing is found. Two large meshes in one place are not found either.
 use super::search::{Item, Search};
-use super::{Coincident, NONE, Sides};
+use super::{Coincident, NONE};
 use crate::boxes::BoxTree;
 use dapple_math::Aabb;
 use dapple_math::offset::UNIT_ROUNDOFF;
@@ -96,7 +96,6 @@ struct Node {
 
 struct Pairs<'a, 'w> {
     asked: Vec<bool>,
-    sides: Vec<Option<Sides>>,
     search: &'a mut Search<'w>,
     items: Vec<Entry>,
     found: Vec<bool>,
@@ -107,9 +106,8 @@ struct Pairs<'a, 'w> {
 impl Search<'_> {
     /// Marks the triangles of two objects that share a place; `solid` as in [`super::World::coincident`]. Where this takes
     /// too long, nothing more is marked than was: which of two such surfaces is seen is then up to rounding.
-    pub(super) fn solids(&mut self, solid: impl Fn(u32) -> Option<Sides>) {
-        let sides: Vec<Option<Sides>> = (0..self.world.objects.len() as u32).map(solid).collect();
-        let boxes = self.standing(&sides);
+    pub(super) fn solids(&mut self, solid: impl Fn(u32) -> bool) {
+        let boxes = self.standing(solid);
         if boxes.iter().filter(|b| b.is_finite()).count() < 2 {
             return;
         }
@@ -122,7 +120,7 @@ impl Search<'_> {
         }
         let before = self.result.clone();
         let (found, nodes) = (vec![false; items.len()], Vec::with_capacity(items.len() / 2 + 1));
-        let mut pairs = Pairs { asked: near.asked, sides, search: self, items, found, nodes, budget };
+        let mut pairs = Pairs { asked: near.asked, search: self, items, found, nodes, budget };
         let all = 0..pairs.items.len() as u32;
         pairs.build(all);
         pairs.within(0);
@@ -132,13 +130,13 @@ impl Search<'_> {
     }
 
     /// The objects that stand still and let no light through, with their boxes; others are empty.
-    fn standing(&self, sides: &[Option<Sides>]) -> Vec<Aabb> {
-        let of = |(o, sides): (u32, &Option<Sides>)| {
+    fn standing(&self, solid: impl Fn(u32) -> bool) -> Vec<Aabb> {
+        let of = |o: u32| {
             let object = &self.world.objects[o as usize];
-            let stands = sides.is_some() && !object.is_moving() && object.mesh().is_some();
+            let stands = solid(o) && !object.is_moving() && object.mesh().is_some();
             if stands { self.object_bounds(o) } else { Aabb::EMPTY }
         };
-        (0..).zip(sides).map(of).collect()
+        (0..self.world.objects.len() as u32).map(of).collect()
     }
 
     /// The triangles to be compared, near each other in space where they are so in order.
@@ -337,14 +335,13 @@ impl Pairs<'_, '_> {
         self.search.outline(a).meets(&self.search.outline(b))
     }
 
-    /// Whether two surfaces with one side each face opposite ways, as what stands on a floor does.
+    /// Whether the fronts of two surfaces face opposite ways, as what stands on a floor and the floor do.
     fn are_back_to_back(&self, (a, own): (Item, &[DVec3; 3]), (b, other): (Item, &[DVec3; 3])) -> bool {
-        let has_one_side = |item: Item| self.sides[item.object as usize] == Some(Sides::One);
         let front = |item: Item, [p, q, r]: &[DVec3; 3]| {
             let n = (*q - *p).cross(*r - *p);
             if self.search.world.objects[item.object as usize].is_mirrored() { -n } else { n }
         };
-        has_one_side(a) && has_one_side(b) && front(a, own).dot(front(b, other)) < 0.0
+        front(a, own).dot(front(b, other)) < 0.0
     }
 }
 

@@ -6,7 +6,7 @@
 //! of their number. Where the work would still exceed a bound, everything is said to share a place: that is slower to
 //! render, and right.
 use super::outline::{Outline, Polygon, Shape as Form, are_apart};
-use super::{Coincident, NONE, Sides, WHOLE, World};
+use super::{Coincident, NONE, WHOLE, World};
 use crate::Hit;
 use crate::shapes::Shape;
 use crate::world::objects::{Body, Object, Place};
@@ -92,7 +92,7 @@ impl World {
         shines: impl Fn(u32, u32) -> bool,
         points: &[(DVec3, DVec3)],
         origin_error: Vec3,
-        solid: impl Fn(u32) -> Option<Sides>,
+        solid: impl Fn(u32) -> bool,
     ) -> Option<Box<Coincident>> {
         let mut search = Search::new(self, (group, &shines), points, origin_error);
         if !search.emitters.is_empty() {
