@@ -28,7 +28,7 @@ fn found(world: &World, emitters: u32, points: &[DVec3]) -> Option<Box<Coinciden
         |_, _| true,
         &points,
         Vec3::ZERO,
-        |_| None,
+        |_| false,
     )
 }
 
