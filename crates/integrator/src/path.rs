@@ -103,8 +103,8 @@ fn li<V: Visibility, O: PathObserver>(
             return radiance;
         }
         ray = if V::PLAIN { next.ray } else { state.arrival.ending(next.ray) };
-        if settings.roulette()
-            && depth >= ROULETTE_FROM
+        if depth >= ROULETTE_FROM
+            && settings.roulette()
             && !state.survives(sample.point_1d(depth, Dimension::Roulette))
         {
             return radiance;
