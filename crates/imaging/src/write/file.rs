@@ -1,6 +1,6 @@
 //! Whole files or none: a temporary file in the target's folder, renamed over the target.
 //!
-//! A process that is killed while it writes leaves its temporary file behind, `.dapple-HOST-XXXXXX.part`. The writer holds a
+//! A process that is killed while it writes leaves its temporary file behind, `.dapple-HOST-RANDOM.part`. The writer holds a
 //! lock on the file as long as it lives, so a later run can tell which files are abandoned, and removes those.
 
 use crate::ImageError;
