@@ -6,7 +6,7 @@
 //! on them, one pass for every line `MESH KIND` that it reads: `tools/embree_compare.py` uses the two to put Embree beside
 //! it on the same rays, in turns.
 
-use dapple_geometry::bvh::{Any, Kernel, Tree};
+use dapple_geometry::bvh::{Kernel, Opaque, Tree};
 use dapple_geometry::surface::{geometric_normal, interpolate};
 use dapple_integrator::Dimension;
 use dapple_math::offset::offset_origin;
@@ -135,13 +135,13 @@ fn setups(quick: bool) -> Vec<Setup> {
 /// All triangles of a glTF file, looked at from outside, under a lamp as large as they are.
 fn file(path: &Path) -> std::io::Result<Setup> {
     let builder = gltf::read(path, &gltf::Options::default()).map_err(std::io::Error::other)?;
-    let world = builder.build().map_err(std::io::Error::other)?.world;
+    let accel = builder.build().map_err(std::io::Error::other)?.accel;
     let mut triangles = Vec::new();
-    for object in 0..world.object_count() as u32 {
-        let corners = (0..).map(|i| world.corners(object, i));
+    for object in 0..accel.object_count() as u32 {
+        let corners = (0..).map(|i| accel.corners(object, i));
         triangles.extend(corners.take_while(|c| *c != [Vec3::ZERO; 3]));
     }
-    let (lo, hi) = world.bounds().unwrap_or_default();
+    let (lo, hi) = accel.bounds().unwrap_or_default();
     let (at, size) = (0.5 * (lo + hi), (hi - lo).length());
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let corner = at + size * Vec3::new(-0.5, 1.0, -0.5);
@@ -161,7 +161,7 @@ fn rays(setup: &Setup, tree: &Tree, side: u32) -> [Vec<Ray>; 3] {
         let film = (Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / side as f32 - 0.5) * 1.2;
         let ray = Ray::new(setup.eye, view.to_world(Vec3::new(film.x, -film.y, -1.0)).normalize());
         primary.push(ray);
-        let Some(hit) = tree.closest(&ray, &Any) else { continue };
+        let Some(hit) = tree.intersect(&ray, &Opaque) else { continue };
         let corners = setup.triangles[hit.triangle as usize];
         let (p, error) = interpolate(&corners, hit.u, hit.v);
         let ng = geometric_normal(&corners);
@@ -195,9 +195,9 @@ fn cpu_ns() -> i64 {
 fn pass(tree: &Tree, rays: &[Ray], shadow: bool) -> (f64, usize) {
     let before = cpu_ns();
     let hits = if shadow {
-        rays.iter().filter(|r| tree.blocked(r, &Any)).count()
+        rays.iter().filter(|r| tree.occluded(r, &Opaque)).count()
     } else {
-        rays.iter().filter(|r| tree.closest(r, &Any).is_some()).count()
+        rays.iter().filter(|r| tree.intersect(r, &Opaque).is_some()).count()
     };
     (rays.len() as f64 * 1e3 / (cpu_ns() - before).max(1) as f64, hits)
 }

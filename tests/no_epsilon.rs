@@ -21,7 +21,7 @@ const DIMENSIONLESS: [(&str, &str, &str); 31] = [
     ("scene/src/gltf/read.rs", "1e-6", "ratio of scales"),
     ("scene/src/view.rs", "1e-24", "squared sine"),
     ("geometry/src/bvh/triangle.rs", "1e-27", "where f32 products underflow and f64 takes over"),
-    ("integrator/src/ledger.rs", "1e-30", "throughput"),
+    ("integrator/src/bias_report.rs", "1e-30", "throughput"),
     ("integrator/src/vertex.rs", "1e-3", "cosine"),
     ("integrator/src/vertex.rs", "1.0e-3", "cosine"),
     ("lights/src/aimed.rs", "1e-3", "solid angle at which two exact ways of sampling change places"),

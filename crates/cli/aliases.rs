@@ -97,13 +97,16 @@ where
 }
 
 /// A plan, whose points may be called by any name of their pattern: `4X4:jittered`.
-pub fn plan(said: &str) -> Result<dapple_integrator::sampling::Plan, String> {
+pub fn plan(said: &str) -> Result<dapple_integrator::sampling::SampleSet, String> {
     let plain = said.trim().to_ascii_lowercase().replace('×', "x");
     let meant = match plain.split_once(':') {
         Some((counts, pattern)) => format!("{counts}:{}", canonical(pattern, PATTERNS)),
         None => plain,
     };
-    meant.parse().or_else(|_| said.parse()).map_err(|e: dapple_integrator::sampling::PlanError| e.to_string())
+    meant
+        .parse()
+        .or_else(|_| said.parse())
+        .map_err(|e: dapple_integrator::sampling::SampleSetError| e.to_string())
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ pub enum Command {
     /// Say what is in a scene file and what a render of it with these options would say
     Info(InfoArgs),
     /// Say what a render of a scene needs, what is left out and why
-    Plan(PlanArgs),
+    SampleSet(PlanArgs),
     /// Trace one sample again and print the vertices of its path
     Replay(ReplayArgs),
     /// Say how many rays a pixel takes, by effect and depth, without rendering

@@ -122,10 +122,10 @@ mod tests {
     fn laid(keys: &str, typed: &[&str]) -> RenderOptions {
         let mut options = RenderOptions::default();
         let words = keys.split(' ').map(|word| format!("--{word}").into()).collect::<Vec<_>>();
-        options.lay(&words).unwrap();
+        options.apply(&words).unwrap();
         let keys = keys.split(' ').map(|word| word.split('=').next().unwrap_or_default().into()).collect();
         options.of_scene = OfScene { file: "s.toml".into(), command: "render".into(), keys };
-        options.lay(&typed.iter().map(Into::into).collect::<Vec<_>>()).unwrap();
+        options.apply(&typed.iter().map(Into::into).collect::<Vec<_>>()).unwrap();
         options
     }
 

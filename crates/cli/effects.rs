@@ -6,9 +6,9 @@ use crate::options::{EffectOptions, RenderOptions};
 use crate::say::say;
 use dapple_integrator::camera::{Aperture, Camera, Lens};
 use dapple_integrator::first_hit::centre_depth;
-use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::sampling::{Pattern, SampleSet};
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Combine, Effect, MethodKind, Plans, Settings, forecast};
+use dapple_integrator::{Combine, Effect, MethodKind, SampleSets, Settings, forecast};
 use std::io::{BufRead, IsTerminal};
 
 /// Scattering events that the distribution tracer follows, where the path tracer follows more.
@@ -19,7 +19,7 @@ const MANY_RAYS: f64 = 1e5;
 
 impl EffectOptions {
     /// What was said about an effect.
-    fn plan(&self, effect: Effect) -> Option<Plan> {
+    fn plan(&self, effect: Effect) -> Option<SampleSet> {
         match effect {
             Effect::Pixel => self.pixel,
             Effect::Lens => self.lens,
@@ -32,7 +32,7 @@ impl EffectOptions {
     }
 
     /// What was said about an effect, to be changed.
-    pub fn plan_mut(&mut self, effect: Effect) -> &mut Option<Plan> {
+    pub fn plan_mut(&mut self, effect: Effect) -> &mut Option<SampleSet> {
         match effect {
             Effect::Pixel => &mut self.pixel,
             Effect::Lens => &mut self.lens,
@@ -71,9 +71,9 @@ pub fn with_lens(mut camera: Camera, scene: &Scene, options: &RenderOptions) -> 
 }
 
 /// Lays plans, combination and ambient light over `settings`.
-pub fn lay(options: &RenderOptions, settings: &mut Settings) {
+pub fn apply(options: &RenderOptions, settings: &mut Settings) {
     let effects = &options.effects;
-    let mut plans = Plans::default();
+    let mut plans = SampleSets::default();
     let combine = effects.combine.unwrap_or_default();
     for (effect, _) in Effect::ALL {
         if let Some(plan) = effects.plan(effect) {
@@ -81,14 +81,14 @@ pub fn lay(options: &RenderOptions, settings: &mut Settings) {
         }
     }
     if let (MethodKind::Distribution, None, Some(spp)) = (settings.kind(), effects.pixel, options.spp) {
-        plans.pixel = Plan::new(spp, Pattern::Stratified);
+        plans.pixel = SampleSet::new(spp, Pattern::Stratified);
     }
     if combine == Combine::Paired && settings.kind() == MethodKind::Distribution {
         let n = plans.pixel.count().max(1);
         let open = Effect::ALL.iter().filter(|(effect, _)| effects.plan(*effect).is_none());
         for (effect, _) in open.filter(|(effect, _)| *effect != Effect::Pixel) {
             let plan = plans.of_mut(*effect);
-            *plan = if plan.count() == n { *plan } else { Plan::new(n, plan.pattern) };
+            *plan = if plan.count() == n { *plan } else { SampleSet::new(n, plan.pattern) };
         }
     }
     settings.plans = plans;

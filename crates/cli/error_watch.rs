@@ -12,7 +12,7 @@ use dapple_analysis::estimate::{
 use dapple_analysis::statistics;
 use dapple_integrator::camera::{Camera, Film};
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Outcome, Peak, Settings, Snapshot, Spread, Tail, peak};
+use dapple_integrator::{Outcome, Peak, SampleAllocation, Settings, Snapshot, Tail, peak};
 use serde_json::json;
 use std::cell::{Cell, OnceCell};
 use std::fs::File;
@@ -170,7 +170,7 @@ impl<'a> ErrorWatch<'a> {
             (guess, doubt)
         } else {
             self.looks += 1;
-            let measured = self.measure(film, at.spp, at.spread).unwrap_or(guess);
+            let measured = self.measure(film, at.spp, at.allocation).unwrap_or(guess);
             (measured, self.judge(measured, (film, &tail), self.confidence(self.looks)))
         };
         self.held = Some(verdict.clone()).filter(|v| v.reliable && v.bound <= limit);
@@ -214,12 +214,12 @@ impl<'a> ErrorWatch<'a> {
     }
 
     /// The error of a picture of `spp` samples; renders a small part of it again where that is the only way.
-    fn measure(&self, film: &Film, spp: u32, spread: Option<&Arc<Spread>>) -> Option<Estimate> {
+    fn measure(&self, film: &Film, spp: u32, allocation: Option<&Arc<SampleAllocation>>) -> Option<Estimate> {
         let start = Instant::now();
         let found = match self.way {
             Way::Within => within(film, self.confidence(self.looks)),
             Way::Replicate if self.is_whole(spp) => {
-                let settings = self.settings.clone().with_path(|p| p.spread = spread.cloned());
+                let settings = self.settings.clone().with_path(|p| p.allocation = allocation.cloned());
                 let confidence = self.confidence(self.looks);
                 let deadline = self.deadline;
                 let stop = || interrupt::asked() || late(deadline);
@@ -253,7 +253,7 @@ impl<'a> ErrorWatch<'a> {
     /// line has none.
     pub fn finish(mut self, outcome: &Outcome) -> Known {
         let stats = &outcome.stats;
-        let measured = || self.measure(&outcome.film, stats.spp, outcome.spread.as_ref());
+        let measured = || self.measure(&outcome.film, stats.spp, outcome.allocation.as_ref());
         let guessed = || self.doublings.as_ref()?.estimate(self.confidence);
         let judged = || {
             let found = measured().or_else(guessed)?;

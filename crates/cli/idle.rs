@@ -121,16 +121,16 @@ fn of_scene(options: &RenderOptions, scene: &Scene) -> Idle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dapple_integrator::sampling::Plan;
+    use dapple_integrator::sampling::SampleSet;
     use dapple_integrator::scene::builtin;
 
     fn names(typed: &[&str]) -> String {
         let mut options = RenderOptions::default();
         let typed: Vec<std::ffi::OsString> = typed.iter().map(Into::into).collect();
-        options.lay(&typed).unwrap();
+        options.apply(&typed).unwrap();
         let mut settings = Settings::default().with_method(options.method.unwrap_or_default());
         settings = settings.with_distribution(|d| d.combine = options.effects.combine.unwrap_or_default());
-        settings.plans.pixel = options.effects.pixel.unwrap_or(Plan::new(1, Default::default()));
+        settings.plans.pixel = options.effects.pixel.unwrap_or(SampleSet::new(1, Default::default()));
         let scene = builtin::builtin("cornell").unwrap().build().unwrap();
         let found = of_render(&options, &settings, &scene);
         found.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" ")

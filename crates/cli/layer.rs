@@ -13,7 +13,7 @@ pub fn parsed(arguments: &[OsString]) -> Result<ArgMatches, Failure> {
 
 impl RenderOptions {
     /// Lays the given arguments over what is there.
-    pub fn lay(&mut self, arguments: &[OsString]) -> Result<(), Failure> {
+    pub fn apply(&mut self, arguments: &[OsString]) -> Result<(), Failure> {
         self.lay_matches(&parsed(arguments)?)
     }
 }

@@ -13,6 +13,7 @@
 
 mod aliases;
 mod args;
+mod bias_report;
 mod commands;
 mod complaint;
 mod consent;
@@ -23,7 +24,7 @@ mod error;
 #[cfg(feature = "report")]
 mod error_watch;
 #[cfg(not(feature = "report"))]
-#[path = "no_error_watch.rs"]
+#[path = "error_watch/disabled.rs"]
 mod error_watch;
 mod events;
 mod first_sight;
@@ -34,7 +35,6 @@ mod inputs;
 mod interrupt;
 mod known;
 mod layer;
-mod ledger;
 mod load;
 mod log;
 mod machine;
@@ -91,7 +91,7 @@ fn run() -> Result<ExitCode, Failure> {
         }
         Some(Command::Render(a)) => commands::render::run(a.scene.as_deref(), subcommand(&matches)),
         Some(Command::Info(a)) => commands::info::run(&a, subcommand(&matches)).map(done),
-        Some(Command::Plan(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
+        Some(Command::SampleSet(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
         Some(Command::Rays(a)) => commands::rays::run(&a.scene, subcommand(&matches)).map(done),
         #[cfg(feature = "manual")]

@@ -7,7 +7,7 @@ use crate::options::RenderOptions;
 use crate::values;
 use dapple_integrator::camera::{Camera, Projection, Shutter};
 use dapple_integrator::imaging::picture::MetaValue;
-use dapple_integrator::sampling::Plan;
+use dapple_integrator::sampling::SampleSet;
 use dapple_integrator::scene::{NamedCamera, Scene, Space};
 use dapple_integrator::{Combine, Effect, MethodKind, Settings, Stats};
 use glam::{DMat4, DVec3, DVec4, Vec3};
@@ -161,10 +161,10 @@ fn quoted(text: &str) -> String {
 }
 
 /// The plan as the render ran it: paired, every integral has as many points as the pixel.
-fn plan_of(settings: &Settings, effect: Effect) -> Plan {
+fn plan_of(settings: &Settings, effect: Effect) -> SampleSet {
     let (plan, n) = (settings.plans.of(effect), settings.plans.pixel.count().max(1));
     let paired = settings.kind() == MethodKind::Distribution && settings.combine() == Combine::Paired;
-    if paired && plan.count() > 0 && plan.count() != n { Plan::new(n, plan.pattern) } else { plan }
+    if paired && plan.count() > 0 && plan.count() != n { SampleSet::new(n, plan.pattern) } else { plan }
 }
 
 /// World to camera space, both in scene units; column vectors.

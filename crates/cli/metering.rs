@@ -72,7 +72,7 @@ fn small(settings: &Settings) -> Settings {
     .with_time_limit(None)
     .with_spp(SAMPLES)
     .with_path(|p| p.adaptive = false)
-    .with_path(|p| p.spread = None)
+    .with_path(|p| p.allocation = None)
 }
 
 #[cfg(test)]

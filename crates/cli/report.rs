@@ -1,7 +1,7 @@
 //! What a finished render has to say: a JSON object for programs, and a summary for people.
 
+use crate::bias_report::BiasReport;
 use crate::known::Known;
-use crate::ledger::Ledger;
 use crate::load::Loaded;
 use crate::machine;
 use crate::output::{Outputs, Written};
@@ -21,7 +21,7 @@ pub struct Report {
     pub peak_memory_bytes: u64,
     pub bad_samples: u64,
     /// What altered the estimate.
-    pub ledger: Ledger,
+    pub bias: BiasReport,
     pub triangles: usize,
     pub lights: usize,
     pub kernel: String,
@@ -89,7 +89,7 @@ impl Report {
             mrays_per_second: stats.rays as f64 / 1e6 / stats.seconds.max(1e-9),
             peak_memory_bytes: machine::peak_memory_bytes(),
             bad_samples: stats.bad_sample_count,
-            ledger: Ledger::new(settings, stats),
+            bias: BiasReport::new(settings, stats),
             triangles: loaded.scene.survey.triangles,
             lights: loaded.scene.lights.len(),
             kernel: stats.kernel.clone(),

@@ -59,7 +59,7 @@ fn quoted(word: &str) -> String {
 mod tests {
     use super::*;
     use crate::values::Pixel;
-    use dapple_integrator::sampling::Plan;
+    use dapple_integrator::sampling::SampleSet;
 
     fn matches(words: &[&str]) -> ArgMatches {
         args::command().try_get_matches_from(words).unwrap().subcommand().unwrap().1.clone()
@@ -89,7 +89,7 @@ mod tests {
         let said = command(Some("a.glb"), (3, 4), 5, &typed);
         let again = matches(&said.split(' ').collect::<Vec<_>>());
         assert_eq!(again.get_one::<Pixel>("place"), Some(&Pixel(3, 4)));
-        assert_eq!(again.get_one::<Plan>("pixel"), typed.get_one::<Plan>("pixel"));
+        assert_eq!(again.get_one::<SampleSet>("pixel"), typed.get_one::<SampleSet>("pixel"));
         assert_eq!(again.get_one::<f64>("at"), Some(&-1.5));
     }
 }

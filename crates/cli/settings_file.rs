@@ -132,7 +132,7 @@ pub fn layers(
     let mut options = RenderOptions::default();
     if let Some(sidecar) = scene.and_then(sidecar) {
         let anywhere = RenderOptions::is(command_line.allow_path);
-        let ignored = lay_file(&mut options, &sidecar, Trust::Scene { anywhere }, command)?;
+        let ignored = apply_file(&mut options, &sidecar, Trust::Scene { anywhere }, command)?;
         if !ignored.is_empty() {
             let keys = listed(&ignored);
             warning = Some(format!(
@@ -142,7 +142,7 @@ pub fn layers(
         }
     }
     if let Some(path) = &command_line.settings {
-        lay_file(&mut options, path, Trust::User, command)?;
+        apply_file(&mut options, path, Trust::User, command)?;
     }
     options.lay_matches(typed)?;
     Ok((options, warning))
@@ -154,7 +154,7 @@ pub fn sidecar(scene: &Path) -> Option<PathBuf> {
 }
 
 /// Applies the file; returns the keys that it had no right to set.
-fn lay_file(
+fn apply_file(
     options: &mut RenderOptions,
     path: &Path,
     trust: Trust,
@@ -174,7 +174,7 @@ fn lay_file(
             |reason: String| Failure::SettingsKey { path: path.into(), key: error::short(key), reason };
         let given = argument(key, value, path, trust).map_err(wrong)?;
         // Alone first, so that the complaint names this key.
-        RenderOptions::default().lay(&given).map_err(|e| wrong(e.to_string()))?;
+        RenderOptions::default().apply(&given).map_err(|e| wrong(e.to_string()))?;
         if uses::serves(command, key) {
             arguments.extend(given);
             keys.push(key.clone());
@@ -186,7 +186,7 @@ fn lay_file(
         let (file, keys) = (path.display(), idle.join(", "));
         say(&format!("note: {file}: {keys}: left out, for dapple {command} does not use it"));
     }
-    options.lay(&arguments).map_err(|e| broken(e.to_string()))?;
+    options.apply(&arguments).map_err(|e| broken(e.to_string()))?;
     if trust != Trust::User {
         options.of_scene = OfScene { file: path.into(), command: command.into(), keys };
     }
@@ -273,13 +273,13 @@ mod tests {
 
     const SCENE: Trust = Trust::Scene { anywhere: false };
 
-    fn lay(trust: Trust, text: &str) -> Result<RenderOptions, String> {
+    fn apply(trust: Trust, text: &str) -> Result<RenderOptions, String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("s.toml");
         fs::write(&path, text).unwrap();
         fs::write(folder.path().join("sky.hdr"), "").unwrap();
         let mut options = RenderOptions::default();
-        lay_file(&mut options, &path, trust, "render").map(|_| options).map_err(|e| e.to_string())
+        apply_file(&mut options, &path, trust, "render").map(|_| options).map_err(|e| e.to_string())
     }
 
     #[test]
@@ -301,7 +301,7 @@ mod tests {
         fs::write(&path, text).unwrap();
         for anywhere in [false, true] {
             let mut options = RenderOptions::default();
-            let ignored = lay_file(&mut options, &path, Trust::Scene { anywhere }, "render").unwrap();
+            let ignored = apply_file(&mut options, &path, Trust::Scene { anywhere }, "render").unwrap();
             assert_eq!(ignored.join(" "), "'allow-path' 'log' 'output' 'sppp' 'threads' 'yes'");
             assert!(options.output.is_none() && options.log.is_none() && options.allow_path.is_none());
             assert!(options.effects.yes.is_none() && options.threads.is_none());
@@ -317,15 +317,15 @@ mod tests {
         std::os::unix::fs::symlink(other.path().join("sky.hdr"), folder.path().join("in.hdr")).unwrap();
         let path = folder.path().join("s.toml");
         fs::write(&path, "env = 'in.hdr'").unwrap();
-        let lay = |trust| lay_file(&mut RenderOptions::default(), &path, trust, "render");
-        assert!(lay(SCENE).is_err_and(|e| e.to_string().contains("--allow-path")));
-        assert!(lay(Trust::Scene { anywhere: true }).is_ok() && lay(Trust::User).is_ok());
+        let apply = |trust| apply_file(&mut RenderOptions::default(), &path, trust, "render");
+        assert!(apply(SCENE).is_err_and(|e| e.to_string().contains("--allow-path")));
+        assert!(apply(Trust::Scene { anywhere: true }).is_ok() && apply(Trust::User).is_ok());
     }
 
     #[test]
     fn every_kind_of_value_is_an_option() {
         let text = "spp = 9\nsize = '8x4'\nexposure = -1.5\nhalf = true\ncrop = [0, 0, 2, 2]\naov = ['albedo', 'depth']\noutput = ['a.exr', 'b.png']\n";
-        let options = lay(Trust::User, text).unwrap();
+        let options = apply(Trust::User, text).unwrap();
         assert_eq!(options.spp, Some(9));
         assert_eq!(options.exposure, Some(-1.5));
         assert_eq!(options.half, Some(true));
@@ -344,27 +344,27 @@ mod tests {
             ("settings = 'b.toml'", "key 'settings': "),
             ("spp = ", "line 1"),
         ] {
-            let said = lay(Trust::User, text).unwrap_err();
+            let said = apply(Trust::User, text).unwrap_err();
             assert!(said.contains("s.toml: ") && said.contains(key), "{text}: {said}");
         }
     }
 
     #[test]
     fn a_sidecar_stays_in_its_folder() {
-        assert!(lay(SCENE, "env = 'sky.hdr'").unwrap().env.unwrap().ends_with("sky.hdr"));
+        assert!(apply(SCENE, "env = 'sky.hdr'").unwrap().env.unwrap().ends_with("sky.hdr"));
         for text in ["env = '/etc/hosts'", "env = '../sky.hdr'", "env = 'missing.hdr'"] {
-            assert!(lay(SCENE, text).is_err(), "{text}");
+            assert!(apply(SCENE, text).is_err(), "{text}");
         }
-        assert!(lay(Trust::User, "output = '../a.exr'\nallow-path = true").is_ok());
+        assert!(apply(Trust::User, "output = '../a.exr'\nallow-path = true").is_ok());
     }
 
     #[test]
     fn a_later_environment_replaces_the_other_kind() {
         let mut options = RenderOptions::default();
-        options.lay(&["--env=sky.hdr".into()]).unwrap();
-        options.lay(&["--env-color=1,1,1".into()]).unwrap();
+        options.apply(&["--env=sky.hdr".into()]).unwrap();
+        options.apply(&["--env-color=1,1,1".into()]).unwrap();
         assert!(options.env.is_none() && options.env_color.is_some());
-        options.lay(&["--half".into()]).unwrap();
+        options.apply(&["--half".into()]).unwrap();
         assert_eq!((options.half, options.env_color.is_some()), (Some(true), true));
     }
 }

@@ -5,7 +5,7 @@ use dapple_integrator::camera::Shutter;
 use dapple_integrator::imaging::Tone;
 use dapple_integrator::imaging::write::PngDepth;
 use dapple_integrator::math::PixelRect;
-use dapple_integrator::sampling::plan::MAX_COUNT;
+use dapple_integrator::sampling::sample_set::MAX_COUNT;
 use dapple_integrator::{Aov, Effect, MethodKind};
 use glam::Vec3;
 use std::str::FromStr;

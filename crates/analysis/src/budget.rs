@@ -22,9 +22,9 @@ pub use wanted::{NARROW, Prediction};
 
 use dapple_integrator::camera::Camera;
 use dapple_integrator::forecast::present_in;
-use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::sampling::{Pattern, SampleSet};
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Combine, Effect, MethodKind, Plans, Settings, Variances};
+use dapple_integrator::{Combine, Effect, MethodKind, SampleSets, Settings, Variances};
 use pilot::Pilot;
 use shares::{shares, sum};
 use std::time::{Duration, Instant};
@@ -73,7 +73,7 @@ pub fn budget(
 /// Points of every integral for the fewest rays. With A the variance around the first hit, V that of an integral there
 /// and c the rays of one of its points, (A + Σ V/n)(1 + Σ n·c) is least at n = √(V / (c·A)): one camera ray costs 1. A
 /// further point of lens or time costs as much as one of the pixel, and gains less.
-fn plans(set: &Plans, v: &Variances) -> Plans {
+fn plans(set: &SampleSets, v: &Variances) -> SampleSets {
     let mut plans = *set;
     let rays = v.rays.max(f64::MIN_POSITIVE);
     let around: f64 = v.parts[..3].iter().sum();
@@ -82,7 +82,7 @@ fn plans(set: &Plans, v: &Variances) -> Plans {
         let (part, cost) = (v.parts[i], v.more_rays[i] / camera.max(1e-3 * rays));
         let n = if i < 3 || part <= 0.0 { 1.0 } else { (part / (cost * around)).sqrt() };
         let n = if n.is_nan() { 1.0 } else { n.round().clamp(1.0, MOST) };
-        *plans.of_mut(*effect) = Plan::new(n as u32, Pattern::Random);
+        *plans.of_mut(*effect) = SampleSet::new(n as u32, Pattern::Random);
     }
     plans
 }
@@ -96,9 +96,9 @@ mod tests {
     fn counts_follow_variance_and_cost() {
         let mut v = Variances { parts: [0.0; 7], rest: 0.0, mean: 1.0, rays: 2.0, more_rays: [0.0; 7] };
         (v.parts[0], v.parts[3], v.more_rays[3]) = (1.0, 4.0, 1.0);
-        let found = plans(&Plans { lens: Plan::OFF, ..Plans::default() }, &v);
+        let found = plans(&SampleSets { lens: SampleSet::OFF, ..SampleSets::default() }, &v);
         assert_eq!((found.light.count(), found.pixel.count(), found.lens.count()), (2, 1, 0));
         v.parts[0] = 0.0;
-        assert_eq!(plans(&Plans::default(), &v).light.count(), 64);
+        assert_eq!(plans(&SampleSets::default(), &v).light.count(), 64);
     }
 }

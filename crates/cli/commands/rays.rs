@@ -6,7 +6,7 @@ use crate::load::{self, Source};
 use crate::options::RenderOptions;
 use crate::{effects, events, settings_file, standard_output, values};
 use clap::ArgMatches;
-use dapple_integrator::forecast::{Forecast, Row, present_in};
+use dapple_integrator::forecast::{DepthRow, Forecast, present_in};
 use dapple_integrator::{Effect, MethodKind, Settings, forecast};
 use serde_json::{Value, json};
 
@@ -124,7 +124,7 @@ impl Told<'_> {
     }
 }
 
-fn cell(row: &Row, column: &str) -> f64 {
+fn cell(row: &DepthRow, column: &str) -> f64 {
     match column {
         "light" => row.light,
         "glossy" => row.glossy,

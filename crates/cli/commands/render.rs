@@ -95,7 +95,7 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
     .with_spp(options.samples())
     .with_path(|p| p.roulette = !RenderOptions::is(options.no_roulette))
     .with_path(|p| p.adaptive = RenderOptions::is(options.adaptive));
-    effects::lay(options, &mut settings);
+    effects::apply(options, &mut settings);
     if options.error_limit.is_some() {
         settings = settings.with_distribution(|d| d.rounds = 0..u32::MAX);
     }
@@ -223,7 +223,7 @@ fn say_bad_samples(stats: &Stats, scene: Option<&str>, typed: &ArgMatches) {
 fn tell(options: &RenderOptions, told: &Report) {
     if !RenderOptions::is(options.quiet) {
         say(&told.summary());
-        told.ledger.summary().iter().for_each(|line| say(line));
+        told.bias.summary().iter().for_each(|line| say(line));
     }
     if RenderOptions::is(options.json) {
         standard_output::json(told);

@@ -5,7 +5,7 @@ use crate::values::{self, Color};
 use clap::Args;
 use dapple_integrator::Combine;
 use dapple_integrator::camera::Aperture;
-use dapple_integrator::sampling::Plan;
+use dapple_integrator::sampling::SampleSet;
 
 /// The integrals of the distribution tracer, and the lens. In the path tracer a count of 0 switches the effect off as
 /// well; other counts are left out.
@@ -13,25 +13,25 @@ use dapple_integrator::sampling::Plan;
 pub struct EffectOptions {
     /// Points over the pixel's area: 4x4:stratified, 16:random, 6x6:grid, 9:sobol, 1; 0 = its centre [default: 4x4]
     #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub pixel: Option<Plan>,
+    pub pixel: Option<SampleSet>,
     /// Points over the lens; 0 = a pinhole [default: 4x4]
     #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub lens: Option<Plan>,
+    pub lens: Option<SampleSet>,
     /// Instants within the shutter; 0 = the one at which it opens [default: 16]
     #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub time: Option<Plan>,
+    pub time: Option<SampleSet>,
     /// Points over each light; 0 = all of its power from its centroid [default: 4x4]
     #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub light: Option<Plan>,
+    pub light: Option<SampleSet>,
     /// Directions of a rough reflection; 0 = a mirror [default: 4x4]
     #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub glossy: Option<Plan>,
+    pub glossy: Option<SampleSet>,
     /// Directions of a rough refraction; 0 = smooth [default: 1]
     #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub refract: Option<Plan>,
+    pub refract: Option<SampleSet>,
     /// Directions over the hemisphere; 0 = no interreflection [default: 1]
     #[arg(long, value_name = "PLAN", value_parser = aliases::plan, help_heading = "Effects")]
-    pub diffuse: Option<Plan>,
+    pub diffuse: Option<SampleSet>,
     /// nested: every integral in full at every point of the outer ones; paired: one stratum of each per pixel sample [default: nested]
     #[arg(long, value_parser = aliases::named::<Combine>(aliases::NONE), value_name = "NAME", help_heading = "Effects")]
     pub combine: Option<Combine>,

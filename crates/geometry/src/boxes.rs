@@ -74,7 +74,7 @@ impl BoxTree {
 
     /// Calls `visit` with the index of every box that is entered before `limit`, nearer branches first; `visit` may
     /// lower the limit, or end the walk.
-    pub fn walk<B>(
+    pub fn traverse<B>(
         &self,
         ray: &Ray,
         limit: f64,
@@ -224,7 +224,7 @@ mod tests {
 
     fn visited(tree: &BoxTree, ray: &Ray) -> Vec<u32> {
         let mut found = Vec::new();
-        let none = tree.walk::<()>(ray, f64::INFINITY, |i, _| {
+        let none = tree.traverse::<()>(ray, f64::INFINITY, |i, _| {
             found.push(i);
             ControlFlow::Continue(())
         });

@@ -13,7 +13,7 @@ use glam::{DVec3, Vec3};
 pub struct Surface {
     /// Position, render space.
     pub p: Vec3,
-    /// Where rays start: the position, but clear of the edges of its triangle ([`crate::World::surface`]: of those at
+    /// Where rays start: the position, but clear of the edges of its triangle ([`crate::Accel::surface`]: of those at
     /// which something stands).
     pub start: Vec3,
     /// Bound of |computed − exact| per axis.
@@ -172,7 +172,7 @@ const LEAST_CLEAR: f64 = 0.5;
 /// then stays before any neighbour at more than 20° (a wider angle where only less clearance is left); nearer to a sharper
 /// concave edge, a ray can still be let out. *Approximation*: rays from that near to an edge start up to eight error bounds
 /// beside their position, in its plane; the position itself stays. On a triangle too thin for it, so do they. Seen in a
-/// mirror, a light no wider than that would lose flux, so [`crate::World::surface`] takes back what no wall calls for.
+/// mirror, a light no wider than that would lose flux, so [`crate::Accel::surface`] takes back what no wall calls for.
 #[inline(always)]
 fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DVec3) -> DVec3 {
     let [a, b, c] = corners;

@@ -1,7 +1,7 @@
 //! Which primitives share a place with an emitter: those that lie in its plane over an area, and no neighbours.
 
 use dapple_geometry::shapes::{Disk, Sphere};
-use dapple_geometry::{Coincident, Mesh, World, WorldBuilder};
+use dapple_geometry::{Accel, AccelBuilder, Coincident, Mesh};
 use dapple_math::Motion;
 use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -21,9 +21,9 @@ fn square(z: f32, half: f32, n: u32, turn: DQuat) -> Mesh {
 }
 
 /// The objects from `emitters` on emit.
-fn found(world: &World, emitters: u32, points: &[DVec3]) -> Option<Box<Coincident>> {
+fn found(accel: &Accel, emitters: u32, points: &[DVec3]) -> Option<Box<Coincident>> {
     let points: Vec<_> = points.iter().map(|p| (*p, *p)).collect();
-    world.coincident(
+    accel.coincident(
         |object| (object >= emitters).then_some(object),
         |_, _| true,
         &points,
@@ -42,15 +42,15 @@ fn turns() -> [DQuat; 3] {
 #[test]
 fn of_a_wall_the_triangles_behind_the_lamp_are_found_and_no_others() {
     for turn in turns() {
-        let world = |z: f32| {
-            let mut builder = WorldBuilder::default();
+        let accel = |z: f32| {
+            let mut builder = AccelBuilder::default();
             builder.add_mesh(square(2.0, 10.0, 10, turn));
             builder.add_mesh(square(0.0, 10.0, 10, turn));
             builder.add_mesh(square(z, 0.5, 1, turn));
             builder.build()
         };
-        assert!(found(&world(1.999), 2, &[]).is_none());
-        let coincident = found(&world(2.0), 2, &[]).expect("the lamp lies in the wall");
+        assert!(found(&accel(1.999), 2, &[]).is_none());
+        let coincident = found(&accel(2.0), 2, &[]).expect("the lamp lies in the wall");
         let count = |object: u32| (0..200).filter(|&p| coincident.contains(object, p)).count();
         assert_eq!((count(1), coincident.contains(2, 0), coincident.contains(2, 1)), (0, true, true));
         // About the middle, where the lamp covers parts of four cells.
@@ -62,7 +62,7 @@ fn of_a_wall_the_triangles_behind_the_lamp_are_found_and_no_others() {
 
 #[test]
 fn a_finely_cut_emitter_is_not_in_its_own_way() {
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     let mut mesh = square(0.0, 1.0, 60, DQuat::IDENTITY);
     for p in &mut mesh.positions {
         p.z = 0.05 * libm::sinf(7.0 * p.x) * libm::cosf(9.0 * p.y);
@@ -73,7 +73,7 @@ fn a_finely_cut_emitter_is_not_in_its_own_way() {
 
 #[test]
 fn many_emitters_in_one_place_are_found_without_the_square_of_their_number() {
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     let one = square(1.0, 1.0, 1, DQuat::IDENTITY);
     let copies = 20_000u32;
     let mut mesh = Mesh::default();
@@ -82,12 +82,12 @@ fn many_emitters_in_one_place_are_found_without_the_square_of_their_number() {
         mesh.triangles.extend(one.triangles.iter().map(|t| t.map(|k| k + 4 * i)));
     }
     builder.add_mesh(mesh);
-    let world = builder.build();
-    let coincident = found(&world, 0, &[]).unwrap();
+    let accel = builder.build();
+    let coincident = found(&accel, 0, &[]).unwrap();
     assert!((0..2 * copies).all(|p| coincident.contains(0, p)));
     assert!(coincident.memory_bytes() < 10_000);
     // Dark all over, they need not be told apart.
-    assert!(world.coincident(Some, |_, _| false, &[], Vec3::ZERO, |_| false).is_none());
+    assert!(accel.coincident(Some, |_, _| false, &[], Vec3::ZERO, |_| false).is_none());
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn shapes_points_and_what_moves() {
         let trs = Trs { translation: Channel::Track(Arc::new(track)), ..Trs::default() };
         Motion::new(vec![Node::Trs(trs)], DAffine3::IDENTITY, 0.0)
     };
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     builder.add_mesh(square(0.0, 5.0, 1, DQuat::IDENTITY));
     builder.add_sphere(Sphere { centre: Vec3::new(0.0, 0.0, 3.0), radius: 1.0 });
     builder.add_disk(Disk { centre: Vec3::new(3.0, 3.0, 0.0), normal: Vec3::Z, radius: 0.5 });
@@ -105,11 +105,11 @@ fn shapes_points_and_what_moves() {
     builder.add_moving(square(0.0, 0.5, 1, DQuat::IDENTITY), slide(DVec3::X));
     builder.add_disk(Disk { centre: Vec3::new(3.0, 3.0, 1.0), normal: Vec3::Z, radius: 0.5 });
     builder.add_moving(square(7.0, 0.5, 1, DQuat::IDENTITY), slide(DVec3::X));
-    let world = builder.build_for(0.0, 1.0);
+    let accel = builder.build_for(0.0, 1.0);
     let points = [DVec3::new(1.0, 2.0, 0.0), DVec3::new(1.0, 2.0, 0.01), DVec3::new(0.0, 1.0, 3.0)];
-    let coincident = found(&world, 2, &points).unwrap();
+    let coincident = found(&accel, 2, &points).unwrap();
     let of: Vec<bool> = (0..7).map(|object| coincident.contains(object, 0)).collect();
     assert_eq!(of, [true, true, true, true, true, false, false]);
     assert_eq!([0, 1, 2, 3].map(|i| coincident.contains_point(i)), [true, false, true, false]);
-    assert!(found(&world, 99, &[]).is_none(), "nothing emits");
+    assert!(found(&accel, 99, &[]).is_none(), "nothing emits");
 }

@@ -1,7 +1,7 @@
 //! Closed meshes let no ray out (watertight test of [Woop 2013] plus conservative boxes), on every kernel, and all
 //! kernels agree bit for bit.
 
-use dapple_geometry::bvh::{Any, Kernel, Tree, TriangleHit};
+use dapple_geometry::bvh::{Kernel, Opaque, Tree, TriangleHit};
 use dapple_math::Ray;
 use glam::Vec3;
 
@@ -92,7 +92,7 @@ fn escapes(tree: &Tree, triangles: &[[Vec3; 3]], scale: f32, offset: Vec3, rays:
         if d == Vec3::ZERO {
             continue;
         }
-        match tree.closest(&Ray::new(o, d.normalize()), &Any) {
+        match tree.intersect(&Ray::new(o, d.normalize()), &Opaque) {
             Some(h) => {
                 let bits = [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.triangle];
                 digest = bits
@@ -140,7 +140,7 @@ fn from_inside(rays: usize) -> (Tree, Vec<(Ray, TriangleHit)>) {
     let tree = Tree::build(&icosphere(3, 1.0, Vec3::ZERO));
     let mut noise = Noise(3);
     let mut ray = || Ray::new(noise.vec() * 0.4, noise.vec().normalize());
-    let hits = (0..rays).map(|_| ray()).map(|ray| (ray, tree.closest(&ray, &Any).unwrap())).collect();
+    let hits = (0..rays).map(|_| ray()).map(|ray| (ray, tree.intersect(&ray, &Opaque).unwrap())).collect();
     (tree, hits)
 }
 
@@ -150,7 +150,7 @@ fn scaled_directions_hit_the_same() {
     for (ray, expected) in hits {
         for k in -30..=30 {
             let factor = 10f32.powi(k);
-            let hit = tree.closest(&Ray::new(ray.o, ray.d * factor), &Any).unwrap();
+            let hit = tree.intersect(&Ray::new(ray.o, ray.d * factor), &Opaque).unwrap();
             let t = f64::from(hit.t) * f64::from(factor);
             assert!((t / f64::from(expected.t) - 1.0).abs() < 1e-5, "1e{k}: {t} {}", expected.t);
         }
@@ -162,14 +162,14 @@ fn directions_of_twice_the_length_hit_with_the_same_bits() {
     let (tree, hits) = from_inside(500);
     for (ray, expected) in hits {
         let ends = [expected.t.next_down(), expected.t, expected.t.next_up()]
-            .map(|t_max| (t_max, tree.blocked(&ray.until(t_max), &Any)));
+            .map(|t_max| (t_max, tree.occluded(&ray.until(t_max), &Opaque)));
         for k in -100..=120 {
             let factor = 2f32.powi(k);
             let longer = Ray::new(ray.o, ray.d * factor);
-            let hit = tree.closest(&longer, &Any).unwrap();
+            let hit = tree.intersect(&longer, &Opaque).unwrap();
             assert_eq!(TriangleHit { t: hit.t * factor, ..hit }, expected, "2^{k}");
             for (t_max, blocked) in ends {
-                assert_eq!(tree.blocked(&longer.until(t_max / factor), &Any), blocked, "2^{k}");
+                assert_eq!(tree.occluded(&longer.until(t_max / factor), &Opaque), blocked, "2^{k}");
             }
         }
     }
@@ -184,10 +184,10 @@ fn coincident_and_degenerate_triangles_end() {
     many.push([Vec3::splat(f32::INFINITY), Vec3::X, Vec3::Y]);
     for kernel in Kernel::available() {
         let tree = Tree::build(&many).with_kernel(kernel);
-        let hit = tree.closest(&Ray::new(Vec3::new(0.2, 0.2, 1.0), -Vec3::Z), &Any).unwrap();
+        let hit = tree.intersect(&Ray::new(Vec3::new(0.2, 0.2, 1.0), -Vec3::Z), &Opaque).unwrap();
         assert_eq!((hit.triangle, hit.t), (0, 1.0));
     }
-    assert!(Tree::build(&[]).closest(&Ray::new(Vec3::ZERO, Vec3::X), &Any).is_none());
+    assert!(Tree::build(&[]).intersect(&Ray::new(Vec3::ZERO, Vec3::X), &Opaque).is_none());
 }
 
 #[test]
@@ -207,7 +207,7 @@ fn rays_in_face_planes_and_along_axes_hit() {
                     (Vec3::new(3.0, a, b), -Vec3::X),
                     (Vec3::new(a, -3.0, b), Vec3::Y),
                 ] {
-                    let t = tree.closest(&Ray::new(o, d), &Any).map(|h| h.t);
+                    let t = tree.intersect(&Ray::new(o, d), &Opaque).map(|h| h.t);
                     assert!(t.is_some(), "{} {o} {d}", kernel.name());
                 }
             }
@@ -236,7 +236,7 @@ fn rays_to_the_cuts_of_a_wall_from_near_by_hit() {
                 let target = Vec3::new(cut + 1e-7 * noise.next(), 0.9 * noise.next(), 0.0);
                 let d = noise.vec().normalize();
                 let o = target - d * 10f32.powi(-1 - i % 5);
-                o.z * d.z < 0.0 && tree.closest(&Ray::new(turned(o), turned(d)), &Any).is_none()
+                o.z * d.z < 0.0 && tree.intersect(&Ray::new(turned(o), turned(d)), &Opaque).is_none()
             });
             assert_eq!(missed.count(), 0, "{} turn {turn}", kernel.name());
         }

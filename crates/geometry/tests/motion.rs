@@ -4,7 +4,7 @@
 mod solids;
 
 use dapple_geometry::shapes::{Shape, Sphere};
-use dapple_geometry::{Mesh, Opaque, World, WorldBuilder};
+use dapple_geometry::{Accel, AccelBuilder, Mesh, Opaque};
 use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_math::{Motion, Ray};
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
@@ -32,8 +32,8 @@ fn moved(trs: Trs) -> Motion {
     Motion::new(vec![Node::Trs(trs)], DAffine3::IDENTITY, 0.0)
 }
 
-fn world_of(mesh: Mesh, motion: Motion) -> World {
-    let mut builder = WorldBuilder::default();
+fn accel_of(mesh: Mesh, motion: Motion) -> Accel {
+    let mut builder = AccelBuilder::default();
     builder.add_moving(mesh, motion);
     builder.build_for(0.0, 1.0)
 }
@@ -80,11 +80,11 @@ fn the_box_holds_all_through_the_shutter() {
     let mut noise = Noise(1);
     for case in 0..300 {
         let motion = wild(&mut noise);
-        let world = world_of(cube(1.0, Vec3::new(0.5, 0.0, -0.3)), motion);
-        let (lo, hi) = world.bounds().unwrap();
+        let accel = accel_of(cube(1.0, Vec3::new(0.5, 0.0, -0.3)), motion);
+        let (lo, hi) = accel.bounds().unwrap();
         for i in 0..=400 {
             let time = i as f32 / 400.0;
-            for corners in (0..12).map(|t| world.corners_at(0, t, time)) {
+            for corners in (0..12).map(|t| accel.corners_at(0, t, time)) {
                 for p in corners {
                     assert!(p.cmpge(lo).all() && p.cmple(hi).all(), "case {case} time {time}: {p} {lo} {hi}");
                 }
@@ -102,14 +102,14 @@ fn the_box_of_a_spin_is_tight() {
         ..Mesh::default()
     };
     for turns in [1.0, 3.0, 300.0] {
-        let world = world_of(bar.clone(), moved(Trs { rotation: spin(turns * TAU), ..Trs::default() }));
-        let (lo, hi) = world.bounds().unwrap();
+        let accel = accel_of(bar.clone(), moved(Trs { rotation: spin(turns * TAU), ..Trs::default() }));
+        let (lo, hi) = accel.bounds().unwrap();
         assert!(hi.x >= 2.0 && hi.x < 2.02 && lo.y <= -2.0 && lo.y > -2.02, "{turns}: {lo} {hi}");
         assert!(hi.z - lo.z < 0.05, "{turns}: {lo} {hi}");
     }
     // A quarter turn sweeps a quarter.
-    let world = world_of(bar, moved(Trs { rotation: spin(PI / 2.0), ..Trs::default() }));
-    let (lo, hi) = world.bounds().unwrap();
+    let accel = accel_of(bar, moved(Trs { rotation: spin(PI / 2.0), ..Trs::default() }));
+    let (lo, hi) = accel.bounds().unwrap();
     assert!(lo.x > -0.05 && lo.y > -0.05 && hi.x < 2.02 && hi.y < 2.02, "{lo} {hi}");
 }
 
@@ -124,15 +124,15 @@ fn a_wedge_turns_by_any_angle() {
         ..Mesh::default()
     };
     for total in [90f64, 180.0, 360.0, 1080.0, 1e5].map(f64::to_radians) {
-        let world = world_of(wedge.clone(), moved(Trs { rotation: spin(total), ..Trs::default() }));
+        let accel = accel_of(wedge.clone(), moved(Trs { rotation: spin(total), ..Trs::default() }));
         let phi = 1.234;
         let ray = Ray::new(edge(phi) * 0.3 + Vec3::Z, -Vec3::Z);
         let (mut covered, mut wrong) = (0, 0);
         let n = 20_000;
         for i in 0..n {
             let time = (i as f32 + 0.5) / n as f32;
-            let hit = world.closest(&ray, time, &Opaque).is_some();
-            assert_eq!(hit, world.blocked(&ray, time, &Opaque));
+            let hit = accel.intersect(&ray, time, &Opaque).is_some();
+            assert_eq!(hit, accel.occluded(&ray, time, &Opaque));
             covered += usize::from(hit);
             let into = (phi - total * f64::from(time)).rem_euclid(TAU);
             let from_edge = into.min(TAU - into).min((into - beta).abs());
@@ -153,25 +153,25 @@ fn a_wedge_turns_by_any_angle() {
 #[test]
 fn where_nothing_moves_yet_a_moving_object_equals_a_static_one() {
     let ball = sphere(3, 1.0, Vec3::new(0.1, 0.2, 0.3));
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     builder.add_mesh(ball.clone());
     let still = builder.build();
     let motion =
         moved(Trs { translation: slide(DVec3::ZERO, DVec3::X), rotation: spin(9.0), ..Trs::default() });
     assert!(motion.is_moving_within(0.0, 1.0) && !motion.is_moving_within(0.5, 0.5));
     assert!(!motion.is_moving_within(1.0, 2.0));
-    let moving = world_of(ball.clone(), motion.clone());
+    let moving = accel_of(ball.clone(), motion.clone());
     assert!(moving.has_motion());
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     builder.add_moving(ball, motion);
     let flattened = builder.build();
     assert!(!flattened.has_motion());
     let mut noise = Noise(2);
     for _ in 0..5000 {
         let ray = Ray::new(noise.vec() * 2.0, noise.direction());
-        let hit = still.closest(&ray, 0.0, &Opaque);
-        assert_eq!(moving.closest(&ray, 0.0, &Opaque), hit);
-        assert_eq!(flattened.closest(&ray, 0.7, &Opaque), hit);
+        let hit = still.intersect(&ray, 0.0, &Opaque);
+        assert_eq!(moving.intersect(&ray, 0.0, &Opaque), hit);
+        assert_eq!(flattened.intersect(&ray, 0.7, &Opaque), hit);
         let Some(hit) = hit else { continue };
         let (a, b) = (still.surface(&ray, 0.0, &hit), moving.surface(&ray, 0.0, &hit));
         assert_eq!((a.p, a.ng), (b.p, b.ng));
@@ -189,7 +189,7 @@ fn a_moving_object_equals_its_transformed_mesh() {
     for _ in 0..20 {
         let motion = wild(&mut noise);
         let ball = sphere(2, 1.0, Vec3::ZERO);
-        let world = world_of(ball.clone(), motion.clone());
+        let accel = accel_of(ball.clone(), motion.clone());
         for _ in 0..5 {
             let time = noise.unit();
             let m = motion.at(f64::from(time));
@@ -199,7 +199,7 @@ fn a_moving_object_equals_its_transformed_mesh() {
             if volume < 0.05 * size {
                 continue;
             }
-            let mut builder = WorldBuilder::default();
+            let mut builder = AccelBuilder::default();
             builder.add_instance(ball.clone(), m);
             let expected = builder.build();
             let (lo, hi) = expected.bounds().unwrap();
@@ -208,18 +208,18 @@ fn a_moving_object_equals_its_transformed_mesh() {
                 let d = noise.direction();
                 let ray = Ray::new(target - d * (hi - lo).length(), d);
                 let (Some(a), Some(b)) =
-                    (world.closest(&ray, time, &Opaque), expected.closest(&ray, 0.0, &Opaque))
+                    (accel.intersect(&ray, time, &Opaque), expected.intersect(&ray, 0.0, &Opaque))
                 else {
                     continue;
                 };
-                let (s, e) = (world.surface(&ray, time, &a), expected.surface(&ray, 0.0, &b));
+                let (s, e) = (accel.surface(&ray, time, &a), expected.surface(&ray, 0.0, &b));
                 // Beside an edge the two may take different faces.
                 if a.primitive == b.primitive && s.ng.dot(d).abs() > 0.1 {
                     assert!((a.t / b.t - 1.0).abs() < 1e-4, "{a:?} {b:?}");
                     assert!((s.p - e.p).length() < 1e-4 * (hi - lo).length());
                     assert!((s.ng - e.ng).length() < 1e-3 && (s.ns - e.ns).length() < 1e-3, "{s:?} {e:?}");
                     for up in [s.ng, -s.ng] {
-                        let lifts = [world.lift(&a, up, time), expected.lift(&b, up, 0.0)];
+                        let lifts = [accel.lift(&a, up, time), expected.lift(&b, up, 0.0)];
                         assert!(lifts[0].distance(lifts[1]) < 1e-4 * (hi - lo).length(), "{lifts:?}");
                         lifted += usize::from(lifts[0].length() > 1e-3 * (hi - lo).length());
                     }
@@ -239,7 +239,7 @@ fn no_ray_escapes_from_inside_a_moving_closed_mesh() {
         scale: slide(DVec3::new(1.0, 2.0, 0.5), DVec3::new(0.5, -2.0, 1.5)),
     });
     let ball = sphere(4, 1.0, Vec3::ZERO);
-    let world = world_of(ball.clone(), motion.clone());
+    let accel = accel_of(ball.clone(), motion.clone());
     let mut noise = Noise(4);
     let mut missed = 0;
     for i in 0..200_000 {
@@ -256,7 +256,7 @@ fn no_ray_escapes_from_inside_a_moving_closed_mesh() {
             1 => world_point(corners[0]) - o,
             _ => world_point(corners[0].lerp(corners[1], noise.unit())) - o,
         };
-        missed += usize::from(world.closest(&Ray::new(o, d), time, &Opaque).is_none());
+        missed += usize::from(accel.intersect(&Ray::new(o, d), time, &Opaque).is_none());
     }
     assert_eq!(missed, 0);
 }
@@ -268,26 +268,26 @@ fn moving_bodies_are_left_and_entered_once() {
         rotation: spin(17.0),
         scale: slide(DVec3::new(1.0, 2.0, -0.5), DVec3::new(0.5, 2.0, -1.5)),
     };
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     builder.add_moving_shape(Shape::Sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 }), moved(trs.clone()));
     let worlds = [
-        world_of(cube(1.0, Vec3::ZERO), moved(trs.clone())),
-        world_of(sphere(1, 1.0, Vec3::ZERO), moved(trs)),
+        accel_of(cube(1.0, Vec3::ZERO), moved(trs.clone())),
+        accel_of(sphere(1, 1.0, Vec3::ZERO), moved(trs)),
         builder.build_for(0.0, 1.0),
     ];
-    for (which, world) in worlds.iter().enumerate() {
+    for (which, accel) in worlds.iter().enumerate() {
         let mut noise = Noise(5);
         let (mut out, mut into) = (0, 0);
         for _ in 0..500 {
             let time = noise.unit();
-            let m = world.placement(0, time).unwrap();
+            let m = accel.placement(0, time).unwrap();
             let target = m.transform_point3(vec3(&mut noise) * 0.3).as_vec3();
             let d = noise.direction();
             let ray = Ray::new(target - d * 8.0, d);
-            let hit = world.closest(&ray, time, &Opaque).expect("aimed at the body");
-            let s = world.surface(&ray, time, &hit);
+            let hit = accel.intersect(&ray, time, &Opaque).expect("aimed at the body");
+            let s = accel.surface(&ray, time, &hit);
             assert!(s.ng.dot(d) < 0.0, "fronts face outward, mirrored or not");
-            let bad = leave(world, &mut noise, &ray, time, &hit, 40);
+            let bad = leave(accel, &mut noise, &ray, time, &hit, 40);
             out += bad.0;
             into += bad.1;
         }
@@ -296,12 +296,12 @@ fn moving_bodies_are_left_and_entered_once() {
 }
 
 /// A19, in three ways: flattened into the static tree, as one of two instances, and while moving.
-fn placed(scale: DVec3, rotation: DQuat) -> [World; 3] {
+fn placed(scale: DVec3, rotation: DQuat) -> [Accel; 3] {
     let m = DAffine3::from_scale_rotation_translation(scale, rotation, DVec3::ZERO);
     let mesh = Arc::new(cube(1.0, Vec3::ZERO));
-    let mut alone = WorldBuilder::default();
+    let mut alone = AccelBuilder::default();
     alone.add_instance(cube(1.0, Vec3::ZERO), m);
-    let mut shared = WorldBuilder::default();
+    let mut shared = AccelBuilder::default();
     shared.add_instance(mesh.clone(), m);
     shared.add_instance(mesh.clone(), DAffine3::from_translation(DVec3::splat(1e7)));
     let trs = Trs {
@@ -309,7 +309,7 @@ fn placed(scale: DVec3, rotation: DQuat) -> [World; 3] {
         rotation: Channel::Constant(rotation),
         scale: Channel::Constant(scale),
     };
-    [alone.build(), shared.build(), world_of(cube(1.0, Vec3::ZERO), moved(trs))]
+    [alone.build(), shared.build(), accel_of(cube(1.0, Vec3::ZERO), moved(trs))]
 }
 
 #[test]
@@ -318,7 +318,7 @@ fn mirrored_uneven_and_flat_cubes_look_right() {
     let turns = [DQuat::IDENTITY, DQuat::from_xyzw(0.1, -0.4, 0.2, 0.9).normalize()];
     let mut noise = Noise(6);
     for (scale, turn) in scales.iter().flat_map(|s| turns.map(|t| (DVec3::from(*s), t))) {
-        for (way, world) in placed(scale, turn).iter().enumerate() {
+        for (way, accel) in placed(scale, turn).iter().enumerate() {
             // Corners that are rounded 1e6 away hold no thickness of 1e-6, unless along an axis.
             if way == 0 && scale.y > 1.0 && turn != DQuat::IDENTITY {
                 continue;
@@ -335,10 +335,10 @@ fn mirrored_uneven_and_flat_cubes_look_right() {
                 // A cube with depth is looked at along its axis.
                 let d = if scale.z.abs() > 0.1 { turn * DVec3::new(0.0, 0.0, -side) } else { d };
                 let ray = Ray::new((target - d * 3.0).as_vec3(), d.as_vec3());
-                let hit = world.closest(&ray, 0.0, &Opaque);
+                let hit = accel.intersect(&ray, 0.0, &Opaque);
                 assert_eq!(hit.is_some(), inside, "{scale} {turn} way {way} at {x} {y}");
                 let Some(hit) = hit else { continue };
-                let s = world.surface(&ray, 0.0, &hit);
+                let s = accel.surface(&ray, 0.0, &hit);
                 let n = (turn * DVec3::Z).as_vec3();
                 assert!(
                     s.ng.dot(n).abs() > 0.999 && s.p.is_finite() && s.p_error.is_finite(),
@@ -348,16 +348,19 @@ fn mirrored_uneven_and_flat_cubes_look_right() {
                 let off = (s.p.as_dvec3() - target).length();
                 assert!(off < 1e-6 * scale.max_element() || scale.z.abs() > 0.1, "{scale} {}", s.p);
                 let d = noise.about(s.ng * s.ng.dot(ray.d).signum() * -1.0, 0.01);
-                assert!(!world.blocked(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque), "{scale} way {way}");
+                assert!(
+                    !accel.occluded(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque),
+                    "{scale} way {way}"
+                );
             }
         }
     }
     for scale in [DVec3::ZERO, DVec3::X] {
-        for world in placed(scale, turns[1]) {
+        for accel in placed(scale, turns[1]) {
             for _ in 0..1000 {
                 let ray = Ray::new(noise.vec() * 3.0, noise.direction());
-                assert_eq!(world.closest(&ray, 0.0, &Opaque), None);
-                assert!(!world.blocked(&ray, 0.0, &Opaque));
+                assert_eq!(accel.intersect(&ray, 0.0, &Opaque), None);
+                assert!(!accel.occluded(&ray, 0.0, &Opaque));
             }
         }
     }
@@ -374,11 +377,11 @@ fn an_instance_at_any_scale_has_the_flat_distance() {
             DVec3::new(0.3, 0.2, 0.1) * scale,
         );
         let mesh = Arc::new(sphere(3, 1.0, Vec3::ZERO));
-        let mut builder = WorldBuilder::default();
+        let mut builder = AccelBuilder::default();
         builder.add_instance(mesh.clone(), m);
         builder.add_instance(mesh.clone(), DAffine3::from_translation(DVec3::splat(1e9 * scale)));
         let shared = builder.build();
-        let mut builder = WorldBuilder::default();
+        let mut builder = AccelBuilder::default();
         builder.add_instance(sphere(3, 1.0, Vec3::ZERO), m);
         let flat = builder.build();
         let mut compared = 0;
@@ -386,8 +389,8 @@ fn an_instance_at_any_scale_has_the_flat_distance() {
             let d = noise.direction();
             let target = m.transform_point3(vec3(&mut noise) * 0.2);
             let ray = Ray::new((target - d.as_dvec3() * (3.0 * scale)).as_vec3(), d);
-            let a = shared.closest(&ray, 0.0, &Opaque).expect("aimed at the ball");
-            let b = flat.closest(&ray, 0.0, &Opaque).expect("aimed at the ball");
+            let a = shared.intersect(&ray, 0.0, &Opaque).expect("aimed at the ball");
+            let b = flat.intersect(&ray, 0.0, &Opaque).expect("aimed at the ball");
             assert!(a.object == 0 && (a.t / b.t - 1.0).abs() < 16.0 * f32::EPSILON, "{} {}", a.t, b.t);
             compared += usize::from(a.primitive == b.primitive);
         }
@@ -399,9 +402,9 @@ fn an_instance_at_any_scale_has_the_flat_distance() {
 fn a_moving_sphere_is_where_it_should_be() {
     let trs =
         Trs { translation: slide(DVec3::new(-1e3, 0.0, 0.0), DVec3::new(1e3, 0.0, 0.0)), ..Trs::default() };
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     builder.add_moving_shape(Shape::Sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 }), moved(trs));
-    let world = builder.build_for(0.0, 1.0);
+    let accel = builder.build_for(0.0, 1.0);
     let mut noise = Noise(8);
     for _ in 0..20_000 {
         let time = noise.unit();
@@ -409,11 +412,11 @@ fn a_moving_sphere_is_where_it_should_be() {
         let x = (centre + 1.5 * f64::from(noise.next())) as f32;
         let ray = Ray::new(Vec3::new(x, 0.0, 5.0), -Vec3::Z);
         let off = f64::from(x) - centre;
-        match world.closest(&ray, time, &Opaque) {
+        match accel.intersect(&ray, time, &Opaque) {
             Some(hit) => {
                 let exact = 5.0 - (1.0 - off * off).max(0.0).sqrt();
                 assert!((f64::from(hit.t) - exact).abs() < 1e-5, "{} {exact}", hit.t);
-                assert!((world.surface(&ray, time, &hit).ng.x - off as f32).abs() < 1e-5);
+                assert!((accel.surface(&ray, time, &hit).ng.x - off as f32).abs() < 1e-5);
             }
             None => assert!(off.abs() > 0.999_99),
         }
@@ -425,19 +428,19 @@ fn mirrors_turn_tangents_and_windings_together() {
     let mut mesh = cube(1.0, Vec3::ZERO);
     mesh.tangents = vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 8];
     let m = DAffine3::from_scale(DVec3::new(1.0, -2.0, 1.0));
-    let mut baked = WorldBuilder::default();
+    let mut baked = AccelBuilder::default();
     baked.add_instance(mesh.clone(), m);
     let baked = baked.build();
     let shared = Arc::new(mesh);
-    let mut twice = WorldBuilder::default();
+    let mut twice = AccelBuilder::default();
     twice.add_instance(shared.clone(), m);
     twice.add_instance(shared, DAffine3::from_translation(DVec3::splat(50.0)));
     let twice = twice.build();
     let ray = Ray::new(Vec3::new(0.3, 0.2, 4.0), -Vec3::Z);
-    for world in [&baked, &twice] {
-        let hit = world.closest(&ray, 0.0, &Opaque).unwrap();
-        assert_eq!(world.surface(&ray, 0.0, &hit).ng, Vec3::Z);
-        assert!((world.tangent(&hit).unwrap() - Vec4::new(1.0, 0.0, 0.0, -1.0)).length() < 1e-6);
+    for accel in [&baked, &twice] {
+        let hit = accel.intersect(&ray, 0.0, &Opaque).unwrap();
+        assert_eq!(accel.surface(&ray, 0.0, &hit).ng, Vec3::Z);
+        assert!((accel.tangent(&hit).unwrap() - Vec4::new(1.0, 0.0, 0.0, -1.0)).length() < 1e-6);
     }
     assert_eq!((baked.triangle_count(), twice.triangle_count()), (12, 24));
     assert!(baked.placement(0, 0.0).is_none() && twice.placement(0, 0.0) == Some(m));
@@ -446,19 +449,19 @@ fn mirrors_turn_tangents_and_windings_together() {
 #[test]
 fn nonsense_ends_without_a_panic() {
     let far = Trs { translation: slide(DVec3::splat(-1e300), DVec3::splat(1e300)), ..Trs::default() };
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     builder.add_moving(cube(1.0, Vec3::ZERO), moved(far));
     builder.add_moving(cube(1.0, Vec3::ZERO), Motion::fixed(DAffine3::from_scale(DVec3::NAN)));
     builder.add_moving(Mesh::default(), moved(Trs { rotation: spin(9.0), ..Trs::default() }));
     builder.add_moving(cube(f32::NAN, Vec3::ZERO), moved(Trs { rotation: spin(9.0), ..Trs::default() }));
-    let world = builder.build_for(f32::NAN, f32::NEG_INFINITY);
+    let accel = builder.build_for(f32::NAN, f32::NEG_INFINITY);
     let mut noise = Noise(9);
     for time in [0.0, f32::NAN, f32::INFINITY, -1e30] {
         for _ in 0..100 {
             let ray = Ray::new(noise.vec(), noise.direction());
-            world.blocked(&ray, time, &Opaque);
-            if let Some(hit) = world.closest(&ray, time, &Opaque) {
-                world.surface(&ray, time, &hit);
+            accel.occluded(&ray, time, &Opaque);
+            if let Some(hit) = accel.intersect(&ray, time, &Opaque) {
+                accel.surface(&ray, time, &hit);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Which triangles of two objects that let no light through share a place, and that looking for them stays cheap.
 
-use dapple_geometry::{Coincident, Mesh, World, WorldBuilder};
+use dapple_geometry::{Accel, AccelBuilder, Coincident, Mesh};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::sync::Arc;
 
@@ -17,14 +17,14 @@ fn square(y: f32, half: f32, n: u32, up: bool) -> Mesh {
     Mesh { positions, triangles, ..Mesh::default() }
 }
 
-fn of(meshes: impl IntoIterator<Item = Mesh>) -> World {
-    let mut builder = WorldBuilder::default();
+fn of(meshes: impl IntoIterator<Item = Mesh>) -> Accel {
+    let mut builder = AccelBuilder::default();
     meshes.into_iter().for_each(|mesh| _ = builder.add_mesh(mesh));
     builder.build()
 }
 
-fn found(world: &World) -> Option<Box<Coincident>> {
-    world.coincident(|_| None, |_, _| false, &[], Vec3::ZERO, |_| true)
+fn found(accel: &Accel) -> Option<Box<Coincident>> {
+    accel.coincident(|_| None, |_, _| false, &[], Vec3::ZERO, |_| true)
 }
 
 /// Of the first `triangles` of an object, those that share a place.
@@ -35,13 +35,13 @@ fn count(coincident: &Coincident, object: u32, triangles: u32) -> usize {
 #[test]
 fn a_panel_and_what_lies_behind_it_are_found_in_either_order() {
     for (wall, panel) in [(0, 1), (1, 0)] {
-        let world = |y: f32| {
+        let accel = |y: f32| {
             let mut meshes = [square(0.0, 10.0, 10, true), square(y, 0.5, 1, true)];
             meshes.rotate_left(wall);
             of(meshes)
         };
-        assert!(found(&world(0.01)).is_none(), "before the wall");
-        let coincident = found(&world(0.0)).expect("in the wall");
+        assert!(found(&accel(0.01)).is_none(), "before the wall");
+        let coincident = found(&accel(0.0)).expect("in the wall");
         // About the middle, where the panel covers parts of four cells.
         let behind = count(&coincident, wall as u32, 200);
         assert!((6..=8).contains(&behind) && count(&coincident, panel, 2) == 2, "{behind}");
@@ -50,8 +50,8 @@ fn a_panel_and_what_lies_behind_it_are_found_in_either_order() {
 
 #[test]
 fn what_stands_on_a_floor_is_left_alone() {
-    let world = of([square(0.0, 10.0, 4, true), square(0.0, 0.5, 1, false)]);
-    assert!(found(&world).is_none());
+    let accel = of([square(0.0, 10.0, 4, true), square(0.0, 0.5, 1, false)]);
+    assert!(found(&accel).is_none());
 }
 
 #[test]
@@ -59,7 +59,7 @@ fn mirrored_instances_keep_their_front() {
     let flipped = DAffine3::from_scale(DVec3::new(1.0, -1.0, 1.0));
     let turned = DAffine3::from_quat(DQuat::from_rotation_y(0.3));
     for (second, is_found) in [(turned, true), (flipped * turned, false)] {
-        let mut builder = WorldBuilder::default();
+        let mut builder = AccelBuilder::default();
         let mesh = Arc::new(square(0.0, 1.0, 2, true));
         builder.add_instance(mesh.clone(), DAffine3::IDENTITY);
         builder.add_instance(mesh, second);
@@ -76,8 +76,8 @@ fn triangles_of_one_object_are_not_compared() {
 
 #[test]
 fn many_objects_in_one_place_are_found_without_the_square_of_their_number() {
-    let world = of((0..1_500).map(|i| square(1.0, 1.0 + 1e-4 * i as f32, 1, true)));
-    let coincident = found(&world).unwrap();
+    let accel = of((0..1_500).map(|i| square(1.0, 1.0 + 1e-4 * i as f32, 1, true)));
+    let coincident = found(&accel).unwrap();
     assert!((0..1_500).all(|object| count(&coincident, object, 2) == 2));
 }
 

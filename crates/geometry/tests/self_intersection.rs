@@ -3,7 +3,7 @@
 mod solids;
 
 use dapple_geometry::shapes::{Disk, Sphere};
-use dapple_geometry::{Hit, Mesh, Opaque, World, WorldBuilder};
+use dapple_geometry::{Accel, AccelBuilder, Hit, Mesh, Opaque};
 use dapple_math::Ray;
 use glam::Vec3;
 use solids::{Noise, cube, is_convex, leave, sphere};
@@ -13,25 +13,25 @@ use solids::{Noise, cube, is_convex, leave, sphere};
 const CASES: [(f32, f32); 7] =
     [(1e-3, 0.0), (1.0, 0.0), (1e3, 0.0), (1.0, 1e3), (1e3, 1e3), (1.0, 1e5), (1e3, 1e5)];
 
-fn world_of(mesh: Mesh) -> World {
-    let mut builder = WorldBuilder::default();
+fn accel_of(mesh: Mesh) -> Accel {
+    let mut builder = AccelBuilder::default();
     builder.add_mesh(mesh);
     builder.build()
 }
 
-fn check(world: &World, r: f32, offset: Vec3, name: &str) {
+fn check(accel: &Accel, r: f32, offset: Vec3, name: &str) {
     let mut noise = Noise(11);
     let (mut out, mut into) = (0, 0);
     for _ in 0..400 {
         let d = noise.direction();
         let ray = Ray::new(offset + noise.vec() * (0.3 * r) - d * (4.0 * r), d);
-        let hit = world.closest(&ray, 0.0, &Opaque).expect("aimed at the body");
+        let hit = accel.intersect(&ray, 0.0, &Opaque).expect("aimed at the body");
         // In a coordinate that rounds to the neighbouring wall the point lies on both: no side is wrong then.
-        let q = (world.surface(&ray, 0.0, &hit).p - offset).abs();
+        let q = (accel.surface(&ray, 0.0, &hit).p - offset).abs();
         if name == "cube" && [q.x == r, q.y == r, q.z == r].iter().filter(|&&on| on).count() != 1 {
             continue;
         }
-        let bad = leave(world, &mut noise, &ray, 0.0, &hit, 100);
+        let bad = leave(accel, &mut noise, &ray, 0.0, &hit, 100);
         out += bad.0;
         into += bad.1;
     }
@@ -42,11 +42,11 @@ fn check(world: &World, r: f32, offset: Vec3, name: &str) {
 fn convex_bodies_are_left_and_entered_once() {
     for (r, shift) in CASES {
         let offset = Vec3::new(shift, -shift, shift);
-        check(&world_of(cube(r, offset)), r, offset, "cube");
+        check(&accel_of(cube(r, offset)), r, offset, "cube");
         let ball = sphere(1, r, offset);
         assert!(is_convex(&ball), "rounding of corners dents the ball: {r} {shift}");
-        check(&world_of(ball), r, offset, "ball of triangles");
-        let mut builder = WorldBuilder::default();
+        check(&accel_of(ball), r, offset, "ball of triangles");
+        let mut builder = AccelBuilder::default();
         builder.add_sphere(Sphere { centre: offset, radius: r });
         check(&builder.build(), r, offset, "exact sphere");
     }
@@ -56,7 +56,7 @@ fn convex_bodies_are_left_and_entered_once() {
 fn no_leak_beside_a_concave_edge() {
     for (r, shift) in CASES {
         let offset = Vec3::new(shift, -shift, shift);
-        let world = world_of(cube(r, offset));
+        let accel = accel_of(cube(r, offset));
         let mut noise = Noise(5);
         let (mut leaks, mut back) = (0, 0);
         for i in 0..20_000u32 {
@@ -65,16 +65,16 @@ fn no_leak_beside_a_concave_edge() {
             let s = noise.unit();
             let (u, v) = [(tiny, s), (s, tiny), (s, 1.0 - s - tiny)][(i % 3) as usize];
             let hit = Hit { t: 1.0, u, v: v.max(0.0), primitive: i % 12, object: 0 };
-            let surface = world.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
+            let surface = accel.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
             // In a coordinate that rounds to the neighbouring wall the point lies on both: no side is wrong then.
             let q = (surface.p - offset).abs();
             if [q.x == r, q.y == r, q.z == r].iter().filter(|&&on| on).count() != 1 {
                 continue;
             }
             let d = noise.about(surface.ng, f64::from(noise.0 as u32) / 4.3e9 * 0.999 + 1e-6);
-            back += usize::from(world.blocked(&Ray::new(surface.origin_towards(d), d), 0.0, &Opaque));
+            back += usize::from(accel.occluded(&Ray::new(surface.origin_towards(d), d), 0.0, &Opaque));
             let inward = Ray::new(surface.origin_towards(-d), -d);
-            leaks += usize::from(world.closest(&inward, 0.0, &Opaque).is_none());
+            leaks += usize::from(accel.intersect(&inward, 0.0, &Opaque).is_none());
         }
         assert_eq!((leaks, back), (0, 0), "radius {r} at {shift}");
     }
@@ -86,7 +86,7 @@ fn a_grazing_hit_lies_on_its_plane() {
     let (x, z) = (Vec3::new(0.96, 0.28, 0.0), Vec3::new(-0.168, 0.576, 0.8));
     let up = x.cross(z) * -1.0;
     let corner = |a: f32, b: f32| x * (a * 5e5) + z * (b * 5e5);
-    let world = world_of(Mesh {
+    let accel = accel_of(Mesh {
         positions: vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         ..Mesh::default()
@@ -97,15 +97,15 @@ fn a_grazing_hit_lies_on_its_plane() {
         let angle = i as f32;
         let d = (x * angle.cos() + z * angle.sin()) - up * below;
         let ray = Ray::new(up, d);
-        let hit = world.closest(&ray, 0.0, &Opaque).expect("aimed at the plane");
-        let s = world.surface(&ray, 0.0, &hit);
-        let [a, b, c] = world.corners(0, hit.primitive).map(|p| p.as_dvec3());
+        let hit = accel.intersect(&ray, 0.0, &Opaque).expect("aimed at the plane");
+        let s = accel.surface(&ray, 0.0, &hit);
+        let [a, b, c] = accel.corners(0, hit.primitive).map(|p| p.as_dvec3());
         let n = (b - a).cross(c - a).normalize();
         let residual = n.dot(s.p.as_dvec3() - a).abs();
         assert!(residual <= n.abs().dot(s.p_error.as_dvec3()), "{residual} at {below}");
         // And the next ray leaves it, however flat.
         let d = noise.about(s.ng, 1e-6);
-        assert!(!world.blocked(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque));
+        assert!(!accel.occluded(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque));
     }
 }
 
@@ -115,17 +115,17 @@ fn a_disk_is_left_on_both_sides() {
     for (radius, shift) in CASES {
         let centre = Vec3::splat(shift);
         let normal = Vec3::new(0.48, -0.6, 0.64);
-        let mut builder = WorldBuilder::default();
+        let mut builder = AccelBuilder::default();
         builder.add_disk(Disk { centre, normal, radius });
-        let world = builder.build();
+        let accel = builder.build();
         for _ in 0..5000 {
             let d = noise.direction();
             let ray = Ray::new(centre - d * radius, d);
-            let Some(hit) = world.closest(&ray, 0.0, &Opaque) else { continue };
-            let s = world.surface(&ray, 0.0, &hit);
+            let Some(hit) = accel.intersect(&ray, 0.0, &Opaque) else { continue };
+            let s = accel.surface(&ray, 0.0, &hit);
             for side in [1.0, -1.0] {
                 let d = noise.about(s.ng, 1e-6) * side;
-                assert!(!world.blocked(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque), "{radius} {shift}");
+                assert!(!accel.occluded(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque), "{radius} {shift}");
             }
         }
     }

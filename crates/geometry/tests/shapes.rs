@@ -3,14 +3,14 @@
 mod solids;
 
 use dapple_geometry::shapes::{Disk, Shape, Sphere};
-use dapple_geometry::{Filter, Hit, Mesh, Opaque, World, WorldBuilder};
+use dapple_geometry::{Accel, AccelBuilder, Hit, HitFilter, Mesh, Opaque};
 use dapple_math::Ray;
 use dapple_math::motion::Motion;
 use glam::{DAffine3, DVec3, Vec3};
 use solids::Noise;
 
-fn world_with(spheres: &[Sphere]) -> World {
-    let mut builder = WorldBuilder::default();
+fn accel_with(spheres: &[Sphere]) -> Accel {
+    let mut builder = AccelBuilder::default();
     for s in spheres {
         builder.add_sphere(*s);
     }
@@ -35,7 +35,7 @@ fn small_far_spheres() {
     let mut noise = Noise(1);
     for distance in [10.0f32, 1e3, 1e5, 1e6] {
         let sphere = Sphere { centre: Vec3::new(0.0, 0.0, -distance), radius: 1.0 };
-        let world = world_with(&[sphere]);
+        let accel = accel_with(&[sphere]);
         for _ in 0..2000 {
             let target = noise.direction() * (0.99 * noise.unit());
             let ray = Ray::new(Vec3::ZERO, (sphere.centre + target) / distance);
@@ -44,10 +44,10 @@ fn small_far_spheres() {
             if closest.truncate().length() > 0.999 {
                 continue;
             }
-            let hit = world.closest(&ray, 0.0, &Opaque).expect("aimed at the sphere");
+            let hit = accel.intersect(&ray, 0.0, &Opaque).expect("aimed at the sphere");
             let exact = bisected(&ray, &sphere, true);
             assert!((f64::from(hit.t) / exact - 1.0).abs() < 1.2e-7, "{distance}: {} {exact}", hit.t);
-            let p = world.surface(&ray, 0.0, &hit).p.as_dvec3();
+            let p = accel.surface(&ray, 0.0, &hit).p.as_dvec3();
             let off = ((p - sphere.centre.as_dvec3()).length() - 1.0).abs();
             assert!(off <= 1.2e-7 * f64::from(distance), "{distance}: {off}");
         }
@@ -57,13 +57,13 @@ fn small_far_spheres() {
 #[test]
 fn a_huge_sphere_under_the_eye() {
     let sphere = Sphere { centre: Vec3::new(0.0, -1e6, 0.0), radius: 1e6 };
-    let world = world_with(&[sphere]);
+    let accel = accel_with(&[sphere]);
     let mut noise = Noise(2);
     for _ in 0..2000 {
         let o = Vec3::new(0.0, 1e-3, 0.0);
         let d = Vec3::new(noise.next(), -(10f32.powf(-3.0 * noise.unit())), noise.next());
         let ray = Ray::new(o, d);
-        let hit = world.closest(&ray, 0.0, &Opaque).expect("looking down");
+        let hit = accel.intersect(&ray, 0.0, &Opaque).expect("looking down");
         let exact = bisected(&ray, &sphere, true);
         // The bisection itself knows the surface to 1e-10, seen at a slant.
         let slant = f64::from(-d.y / d.length());
@@ -77,24 +77,24 @@ fn many_shapes_are_hit_as_one_by_one() {
     let mut noise = Noise(3);
     let spheres: Vec<Sphere> =
         (0..3000).map(|_| Sphere { centre: noise.vec() * 10.0, radius: 0.3 * noise.unit() }).collect();
-    let world = world_with(&spheres);
-    let alone: Vec<World> = spheres.iter().map(|s| world_with(&[*s])).collect();
+    let accel = accel_with(&spheres);
+    let alone: Vec<Accel> = spheres.iter().map(|s| accel_with(&[*s])).collect();
     for _ in 0..200 {
         let ray = Ray::new(noise.vec() * 10.0, noise.direction());
         let mut expected: Option<Hit> = None;
-        for (object, world) in alone.iter().enumerate() {
-            if let Some(hit) = world.closest(&ray, 0.0, &Opaque) {
+        for (object, accel) in alone.iter().enumerate() {
+            if let Some(hit) = accel.intersect(&ray, 0.0, &Opaque) {
                 let hit = Hit { object: object as u32, ..hit };
                 if expected.is_none_or(|e| hit.wins_over(&e)) {
                     expected = Some(hit);
                 }
             }
         }
-        assert_eq!(world.closest(&ray, 0.0, &Opaque), expected);
-        assert_eq!(world.blocked(&ray, 0.0, &Opaque), expected.is_some());
+        assert_eq!(accel.intersect(&ray, 0.0, &Opaque), expected);
+        assert_eq!(accel.occluded(&ray, 0.0, &Opaque), expected.is_some());
         if let Some(e) = expected {
             let short = Ray { t_max: e.t, ..ray };
-            assert!(!world.blocked(&short, 0.0, &Opaque) && world.closest(&short, 0.0, &Opaque).is_none());
+            assert!(!accel.occluded(&short, 0.0, &Opaque) && accel.intersect(&short, 0.0, &Opaque).is_none());
         }
     }
 }
@@ -109,17 +109,17 @@ fn the_lowest_object_wins_a_tie() {
     let disk = Disk { centre: Vec3::Z, normal: Vec3::Z, radius: 1.0 };
     let ray = Ray::new(Vec3::new(0.1, 0.2, 3.0), -Vec3::Z);
     let wide = Motion::fixed(DAffine3::from_scale(DVec3::new(2.0, 2.0, 1.0)));
-    let kinds: [&dyn Fn(&mut WorldBuilder) -> u32; 3] =
+    let kinds: [&dyn Fn(&mut AccelBuilder) -> u32; 3] =
         [&|b| b.add_mesh(quad.clone()), &|b| b.add_disk(disk), &|b| {
             b.add_moving_shape(Shape::Disk(disk), wide.clone())
         }];
     for first in 0..3 {
         for second in 0..3 {
-            let mut builder = WorldBuilder::default();
+            let mut builder = AccelBuilder::default();
             kinds[first](&mut builder);
             kinds[second](&mut builder);
-            let world = builder.build();
-            let hit = world.closest(&ray, 0.0, &Opaque).unwrap();
+            let accel = builder.build();
+            let hit = accel.intersect(&ray, 0.0, &Opaque).unwrap();
             assert_eq!((hit.object, hit.t), (0, 2.0), "{first} {second}");
         }
     }
@@ -127,7 +127,7 @@ fn the_lowest_object_wins_a_tie() {
 
 /// Only this object.
 struct Only(u32);
-impl Filter for Only {
+impl HitFilter<Hit> for Only {
     const OPAQUE: bool = false;
     fn accept(&self, hit: &Hit) -> bool {
         hit.object == self.0
@@ -136,7 +136,7 @@ impl Filter for Only {
 
 /// Far halves only: refuses the front of a sphere.
 struct Back(Vec3);
-impl Filter for Back {
+impl HitFilter<Hit> for Back {
     const OPAQUE: bool = false;
     fn accept(&self, hit: &Hit) -> bool {
         hit.t > self.0.z
@@ -146,15 +146,15 @@ impl Filter for Back {
 #[test]
 fn filters_see_every_crossing() {
     let spheres = [2.0, 1.0, 3.0].map(|radius| Sphere { centre: Vec3::ZERO, radius });
-    let world = world_with(&spheres);
+    let accel = accel_with(&spheres);
     let ray = Ray::new(Vec3::new(0.0, 0.0, 10.0), -Vec3::Z);
     for (object, t) in [(0, 8.0), (1, 9.0), (2, 7.0)] {
-        let hit = world.closest(&ray, 0.0, &Only(object)).unwrap();
+        let hit = accel.intersect(&ray, 0.0, &Only(object)).unwrap();
         assert_eq!((hit.object, hit.t), (object, t));
-        assert!(world.blocked(&ray, 0.0, &Only(object)));
+        assert!(accel.occluded(&ray, 0.0, &Only(object)));
     }
-    assert!(!world.blocked(&ray, 0.0, &Only(7)));
-    let hit = world.closest(&ray, 0.0, &Back(Vec3::new(0.0, 0.0, 9.5))).unwrap();
+    assert!(!accel.occluded(&ray, 0.0, &Only(7)));
+    let hit = accel.intersect(&ray, 0.0, &Back(Vec3::new(0.0, 0.0, 9.5))).unwrap();
     assert_eq!((hit.object, hit.t), (1, 11.0));
 }
 
@@ -162,10 +162,10 @@ fn filters_see_every_crossing() {
 fn an_uneven_transform_makes_an_exact_ellipsoid() {
     let axes = DVec3::new(3.0, 0.5, 1.5);
     let place = DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0)) * DAffine3::from_scale(axes);
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     builder.add_moving_shape(Shape::Sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 }), Motion::fixed(place));
-    let world = builder.build();
-    let (lo, hi) = world.bounds().unwrap();
+    let accel = builder.build();
+    let (lo, hi) = accel.bounds().unwrap();
     assert!(
         (lo - Vec3::new(-2.0, 1.5, 1.5)).length() < 1e-4 && (hi - Vec3::new(4.0, 2.5, 4.5)).length() < 1e-4
     );
@@ -175,12 +175,12 @@ fn an_uneven_transform_makes_an_exact_ellipsoid() {
         let target = Vec3::new(1.0, 2.0, 3.0) + noise.vec() * 0.2;
         let d = noise.direction();
         let ray = Ray::new(target - d * 10.0, d);
-        let hit = world.closest(&ray, 0.0, &Opaque).expect("aimed at the middle");
-        let s = world.surface(&ray, 0.0, &hit);
+        let hit = accel.intersect(&ray, 0.0, &Opaque).expect("aimed at the middle");
+        let s = accel.surface(&ray, 0.0, &hit);
         let q = (s.p.as_dvec3() - DVec3::new(1.0, 2.0, 3.0)) / axes;
         assert!((q.length() - 1.0).abs() < 2e-6, "{}", q.length());
         assert!((s.ng.as_dvec3() - (q / axes).normalize()).length() < 2e-6);
-        let bad = solids::leave(&world, &mut noise, &ray, 0.0, &hit, 10);
+        let bad = solids::leave(&accel, &mut noise, &ray, 0.0, &hit, 10);
         out += bad.0;
         into += bad.1;
     }
@@ -190,22 +190,22 @@ fn an_uneven_transform_makes_an_exact_ellipsoid() {
 #[test]
 fn shapes_that_are_no_shapes_are_never_hit() {
     let bad = [f32::NAN, f32::INFINITY, 0.0, -1.0];
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     for radius in bad {
         builder.add_sphere(Sphere { centre: Vec3::ZERO, radius });
         builder.add_disk(Disk { centre: Vec3::ZERO, normal: Vec3::Z, radius });
         builder.add_disk(Disk { centre: Vec3::ZERO, normal: Vec3::splat(radius - radius), radius: 1.0 });
     }
-    let world = builder.build();
-    assert_eq!(world.bounds(), None);
+    let accel = builder.build();
+    assert_eq!(accel.bounds(), None);
     let mut noise = Noise(6);
     for _ in 0..1000 {
         let ray = Ray::new(noise.vec(), noise.direction());
-        assert_eq!(world.closest(&ray, 0.0, &Opaque), None);
+        assert_eq!(accel.intersect(&ray, 0.0, &Opaque), None);
     }
     let nothing = Ray::new(Vec3::NAN, Vec3::ZERO);
     assert_eq!(
-        world_with(&[Sphere { centre: Vec3::ZERO, radius: 1.0 }]).closest(&nothing, 0.0, &Opaque),
+        accel_with(&[Sphere { centre: Vec3::ZERO, radius: 1.0 }]).intersect(&nothing, 0.0, &Opaque),
         None
     );
 }

@@ -24,7 +24,7 @@ pub enum Aov {
     ObjectId,
     /// Index of the material + 1, likewise.
     MaterialId,
-    /// What the [`crate::Ledger`] holds of the pixel, per sample: radiance that the clamp took, throughput cut at the
+    /// What the [`crate::BiasReport`] holds of the pixel, per sample: radiance that the clamp took, throughput cut at the
     /// largest number of bounces and below 1e-30, and the share of samples that were not finite.
     Removed,
     /// Which objects and which materials the samples of a pixel first meet, and what share of it each covers: the layers

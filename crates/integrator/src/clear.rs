@@ -20,7 +20,7 @@ pub(crate) fn any_body(scene: &Scene) -> bool {
 pub(crate) fn media_start(scene: &Scene, camera: &Camera) -> Option<Vec3> {
     let is_pinhole = camera.lens.is_none_or(|lens| lens.radius == 0.0);
     let is_point = matches!(camera.projection, Projection::Perspective { .. });
-    (is_pinhole && is_point && camera.motion.is_none() && !scene.world.has_motion()).then_some(camera.origin)
+    (is_pinhole && is_point && camera.motion.is_none() && !scene.accel.has_motion()).then_some(camera.origin)
 }
 
 /// Lights that rays cannot hit and whose light mirrors and smooth refraction send on: that part of it nothing finds.

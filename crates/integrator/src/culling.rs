@@ -55,7 +55,7 @@ pub(crate) fn hides_backs(scene: &Scene, backfaces: Backfaces) -> bool {
 /// The clipping planes, as far as something of the scene lies before or beyond them.
 pub(crate) fn needed_clip(scene: &Scene, camera: &Camera) -> Option<Clip> {
     let clip = camera.clip?;
-    let (min, max) = scene.world.bounds()?;
+    let (min, max) = scene.accel.bounds()?;
     if camera.motion.is_some() {
         return Some(clip);
     }

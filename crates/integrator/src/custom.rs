@@ -1,8 +1,8 @@
 //! A way in for other integrators: the radiance of a camera ray, from the parts that the path tracer is made of.
 
 use crate::Dimension;
-use crate::direct::{Aim, Beam, Sides};
-use crate::emission::{self, Arrival};
+use crate::direct::{DirectLighting, DirectSample, Sides};
+use crate::emission::{self, MisContext};
 use crate::job::Job;
 use crate::medium::MediumStack;
 use crate::sample::Sample;
@@ -118,8 +118,8 @@ impl<'a> SampleContext<'a> {
         self.rays.set(self.rays.get() + 1);
         let context = self.trace_context(depth, Dimension::Alpha);
         let scene = self.job.scene;
-        let hit = context.visibility.closest(scene, ray, self.sample.time, context.key)?;
-        let surface = scene.world.surface(ray, self.sample.time, &hit);
+        let hit = context.visibility.intersect(scene, ray, self.sample.time, context.key)?;
+        let surface = scene.accel.surface(ray, self.sample.time, &hit);
         let wo = -ray.d.normalize();
         let vertex = Vertex::new(self.job, (ray, wo), &hit, &surface, (self.sample.time, None));
         Some(Intersection { vertex })
@@ -128,7 +128,7 @@ impl<'a> SampleContext<'a> {
     /// Whether something stops `ray` before its end.
     pub fn is_occluded(&self, ray: &Ray, depth: u32) -> bool {
         self.rays.set(self.rays.get() + 1);
-        self.trace_context(depth, Dimension::ShadowAlpha).blocked(ray)
+        self.trace_context(depth, Dimension::ShadowAlpha).occluded(ray)
     }
 
     /// Whether something stands between two surface points; both ends lie outside their error boxes.
@@ -150,14 +150,14 @@ impl<'a> SampleContext<'a> {
             &vertex.surface,
             vertex.wo,
             0.0,
-            &Arrival::CAMERA,
+            &MisContext::CAMERA,
             Strategy::Both,
         )
     }
 
     /// Radiance of the environment from the direction `d`.
     pub fn environment(&self, d: Vec3) -> Vec3 {
-        emission::escaped(self.job.scene, d.normalize(), &Arrival::CAMERA, Strategy::Both)
+        emission::escaped(self.job.scene, d.normalize(), &MisContext::CAMERA, Strategy::Both)
     }
 
     /// An unbiased estimate of the light that falls directly on a surface and is scattered along `wo`: one light, one point
@@ -166,12 +166,18 @@ impl<'a> SampleContext<'a> {
         let context = self.trace_context(depth, Dimension::ShadowAlpha);
         let media = Sides { near: &MediumStack::EMPTY, far: &MediumStack::EMPTY };
         let strategy = Strategy::LightOnly;
-        let beam =
-            Beam { context, vertex: &at.vertex, media, strategy, reach: 0, lost: Cell::new(Vec3::ZERO) };
-        let uc = self.point_1d(depth, Dimension::LightChoice);
+        let beam = DirectLighting {
+            context,
+            vertex: &at.vertex,
+            media,
+            strategy,
+            reach: 0,
+            lost: Cell::new(Vec3::ZERO),
+        };
+        let uc = self.point_1d(depth, Dimension::Light);
         let u = self.point_2d(depth, Dimension::LightPoint);
         let mut rays = 0;
-        let aim = Aim { uc, u, aiming: Aiming::SolidAngle, followed: Lobes::ALL };
+        let aim = DirectSample { uc, u, aiming: Aiming::SolidAngle, followed: Lobes::ALL };
         let sum = beam.one(&aim, &mut rays);
         self.rays.set(self.rays.get() + rays);
         sum

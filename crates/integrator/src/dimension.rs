@@ -31,7 +31,7 @@ pub enum Dimension {
     /// Where that lobe sends the path (2-D).
     Direction = 4,
     /// Which light is aimed at (1-D).
-    LightChoice = 5,
+    Light = 5,
     /// Where on it (2-D).
     LightPoint = 6,
     /// Whether the path goes on (1-D).

@@ -1,6 +1,6 @@
 //! Next-event estimation: light that falls directly on a vertex, found by aiming at a light.
 
-use crate::ledger::Cut;
+use crate::bias_report::Truncation;
 use crate::medium::MediumStack;
 use crate::observer::PathObserver;
 use crate::settings::Strategy;
@@ -17,7 +17,7 @@ use glam::{Vec2, Vec3};
 use std::cell::Cell;
 
 /// The way from a vertex to a light, and what may stand in it.
-pub(crate) struct Beam<'a, V> {
+pub(crate) struct DirectLighting<'a, V> {
     pub context: TraceContext<'a, V>,
     pub vertex: &'a Vertex,
     pub media: Sides<'a>,
@@ -37,7 +37,7 @@ pub(crate) struct Sides<'a> {
 
 /// One attempt of the path tracer to find light.
 #[derive(Clone, Copy)]
-pub(crate) struct Aim {
+pub(crate) struct DirectSample {
     /// Chooses the light.
     pub uc: f32,
     /// The point on it.
@@ -47,10 +47,10 @@ pub(crate) struct Aim {
     pub followed: Lobes,
 }
 
-impl<V: Visibility> Beam<'_, V> {
+impl<V: Visibility> DirectLighting<'_, V> {
     /// One light, one point on it: an estimate of ∫ f·L·|cosθ| dω over all lights. Counts its shadow ray in `rays`.
     #[inline(always)]
-    pub fn one(&self, aim: &Aim, rays: &mut u64) -> Vec3 {
+    pub fn one(&self, aim: &DirectSample, rays: &mut u64) -> Vec3 {
         let (scene, p) = (self.context.scene, self.vertex.surface.p);
         let Some(choice) = &scene.light_choice else { return Vec3::ZERO };
         let Some(chosen) = choice.sample(p, self.vertex.choice_normal(), aim.uc) else { return Vec3::ZERO };
@@ -115,7 +115,7 @@ impl<V: Visibility> Beam<'_, V> {
         *rays += 1;
         if V::PLAIN || self.context.job.plain_shadows {
             let is_hidden = match shared_place::of(self.context.scene).filter(|_| !V::PLAIN) {
-                None => self.context.blocked(&ray),
+                None => self.context.occluded(&ray),
                 Some(places) => shared_place::is_hidden(places, (light, sample), o, &ray, &self.context),
             };
             return if is_hidden { Vec3::ZERO } else { value };
@@ -160,7 +160,7 @@ impl<V: Visibility> Beam<'_, V> {
     pub fn tell<O: PathObserver>(&self, beta: Vec3, observer: &mut O) {
         let lost = self.lost.get();
         if lost != Vec3::ZERO {
-            observer.cut(Cut::Panes, beta * lost);
+            observer.cut(Truncation::Panes, beta * lost);
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! The path tracer randomises all of them at once and looks only at which are off (count 0: the ideal limit).
 
-use dapple_sampling::{Pattern, Plan};
+use dapple_sampling::{Pattern, SampleSet};
 use std::fmt;
 use std::str::FromStr;
 
@@ -47,26 +47,26 @@ impl fmt::Display for Effect {
 
 /// Points of every integral. The default is the command line's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Plans {
+pub struct SampleSets {
     /// Over the pixel's area.
-    pub pixel: Plan,
+    pub pixel: SampleSet,
     /// Over the lens.
-    pub lens: Plan,
+    pub lens: SampleSet,
     /// Over the shutter's time; its count counts in one dimension.
-    pub time: Plan,
+    pub time: SampleSet,
     /// Over each light: one punctual light, one environment, one emissive primitive.
-    pub light: Plan,
+    pub light: SampleSet,
     /// Over the rough reflection lobe.
-    pub glossy: Plan,
+    pub glossy: SampleSet,
     /// Over the rough transmission lobe.
-    pub refract: Plan,
+    pub refract: SampleSet,
     /// Over the hemisphere.
-    pub diffuse: Plan,
+    pub diffuse: SampleSet,
 }
 
-impl Default for Plans {
+impl Default for SampleSets {
     fn default() -> Self {
-        let stratified = |count| Plan::new(count, Pattern::Stratified);
+        let stratified = |count| SampleSet::new(count, Pattern::Stratified);
         Self {
             pixel: stratified(16),
             lens: stratified(16),
@@ -79,15 +79,15 @@ impl Default for Plans {
     }
 }
 
-impl Plans {
+impl SampleSets {
     /// The plan of one effect.
-    pub fn of(&self, effect: Effect) -> Plan {
+    pub fn of(&self, effect: Effect) -> SampleSet {
         let mut copy = *self;
         *copy.of_mut(effect)
     }
 
     /// The plan of one effect, to be changed.
-    pub fn of_mut(&mut self, effect: Effect) -> &mut Plan {
+    pub fn of_mut(&mut self, effect: Effect) -> &mut SampleSet {
         match effect {
             Effect::Pixel => &mut self.pixel,
             Effect::Lens => &mut self.lens,
@@ -105,7 +105,7 @@ impl Plans {
     }
 
     /// Every plan changed, the ones that are off excepted.
-    pub(crate) fn map(mut self, change: impl Fn(Effect, Plan) -> Plan) -> Self {
+    pub(crate) fn map(mut self, change: impl Fn(Effect, SampleSet) -> SampleSet) -> Self {
         for (effect, _) in Effect::ALL {
             let plan = self.of_mut(effect);
             if plan.count() > 0 {
@@ -158,15 +158,15 @@ mod tests {
 
     #[test]
     fn every_effect_has_its_own_plan() {
-        let mut plans = Plans::default();
+        let mut plans = SampleSets::default();
         for (i, (effect, name)) in (100..).zip(Effect::ALL) {
-            *plans.of_mut(effect) = Plan::new(i, Pattern::Random);
+            *plans.of_mut(effect) = SampleSet::new(i, Pattern::Random);
             assert_eq!(effect.to_string(), name);
         }
         for (i, (effect, _)) in (100..).zip(Effect::ALL) {
             assert_eq!(plans.of(effect).count(), i);
         }
-        plans.time = Plan::OFF;
+        plans.time = SampleSet::OFF;
         assert!(plans.is_off(Effect::Time) && !plans.is_off(Effect::Lens));
     }
 }

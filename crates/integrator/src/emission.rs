@@ -11,13 +11,13 @@ use glam::{Vec2, Vec3};
 
 /// How a ray came to where it is: what aiming at lights from its origin needs to be weighed against.
 #[derive(Clone, Copy)]
-pub(crate) struct Arrival {
+pub(crate) struct MisContext {
     /// Origin of the ray and the normal there, as given to the light choice.
     pub p: Vec3,
     pub n: Vec3,
     /// Solid-angle density of the direction, times the number of such rays.
     pub pdf: f32,
-    pub rival: Rival,
+    pub competing: CompetingStrategy,
     /// Area lights are points at their centroids: what is met of their surfaces counts nothing.
     pub lights_are_points: bool,
     /// Seconds since the shutter opened: lights are weighed where they are then.
@@ -34,7 +34,7 @@ pub(crate) struct Arrival {
 
 /// What else could have found the light that a ray meets.
 #[derive(Clone, Copy)]
-pub(crate) enum Rival {
+pub(crate) enum CompetingStrategy {
     /// Nothing: camera rays and delta lobes.
     Nothing,
     /// One light chosen among all.
@@ -43,12 +43,12 @@ pub(crate) enum Rival {
     Each { points: f32, aiming: Aiming },
 }
 
-impl Arrival {
+impl MisContext {
     pub const CAMERA: Self = Self {
         p: Vec3::ZERO,
         n: Vec3::ZERO,
         pdf: 1.0,
-        rival: Rival::Nothing,
+        competing: CompetingStrategy::Nothing,
         lights_are_points: false,
         time: 0.0,
         is_seen: true,
@@ -77,7 +77,7 @@ impl Arrival {
 }
 
 /// Radiance of the environment along `d`.
-pub(crate) fn escaped(scene: &Scene, d: Vec3, arrival: &Arrival, strategy: Strategy) -> Vec3 {
+pub(crate) fn escaped(scene: &Scene, d: Vec3, arrival: &MisContext, strategy: Strategy) -> Vec3 {
     let Some(index) = scene.environment.filter(|_| cfg!(not(without = "environment"))) else {
         return Vec3::ZERO;
     };
@@ -97,7 +97,7 @@ pub(crate) fn surface(
     surface: &Surface,
     wo: Vec3,
     distance: f32,
-    arrival: &Arrival,
+    arrival: &MisContext,
     strategy: Strategy,
 ) -> Vec3 {
     let radiance = scene.emission(hit, surface, wo);
@@ -117,19 +117,27 @@ pub(crate) fn surface(
 }
 
 /// Weight of the direction having been found by the BSDF.
-fn bsdf_weight(scene: &Scene, light: u32, arrival: &Arrival, reached: &Reached, strategy: Strategy) -> f32 {
+fn bsdf_weight(
+    scene: &Scene,
+    light: u32,
+    arrival: &MisContext,
+    reached: &Reached,
+    strategy: Strategy,
+) -> f32 {
     let of = &scene.lights[light as usize];
-    let pdf = match arrival.rival {
+    let pdf = match arrival.competing {
         _ if strategy == Strategy::BsdfOnly => return 1.0,
-        Rival::Nothing => return 1.0,
-        Rival::Choice => match &scene.light_choice {
+        CompetingStrategy::Nothing => return 1.0,
+        CompetingStrategy::Choice => match &scene.light_choice {
             Some(choice) => {
                 choice.pmf(arrival.p, arrival.n, light as usize)
                     * of.pdf_at(Aiming::SolidAngle, arrival.p, reached, arrival.time)
             }
             None => return 1.0,
         },
-        Rival::Each { points, aiming } => points * of.pdf_at(aiming, arrival.p, reached, arrival.time),
+        CompetingStrategy::Each { points, aiming } => {
+            points * of.pdf_at(aiming, arrival.p, reached, arrival.time)
+        }
     };
     match strategy {
         _ if arrival.bent && pdf > 0.0 => 0.0,

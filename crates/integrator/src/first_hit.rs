@@ -16,7 +16,7 @@ use crate::shared_place;
 use crate::trace_context::TraceContext;
 use crate::visibility::{Query, Visibility};
 use dapple_camera::Camera;
-use dapple_geometry::{Filter, Hit, Surface};
+use dapple_geometry::{Hit, HitFilter, Surface};
 use dapple_math::Ray;
 use dapple_sampling::Key;
 use dapple_scene::Scene;
@@ -24,7 +24,7 @@ use glam::Vec2;
 
 /// Whether a camera ray along the direction of `ray` passes a hit, for it is of a back face that is not shown.
 fn is_passed(scene: &Scene, hit: &Hit, ray: &Ray, time: f32) -> bool {
-    hides_back(scene.material(hit.object)) && scene.world.is_from_behind(hit, ray.d, time)
+    hides_back(scene.material(hit.object)) && scene.accel.is_from_behind(hit, ray.d, time)
 }
 
 /// The ray from its near plane on, which is `near` lengths of its direction away.
@@ -87,10 +87,10 @@ pub(crate) fn seen<V: Visibility>(
     let ray = beyond(ray, near);
     let context = &context.of_camera_ray();
     let scene = context.scene;
-    let mut hit = context.visibility.closest(scene, &ray, context.time, context.key)?;
-    let mut surface = scene.world.surface(&ray, context.time, &hit);
+    let mut hit = context.visibility.intersect(scene, &ray, context.time, context.key)?;
+    let mut surface = scene.accel.surface(&ray, context.time, &hit);
     if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
-        shared_place::settle(places, &ray, (&mut hit, &mut surface), context);
+        shared_place::resolve_shared(places, &ray, (&mut hit, &mut surface), context);
     }
     Some((hit, surface, (near + hit.t) * ray.d.length()))
 }
@@ -118,11 +118,11 @@ impl<V: Visibility> FromCamera<V> {
 
 impl<V: Visibility> Visibility for FromCamera<V> {
     const PLAIN: bool = V::PLAIN;
-    fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit> {
+    fn intersect(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit> {
         let at = Query { scene, ray, time, key };
         self.inner.closest_where(&at, &|hit: &Hit| self.meets(&at, hit))
     }
-    fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool {
+    fn occluded(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool {
         let at = Query { scene, ray, time, key };
         self.inner.blocked_where(&at, &|hit: &Hit| self.meets(&at, hit))
     }
@@ -146,7 +146,7 @@ struct Shown<'a> {
     hides_backs: bool,
 }
 
-impl Filter for Shown<'_> {
+impl HitFilter<Hit> for Shown<'_> {
     const OPAQUE: bool = false;
     fn accept(&self, hit: &Hit) -> bool {
         !(self.hides_backs && is_passed(self.scene, hit, self.ray, self.time))
@@ -157,8 +157,8 @@ impl Filter for Shown<'_> {
 pub(crate) fn solid(job: &Job<'_>, ray: &Ray, time: f32) -> Option<(Hit, Surface)> {
     let ray = &beyond(ray, job.near(ray, time));
     let (scene, hides_backs) = (job.scene, job.hides_backs);
-    let hit = scene.world.closest(ray, time, &Shown { scene, ray, time, hides_backs })?;
-    Some((hit, scene.world.surface(ray, time, &hit)))
+    let hit = scene.accel.intersect(ray, time, &Shown { scene, ray, time, hides_backs })?;
+    Some((hit, scene.accel.surface(ray, time, &hit)))
 }
 
 /// Distance along the view axis to what the middle of the picture shows when the shutter opens, in render units, holes
@@ -167,6 +167,6 @@ pub fn centre_depth(scene: &Scene, camera: &Camera, backfaces: Backfaces) -> Opt
     let (half, hides_backs) = (Vec2::splat(0.5), hides_backs(scene, backfaces));
     let ray = camera.ray((0, 0), half, (1, 1), half);
     let ray = &beyond(&ray, camera.near(&ray));
-    let hit = scene.world.closest(ray, 0.0, &Shown { scene, ray, time: 0.0, hides_backs })?;
+    let hit = scene.accel.intersect(ray, 0.0, &Shown { scene, ray, time: 0.0, hides_backs })?;
     Some((ray.at(hit.t) - camera.origin).dot(-camera.backward))
 }

@@ -1,8 +1,8 @@
 //! What the first hits of camera rays saw, summed over the samples of each pixel, for the layers that show it.
 
 use crate::aov::Aov;
+use crate::bias_report::{BiasReport, Truncation};
 use crate::coverage::Coverage;
-use crate::ledger::{Cut, Ledger};
 use crate::observer::PathObserver;
 use crate::settings::Settings;
 use crate::vertex::Vertex;
@@ -23,7 +23,7 @@ pub(crate) struct FirstHit {
     asks_all: bool,
     hides_backdrop: bool,
     /// Of all rays.
-    pub ledger: Ledger,
+    pub bias: BiasReport,
 }
 
 impl FirstHit {
@@ -65,8 +65,8 @@ impl PathObserver for FirstHit {
         self.hides_backdrop
     }
 
-    fn cut(&mut self, why: Cut, beta: Vec3) {
-        self.ledger.cut(why, beta);
+    fn cut(&mut self, why: Truncation, beta: Vec3) {
+        self.bias.cut(why, beta);
     }
 }
 

@@ -8,7 +8,7 @@ use crate::settings::{MethodKind, Settings};
 use dapple_camera::Camera;
 use dapple_lights::Light;
 use dapple_materials::{Lobe, Lobes};
-use dapple_sampling::Plan;
+use dapple_sampling::SampleSet;
 use dapple_scene::Scene;
 
 /// Rays per pixel.
@@ -17,7 +17,7 @@ pub struct Forecast {
     /// Points over pixel, lens and time; 1 for what the scene does not have or the settings switch off.
     pub outer: [u32; 3],
     /// By scattering events so far, at most [`LISTED`] of them.
-    pub rows: Vec<Row>,
+    pub rows: Vec<DepthRow>,
     /// Rays after more scattering events than that.
     pub deeper: f64,
 }
@@ -27,7 +27,7 @@ pub const LISTED: u32 = 1000;
 
 /// Rays that start after the same number of scattering events.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct DepthRow {
     /// Rays that arrive here and meet a surface.
     pub arriving: f64,
     /// Shadow rays from there.
@@ -97,8 +97,8 @@ fn of_paths(settings: &Settings, scene: &Scene) -> Forecast {
     let aims = if scene.light_choice.is_some() { n } else { 0.0 };
     let bounces = settings.bounces();
     let rows = (0..=bounces.min(LISTED)).map(|depth| match depth {
-        d if d == bounces => Row { arriving: n, ..Row::default() },
-        _ => Row { arriving: n, light: aims, path: n, ..Row::default() },
+        d if d == bounces => DepthRow { arriving: n, ..DepthRow::default() },
+        _ => DepthRow { arriving: n, light: aims, path: n, ..DepthRow::default() },
     });
     let deeper = f64::from(bounces.saturating_sub(LISTED + 1)) * (aims + n);
     Forecast { outer: [settings.spp().unwrap_or(1), 1, 1], rows: rows.collect(), deeper }
@@ -107,7 +107,7 @@ fn of_paths(settings: &Settings, scene: &Scene) -> Forecast {
 fn of_trees(job: &Job<'_>) -> Forecast {
     let plans = &job.integrals.first;
     let pixel = plans.pixel.count().max(1);
-    let inner = |plan: Plan| if job.is_paired() { 1 } else { plan.count().max(1) };
+    let inner = |plan: SampleSet| if job.is_paired() { 1 } else { plan.count().max(1) };
     let outer = [pixel, inner(plans.lens), inner(plans.time)];
     let bounds = job.scene.lobe_bounds();
     let depths = job.settings.bounces();
@@ -130,8 +130,8 @@ fn of_trees(job: &Job<'_>) -> Forecast {
         if arriving == [0.0; 2] {
             break;
         }
-        let sum = |of: fn(&Row) -> f64| arriving[0] * of(&hits[0].row) + arriving[1] * of(&hits[1].row);
-        rows.push(Row {
+        let sum = |of: fn(&DepthRow) -> f64| arriving[0] * of(&hits[0].row) + arriving[1] * of(&hits[1].row);
+        rows.push(DepthRow {
             arriving: arriving[0] + arriving[1],
             light: sum(|row| row.light),
             glossy: sum(|row| row.glossy),
@@ -142,7 +142,8 @@ fn of_trees(job: &Job<'_>) -> Forecast {
         let others = arriving[0] * (hits[0].rays() - hits[0].smooth) + arriving[1] * hits[1].rays();
         arriving = [arriving[0] * hits[0].smooth, others];
     }
-    let last = rows.last().filter(|_| rows.len() > costliest.len()).map_or(0.0, |row: &Row| row.arriving);
+    let last =
+        rows.last().filter(|_| rows.len() > costliest.len()).map_or(0.0, |row: &DepthRow| row.arriving);
     let deeper = if deepest > 1.0 { last * (deepest - 1.0) } else { 0.0 };
     Forecast { outer, rows, deeper }
 }
@@ -150,7 +151,7 @@ fn of_trees(job: &Job<'_>) -> Forecast {
 /// Rays that leave one hit.
 #[derive(Clone, Copy, Default)]
 struct Hit {
-    row: Row,
+    row: DepthRow,
     /// Of those that go on, the ones by smooth lobes.
     smooth: f64,
 }
@@ -158,7 +159,13 @@ struct Hit {
 impl Hit {
     /// Of the material that makes the most rays, when one that goes on by a smooth lobe or by another one makes so many
     /// `below`; and how many that is.
-    fn costliest(job: &Job<'_>, bounds: &[Lobes], depth: u32, sky: Plan, below: (f64, f64)) -> (Self, f64) {
+    fn costliest(
+        job: &Job<'_>,
+        bounds: &[Lobes],
+        depth: u32,
+        sky: SampleSet,
+        below: (f64, f64),
+    ) -> (Self, f64) {
         let of = |&lobes| {
             let hit = Self { row: one_hit(job, lobes, depth, sky), smooth: smooth_lobes(job, lobes, depth) };
             let on = hit.smooth * below.0 + (hit.rays() - hit.smooth) * below.1;
@@ -187,7 +194,7 @@ fn smooth_lobes(job: &Job<'_>, lobes: Lobes, depth: u32) -> f64 {
 /// sent on the most of every kind.
 fn subtree(job: &Job<'_>, bounds: &[Lobes], levels: u32) -> f64 {
     let [first, _] = job.integrals.skies_at(1);
-    let most = |of: fn(&Row) -> f64| {
+    let most = |of: fn(&DepthRow) -> f64| {
         bounds.iter().map(|&lobes| of(&one_hit(job, lobes, 1, first))).fold(0.0, f64::max)
     };
     let (light, next) = (most(|row| row.light), most(|row| row.glossy + row.refract + row.diffuse));
@@ -200,9 +207,9 @@ fn subtree(job: &Job<'_>, bounds: &[Lobes], levels: u32) -> f64 {
 }
 
 /// Rays that leave one hit on a material.
-fn one_hit(job: &Job<'_>, lobes: Lobes, depth: u32, sky: Plan) -> Row {
+fn one_hit(job: &Job<'_>, lobes: Lobes, depth: u32, sky: SampleSet) -> DepthRow {
     let plans = job.integrals.at(depth);
-    let count = |plan: Plan| f64::from(if job.is_paired() { plan.count().min(1) } else { plan.count() });
+    let count = |plan: SampleSet| f64::from(if job.is_paired() { plan.count().min(1) } else { plan.count() });
     let is_spread = |kind, effect| lobes.and(kind).spreads() && !plans.is_off(effect);
     let rays = |kind, effect| match lobes.meets(kind) {
         false => 0.0,
@@ -213,7 +220,7 @@ fn one_hit(job: &Job<'_>, lobes: Lobes, depth: u32, sky: Plan) -> Row {
     let receives = is_diffuse
         || is_spread(Lobes::REFLECTION, Effect::Glossy)
         || is_spread(Lobes::TRANSMISSION, Effect::Refract);
-    Row {
+    DepthRow {
         arriving: 1.0,
         light: if receives { shadow_rays(job, depth, sky, is_diffuse, count) } else { 0.0 },
         glossy: rays(Lobes::REFLECTION, Effect::Glossy),
@@ -223,7 +230,13 @@ fn one_hit(job: &Job<'_>, lobes: Lobes, depth: u32, sky: Plan) -> Row {
     }
 }
 
-fn shadow_rays(job: &Job<'_>, depth: u32, sky: Plan, diffuse: bool, count: impl Fn(Plan) -> f64) -> f64 {
+fn shadow_rays(
+    job: &Job<'_>,
+    depth: u32,
+    sky: SampleSet,
+    diffuse: bool,
+    count: impl Fn(SampleSet) -> f64,
+) -> f64 {
     let (scene, plans) = (job.scene, job.integrals.at(depth));
     let lights = scene.lights.iter().map(|light| count(light_plan(light, plans, || sky)));
     let on_diffuse = diffuse && plans.is_off(Effect::Diffuse) && scene.environment.is_some();

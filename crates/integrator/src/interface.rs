@@ -54,13 +54,13 @@ pub(crate) fn meet<V: Visibility>(context: &TraceContext<'_, V>, ray: &Ray, stac
         overflows: false,
     };
     for passed in 0.. {
-        let Some(mut hit) = context.visibility.closest(scene, &ray, context.time, context.key) else {
+        let Some(mut hit) = context.visibility.intersect(scene, &ray, context.time, context.key) else {
             met.transmittance *= met.stack.transmittance(bodies, f32::INFINITY);
             break;
         };
-        let mut surface = scene.world.surface(&ray, context.time, &hit);
+        let mut surface = scene.accel.surface(&ray, context.time, &hit);
         if let Some(places) = shared_place::of(scene) {
-            shared_place::settle(places, &ray, (&mut hit, &mut surface), context);
+            shared_place::resolve_shared(places, &ray, (&mut hit, &mut surface), context);
         }
         if passed == 0 {
             met.first = hit.t;
@@ -110,7 +110,7 @@ pub(crate) fn gather<V: Visibility>(
     while count < IN_ONE_PLACE {
         let Some(next) = context.visibility.closest_where(&at, &|h| last.wins_over(h)) else { break };
         let body = scene.objects[next.object as usize].body;
-        let other = scene.world.surface(ray, context.time, &next);
+        let other = scene.accel.surface(ray, context.time, &next);
         if !(are_one_place(&first, &other) || is_passed_over(surface, &other)) {
             break;
         }

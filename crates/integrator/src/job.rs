@@ -2,9 +2,9 @@
 
 use crate::clear::{self, media_start};
 use crate::culling::{self, Backfaces};
+use crate::dimensions_used::DimensionsUsed;
 use crate::effects::{Combine, Effect};
 use crate::medium::{Media, MediumStack};
-use crate::needs::Needs;
 use crate::places::Integrals;
 use crate::settings::Settings;
 use dapple_camera::{Aperture, Camera, Lens};
@@ -21,7 +21,7 @@ pub(crate) struct Job<'a> {
     pub camera: Camera,
     pub settings: &'a Settings,
     /// Random decisions of the path tracer.
-    pub needs: Needs,
+    pub needs: DimensionsUsed,
     /// Points of the distribution tracer's integrals.
     pub integrals: Integrals,
     /// Lobes whose blur is off.
@@ -73,7 +73,7 @@ impl<'a> Job<'a> {
         let media = Media::new(scene, media_start(scene, &camera));
         let unfollowed = if off(Effect::Diffuse) { Lobes::of(Lobe::Diffuse) } else { Lobes::NONE };
         Self {
-            needs: Needs::new(scene, &camera, settings),
+            needs: DimensionsUsed::new(scene, &camera, settings),
             integrals: Integrals::new(scene, &camera, settings),
             bounces: settings.bounces(),
             scene,

@@ -102,18 +102,18 @@ fn plain(_: &Job<'_>) -> Solid<true> {
     Solid
 }
 
-kernel!(path_plain, path_sample, plain, first, &mut first.ledger);
-kernel!(path_plain_alpha, path_sample, cutout::<true>, first, &mut first.ledger);
-kernel!(distribution_plain, pixel_point, plain, first, &mut first.ledger);
-kernel!(distribution_plain_alpha, pixel_point, cutout::<true>, first, &mut first.ledger);
+kernel!(path_plain, path_sample, plain, first, &mut first.bias);
+kernel!(path_plain_alpha, path_sample, cutout::<true>, first, &mut first.bias);
+kernel!(distribution_plain, pixel_point, plain, first, &mut first.bias);
+kernel!(distribution_plain_alpha, pixel_point, cutout::<true>, first, &mut first.bias);
 
-kernel!(path_solid, path_sample, solid, first, &mut first.ledger);
+kernel!(path_solid, path_sample, solid, first, &mut first.bias);
 kernel!(path_solid_watched, path_sample, solid, first, first);
-kernel!(path_alpha, path_sample, cutout::<false>, first, &mut first.ledger);
+kernel!(path_alpha, path_sample, cutout::<false>, first, &mut first.bias);
 kernel!(path_alpha_watched, path_sample, cutout::<false>, first, first);
-kernel!(distribution_solid, pixel_point, solid, first, &mut first.ledger);
+kernel!(distribution_solid, pixel_point, solid, first, &mut first.bias);
 kernel!(distribution_solid_watched, pixel_point, solid, first, first);
-kernel!(distribution_alpha, pixel_point, cutout::<false>, first, &mut first.ledger);
+kernel!(distribution_alpha, pixel_point, cutout::<false>, first, &mut first.bias);
 kernel!(distribution_alpha_watched, pixel_point, cutout::<false>, first, first);
 
 /// One sample of the settings' method, with an observer.

@@ -8,7 +8,7 @@
 //! A body is entered once per boundary that is met from its front: a second shell within the first has to be left again.
 //! Leaving what was not entered changes nothing; light is refracted there as if the body had been entered.
 
-use dapple_geometry::{Filter, Hit};
+use dapple_geometry::{Hit, HitFilter};
 use dapple_math::Ray;
 use dapple_scene::{Body, Scene};
 use glam::Vec3;
@@ -205,12 +205,12 @@ fn crossings(scene: &Scene, p: Vec3, d: Vec3, time: f32) -> Vec<(u32, i32)> {
         time: f32,
         counts: RefCell<Vec<(u32, i32)>>,
     }
-    impl Filter for Count<'_> {
+    impl HitFilter<Hit> for Count<'_> {
         const OPAQUE: bool = false;
         fn accept(&self, hit: &Hit) -> bool {
             let body = self.scene.objects[hit.object as usize].body;
             if body != u32::MAX {
-                let leaves = self.scene.world.surface(&self.ray, self.time, hit).ng.dot(self.ray.d) > 0.0;
+                let leaves = self.scene.accel.surface(&self.ray, self.time, hit).ng.dot(self.ray.d) > 0.0;
                 let (mut counts, by) = (self.counts.borrow_mut(), if leaves { 1 } else { -1 });
                 match counts.iter_mut().find(|(b, _)| *b == body) {
                     Some((_, count)) => *count += by,
@@ -222,7 +222,7 @@ fn crossings(scene: &Scene, p: Vec3, d: Vec3, time: f32) -> Vec<(u32, i32)> {
     }
     let ray = Ray::new(p, d);
     let count = Count { scene, ray, time, counts: RefCell::default() };
-    scene.world.blocked(&ray, time, &count);
+    scene.accel.occluded(&ray, time, &count);
     count.counts.into_inner()
 }
 

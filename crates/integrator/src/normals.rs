@@ -90,7 +90,7 @@ impl Tilt {
             && !shading.material.has_transmission()
             && surface.is_smooth()
             && n.dot(round) > 0.0
-            && terminator::lift(&job.scene.world, (hit, surface), up, time).is_some();
+            && terminator::lift(&job.scene.accel, (hit, surface), up, time).is_some();
         let flat = facing(round, wo, up);
         let unmapped = (flat != n).then(|| flat.dot(wo));
         (frame, Some(Self { unmapped, ..Self::between(n, if is_over { round } else { up }, is_over) }))

@@ -1,6 +1,6 @@
 //! Who looks at a sample while it grows: layers of first hits, replayed paths, and the ledger of what was cut.
 
-use crate::ledger::{Cut, Ledger};
+use crate::bias_report::{BiasReport, Truncation};
 use crate::vertex::Vertex;
 use dapple_materials::BsdfSample;
 use glam::Vec3;
@@ -17,12 +17,12 @@ pub(crate) trait PathObserver {
         false
     }
     /// A path of throughput `_beta` ended before the light did.
-    fn cut(&mut self, _why: Cut, _beta: Vec3) {}
+    fn cut(&mut self, _why: Truncation, _beta: Vec3) {}
 }
 
 /// Nobody looks; only what alters the estimate is written down.
-impl PathObserver for Ledger {
-    fn cut(&mut self, why: Cut, beta: Vec3) {
+impl PathObserver for BiasReport {
+    fn cut(&mut self, why: Truncation, beta: Vec3) {
         self.cut(why, beta);
     }
 }
@@ -30,6 +30,6 @@ impl PathObserver for Ledger {
 /// Writes down a path that ends at a vertex which would have scattered on.
 pub(crate) fn cut_short<O: PathObserver>(vertex: &Vertex, beta: Vec3, observer: &mut O) {
     if !vertex.shading.unlit && !vertex.bsdf.lobes().is_empty() {
-        observer.cut(Cut::Depth, beta * vertex.bsdf.albedo());
+        observer.cut(Truncation::Depth, beta * vertex.bsdf.albedo());
     }
 }

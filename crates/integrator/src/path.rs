@@ -6,12 +6,12 @@
 //! materials (measured law in the test suite).
 
 use crate::Dimension;
-use crate::direct::{Aim, Beam, Sides};
-use crate::emission::{self, Arrival, Rival};
+use crate::bias_report::{FAINT, Truncation};
+use crate::direct::{DirectLighting, DirectSample, Sides};
+use crate::emission::{self, CompetingStrategy, MisContext};
 use crate::first_hit::{seen, start};
 use crate::interface::meet;
 use crate::job::Job;
-use crate::ledger::{Cut, FAINT};
 use crate::medium::{Boundary, MediumStack};
 use crate::observer::{PathObserver, cut_short};
 use crate::sample::Sample;
@@ -99,7 +99,7 @@ fn li<V: Visibility, O: PathObserver>(
             state.stack = boundary.after;
         }
         if state.beta.max_element() < FAINT {
-            observer.cut(Cut::Faint, state.beta);
+            observer.cut(Truncation::Faint, state.beta);
             return radiance;
         }
         ray = if V::PLAIN { next.ray } else { state.arrival.ending(next.ray) };
@@ -132,11 +132,11 @@ fn direct<V: Visibility, O: PathObserver>(
     let key = sample.key.at(depth, Dimension::ShadowAlpha).branch(sample.s);
     let context = TraceContext { job, scene, visibility, time: sample.time, key };
     let reach = job.bounces - depth - 1;
-    let beam = Beam { context, vertex, media, strategy, reach, lost: Cell::new(Vec3::ZERO) };
+    let beam = DirectLighting { context, vertex, media, strategy, reach, lost: Cell::new(Vec3::ZERO) };
     let mut sum = Vec3::ZERO;
     if job.needs.next_event {
-        let aim = Aim {
-            uc: if job.needs.light_choice { sample.point_1d(depth, Dimension::LightChoice) } else { 0.0 },
+        let aim = DirectSample {
+            uc: if job.needs.light_choice { sample.point_1d(depth, Dimension::Light) } else { 0.0 },
             u: if job.needs.light_point { sample.point_2d(depth, Dimension::LightPoint) } else { Vec2::ZERO },
             aiming: job.aiming,
             followed: job.followed,
@@ -174,12 +174,12 @@ struct PathState {
     eta: f32,
     /// The bodies that the path is in.
     stack: MediumStack,
-    arrival: Arrival,
+    arrival: MisContext,
 }
 
 impl Default for PathState {
     fn default() -> Self {
-        Self { beta: Vec3::ONE, eta: 1.0, stack: MediumStack::EMPTY, arrival: Arrival::CAMERA }
+        Self { beta: Vec3::ONE, eta: 1.0, stack: MediumStack::EMPTY, arrival: MisContext::CAMERA }
     }
 }
 
@@ -224,10 +224,10 @@ impl PathState {
         depth: u32,
     ) -> Option<Place> {
         let (job, scene, time) = (context.job, context.scene, context.time);
-        let mut hit = context.visibility.closest(scene, ray, time, context.key)?;
-        let mut surface = scene.world.surface(ray, time, &hit);
+        let mut hit = context.visibility.intersect(scene, ray, time, context.key)?;
+        let mut surface = scene.accel.surface(ray, time, &hit);
         if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
-            shared_place::settle(places, ray, (&mut hit, &mut surface), context);
+            shared_place::resolve_shared(places, ray, (&mut hit, &mut surface), context);
         }
         let mut distance = hit.t * ray.d.length();
         let is_camera = if V::PLAIN { depth == 0 } else { self.arrival.is_camera() };
@@ -260,7 +260,7 @@ impl PathState {
         self.beta *= met.transmittance;
         self.stack = met.stack;
         if met.overflows {
-            observer.cut(Cut::Nested, self.beta);
+            observer.cut(Truncation::Nested, self.beta);
         }
         let (hit, surface, boundary) = met.at?;
         Some(Place { hit, surface, distance: met.distance, boundary })
@@ -283,11 +283,15 @@ impl PathState {
             self.arrival = self.arrival.through(distance, next.sample.eta != 1.0);
             return;
         }
-        self.arrival = Arrival {
+        self.arrival = MisContext {
             p: vertex.surface.p,
             n: vertex.choice_normal(),
             pdf: next.sample.pdf,
-            rival: if next.sample.lobe.is_delta() { Rival::Nothing } else { Rival::Choice },
+            competing: if next.sample.lobe.is_delta() {
+                CompetingStrategy::Nothing
+            } else {
+                CompetingStrategy::Choice
+            },
             lights_are_points: job.lights_are_points(),
             time,
             is_seen: self.arrival.is_seen && next.sample.lobe.is_delta(),

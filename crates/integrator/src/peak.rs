@@ -242,8 +242,8 @@ impl Probe<'_> {
     }
 
     fn meet(&self, ray: &Ray, time: f32) -> Option<(Hit, Surface)> {
-        let hit = self.scene.world.closest(ray, time, &Opaque)?;
-        let surface = self.scene.world.surface(ray, time, &hit);
+        let hit = self.scene.accel.intersect(ray, time, &Opaque)?;
+        let surface = self.scene.accel.surface(ray, time, &hit);
         Some((hit, surface))
     }
 

@@ -5,21 +5,21 @@
 //! the point of the pixel's sample, its strata visited in an order that the integral's key permutes.
 
 use crate::Dimension;
-use crate::effects::{Combine, Effect, Plans};
+use crate::effects::{Combine, Effect, SampleSets};
 use crate::settings::Settings;
 use dapple_camera::Camera;
-use dapple_sampling::{Key, Pattern, Plan};
+use dapple_sampling::{Key, Pattern, SampleSet};
 use dapple_scene::Scene;
 use glam::Vec2;
 
 /// The plans at the first hit and below it, as the render runs them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Integrals {
-    pub first: Plans,
-    pub below: Plans,
+    pub first: SampleSets,
+    pub below: SampleSets,
     pub combine: Combine,
     /// Over the environment, at the first hit and below it.
-    sky: [Plan; 2],
+    sky: [SampleSet; 2],
     /// Diffuse lobes are not followed.
     unfollowed: bool,
 }
@@ -28,7 +28,7 @@ pub(crate) struct Integrals {
 const AGAIN: u32 = u32::MAX;
 
 /// One midpoint: an integral that the scene does not have.
-const ABSENT: Plan = Plan { nx: 1, ny: 1, pattern: Pattern::Grid };
+const ABSENT: SampleSet = SampleSet { nx: 1, ny: 1, pattern: Pattern::Grid };
 
 impl Integrals {
     /// The settings' plans without what the scene lacks. Paired, every count becomes the pixel's; nested, counts below
@@ -43,18 +43,18 @@ impl Integrals {
             Effect::Time => moves(scene),
             _ => true,
         };
-        let matched = |plan: Plan| match plan {
-            plan if paired && plan.count() != n => Plan::new(n, plan.pattern),
+        let matched = |plan: SampleSet| match plan {
+            plan if paired && plan.count() != n => SampleSet::new(n, plan.pattern),
             plan => plan,
         };
         let first = settings.plans.map(|effect, plan| match plan {
             _ if !present(effect) => ABSENT,
             plan => matched(plan),
         });
-        let lower = |plan: Plan| match plan.pattern {
+        let lower = |plan: SampleSet| match plan.pattern {
             _ if paired => plan,
-            Pattern::Grid if own.secondary == 1 => Plan::new(1, Pattern::Random),
-            pattern => Plan::new(own.secondary, pattern),
+            Pattern::Grid if own.secondary == 1 => SampleSet::new(1, Pattern::Random),
+            pattern => SampleSet::new(own.secondary, pattern),
         };
         let below = first.map(|_, plan| lower(plan));
         let sky = matched(if first.is_off(Effect::Light) { own.sky } else { first.light });
@@ -71,19 +71,19 @@ impl Integrals {
     /// is not followed: the light's, or, where lights are off, its own. If diffuse lobes are not followed, what is seen in
     /// smooth surfaces has as many as what is seen directly: one ray each leads there, and no other count would make them
     /// more.
-    pub fn sky(&self, place: &Place) -> Plan {
+    pub fn sky(&self, place: &Place) -> SampleSet {
         let below = if self.unfollowed { !place.smooth } else { place.depth > 0 };
         self.sky[usize::from(below)]
     }
 
     /// As [`Integrals::sky`], where only smooth surfaces have led to, and elsewhere.
-    pub fn skies_at(&self, depth: u32) -> [Plan; 2] {
+    pub fn skies_at(&self, depth: u32) -> [SampleSet; 2] {
         let seen = self.sky[usize::from(depth > 0 && !self.unfollowed)];
         [seen, self.sky[usize::from(depth > 0)]]
     }
 
     /// Plans at a vertex.
-    pub fn at(&self, depth: u32) -> &Plans {
+    pub fn at(&self, depth: u32) -> &SampleSets {
         if depth == 0 { &self.first } else { &self.below }
     }
 }
@@ -115,12 +115,12 @@ impl Place {
     }
 
     /// How many points an integral has here.
-    pub fn count(&self, plan: Plan) -> u32 {
+    pub fn count(&self, plan: SampleSet) -> u32 {
         if self.paired.is_some() { plan.count().min(1) } else { plan.count() }
     }
 
     /// Point `i` of `count` of an integral over the unit square; `which` of the integrals of that name.
-    pub fn point_2d(&self, plan: Plan, dimension: Dimension, which: u32, i: u32) -> Vec2 {
+    pub fn point_2d(&self, plan: SampleSet, dimension: Dimension, which: u32, i: u32) -> Vec2 {
         let key = self.key.at(self.depth, dimension).branch(which);
         match self.paired {
             None => plan.point_2d(i, key),
@@ -129,7 +129,7 @@ impl Place {
     }
 
     /// Point `i` of `count` of an integral over the unit interval.
-    pub fn point_1d(&self, plan: Plan, dimension: Dimension, i: u32) -> f32 {
+    pub fn point_1d(&self, plan: SampleSet, dimension: Dimension, i: u32) -> f32 {
         let key = self.key.at(self.depth, dimension);
         match self.paired {
             None => plan.point_1d(i, key),
@@ -164,7 +164,7 @@ impl Place {
 mod tests {
     use super::*;
 
-    const PLAN: Plan = Plan { nx: 2, ny: 2, pattern: Pattern::Stratified };
+    const PLAN: SampleSet = SampleSet { nx: 2, ny: 2, pattern: Pattern::Stratified };
 
     fn top(combine: Combine, s: u32) -> Place {
         Place::new(combine, Key::pixel(3, 5, 7), s)
@@ -200,7 +200,7 @@ mod tests {
     /// Over the pixel's samples an integral visits each stratum once, and no two in step.
     #[test]
     fn paired_every_integral_visits_its_strata_in_an_order_of_its_own() {
-        let plan = Plan::new(64, Pattern::Stratified);
+        let plan = SampleSet::new(64, Pattern::Stratified);
         let cell = |p: Vec2| (p.x * 8.0) as u32 + 8 * (p.y * 8.0) as u32;
         let order = |dimension, which, deeper: bool| -> Vec<u32> {
             let place =
@@ -232,8 +232,8 @@ mod tests {
     fn a_lone_grid_point_below_the_first_hit_is_a_random_one() {
         let scene = dapple_scene::builtin::builtin("cornell").unwrap().build().unwrap();
         let mut settings = Settings::distribution();
-        settings.plans.light = Plan::new(9, Pattern::Grid);
-        settings.plans.diffuse = Plan::new(4, Pattern::Sobol);
+        settings.plans.light = SampleSet::new(9, Pattern::Grid);
+        settings.plans.diffuse = SampleSet::new(4, Pattern::Sobol);
         let integrals = |secondary, combine| {
             let settings = settings
                 .clone()
@@ -242,10 +242,10 @@ mod tests {
             Integrals::new(&scene, &scene.cameras[0].camera, &settings)
         };
         let nested = integrals(1, Combine::Nested);
-        assert_eq!(nested.at(0).light, Plan::new(9, Pattern::Grid));
-        assert_eq!(nested.at(1).light, Plan::new(1, Pattern::Random));
-        assert_eq!(nested.at(2).diffuse, Plan::new(1, Pattern::Sobol));
-        assert_eq!(integrals(4, Combine::Nested).at(1).light, Plan::new(4, Pattern::Grid));
-        assert_eq!(integrals(1, Combine::Paired).at(1).light, Plan::new(16, Pattern::Grid));
+        assert_eq!(nested.at(0).light, SampleSet::new(9, Pattern::Grid));
+        assert_eq!(nested.at(1).light, SampleSet::new(1, Pattern::Random));
+        assert_eq!(nested.at(2).diffuse, SampleSet::new(1, Pattern::Sobol));
+        assert_eq!(integrals(4, Combine::Nested).at(1).light, SampleSet::new(4, Pattern::Grid));
+        assert_eq!(integrals(1, Combine::Paired).at(1).light, SampleSet::new(16, Pattern::Grid));
     }
 }

@@ -1,6 +1,6 @@
 //! What a render needs of what there could be: random decisions, kernel, data, buffers; what is left out, and why.
 //!
-//! Everything here is read off what the render itself uses (`Needs`, the kernel table, the survey), so that the page a
+//! Everything here is read off what the render itself uses (`DimensionsUsed`, the kernel table, the survey), so that the page a
 //! user reads is what happens.
 
 use crate::culling::Backfaces;
@@ -71,13 +71,13 @@ pub fn plan(scene: &Scene, camera: &Camera, settings: &Settings) -> RenderPlan {
     let triangles = scene.survey.triangles;
     RenderPlan {
         method: settings.kind(),
-        kernel: format!("{name}/{}", scene.world.kernel().name()),
+        kernel: format!("{name}/{}", scene.accel.kernel().name()),
         camera: camera_decisions(&job),
         bounce: bounce_decisions(&job),
         lobes: lobes(&bounds),
         lights: lights(&job),
         geometry: geometry(scene),
-        bytes_per_triangle: scene.world.memory_bytes() as f64 / triangles.max(1) as f64,
+        bytes_per_triangle: scene.accel.memory_bytes() as f64 / triangles.max(1) as f64,
         bytes_per_pixel: FILM_BYTES + FirstHits::bytes_per_pixel(settings),
         scene_bytes: scene.memory_bytes(),
         left_out: left_out(&job, &bounds, watched),
@@ -144,7 +144,7 @@ fn aimed(job: &Job<'_>) -> String {
 }
 
 fn geometry(scene: &Scene) -> String {
-    match scene.world.second_level() {
+    match scene.accel.second_level() {
         0 => "one flat tree".into(),
         n => format!("one flat tree, and {n} shapes, instances or moving objects beside it"),
     }
@@ -172,7 +172,7 @@ impl Omissions {
         self.unless(n.pixel, "pixel dimension", "switched off");
         self.unless(n.lens, "lens dimension", why(Effect::Lens, "the camera is a pinhole"));
         self.unless(n.time, "time dimension", why(Effect::Time, "nothing moves while the shutter is open"));
-        let second = job.scene.world.second_level() > 0;
+        let second = job.scene.accel.second_level() > 0;
         self.unless(second, "second level of the tree", "no shapes, instances or moving objects");
         self.unless(job.camera.clip.is_some(), "near and far plane", "nothing lies before or beyond them");
         let shown = match job.settings.backfaces {

@@ -61,7 +61,7 @@ impl Vertex {
         match &self.tilt {
             Some(tilt) if tilt.is_over && wi.dot(self.seen_normal()) <= 0.0 => {
                 let (at, up) = ((&self.hit, &self.surface), self.seen_normal());
-                over_the_facet(&context.scene.world, at, up, context.time, |way| context.blocked(way))
+                over_the_facet(&context.scene.accel, at, up, context.time, |way| context.occluded(way))
             }
             _ => Some(self.surface.origin_towards(wi)),
         }

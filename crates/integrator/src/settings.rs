@@ -5,12 +5,12 @@ mod check;
 pub use check::SettingsError;
 
 use crate::Aov;
+use crate::allocation::SampleAllocation;
 use crate::culling::Backfaces;
-use crate::effects::{Combine, Plans};
-use crate::spread::Spread;
+use crate::effects::{Combine, SampleSets};
 use dapple_camera::Filter;
 use dapple_math::PixelRect;
-use dapple_sampling::{Pattern, Plan};
+use dapple_sampling::{Pattern, SampleSet};
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -52,12 +52,12 @@ pub struct PathSettings {
     /// number of samples is then the mean over the image.
     pub adaptive: bool,
     /// Shares of the samples that another render decided on; then `adaptive` has nothing to decide.
-    pub spread: Option<Arc<Spread>>,
+    pub allocation: Option<Arc<SampleAllocation>>,
 }
 
 impl Default for PathSettings {
     fn default() -> Self {
-        Self { samples: 0..64, of: None, roulette: true, adaptive: false, spread: None }
+        Self { samples: 0..64, of: None, roulette: true, adaptive: false, allocation: None }
     }
 }
 
@@ -69,7 +69,7 @@ pub struct DistributionSettings {
     pub rounds: Range<u32>,
     /// Points over the environment where `plans.light` is off, which leaves the environment as it is. Else the environment
     /// has the light's points.
-    pub sky: Plan,
+    pub sky: SampleSet,
     /// How the integrals are put together.
     pub combine: Combine,
     /// Points of each integral below the first hit, nested.
@@ -78,7 +78,7 @@ pub struct DistributionSettings {
 
 impl Default for DistributionSettings {
     fn default() -> Self {
-        Self { rounds: 0..1, sky: Plans::default().light, combine: Combine::Nested, secondary: 1 }
+        Self { rounds: 0..1, sky: SampleSets::default().light, combine: Combine::Nested, secondary: 1 }
     }
 }
 
@@ -124,7 +124,7 @@ pub struct Settings {
     pub backfaces: Backfaces,
     /// Points of each of the distribution tracer's integrals; those with none are off in both tracers. The path tracer
     /// takes its samples of all at once, the distribution tracer as many as the pixel has points.
-    pub plans: Plans,
+    pub plans: SampleSets,
     /// Constant radiance that diffuse surfaces get from all around when interreflection is off. *Approximation*: stands
     /// in for the light that would have come by way of other surfaces.
     pub ambient: Vec3,
@@ -132,7 +132,7 @@ pub struct Settings {
     /// Changes no bit of the picture; for comparison and debugging.
     pub general: bool,
     /// No sample is brighter than this in any channel: fewer sparks, less light. *Approximation*; what it takes away is
-    /// told in [`crate::Ledger`]. `None`: nothing is clamped.
+    /// told in [`crate::BiasReport`]. `None`: nothing is clamped.
     pub clamp: Option<f32>,
     /// Light that a facet with smooth normals is lit by, but would shadow itself from, passes over the facet as over the
     /// round surface it stands for [Hanika 2021]; otherwise it ends at a hard edge along the facets. Flat surfaces, spheres
@@ -173,7 +173,7 @@ impl Default for Settings {
             picture: true,
             transparent: false,
             backfaces: Backfaces::Camera,
-            plans: Plans::default(),
+            plans: SampleSets::default(),
             ambient: Vec3::ZERO,
             general: false,
             clamp: None,
@@ -333,8 +333,8 @@ impl Settings {
     }
 
     /// Shares of the samples that another render decided on.
-    pub fn spread(&self) -> Option<&Arc<Spread>> {
-        self.path_tracer().and_then(|path| path.spread.as_ref())
+    pub fn allocation(&self) -> Option<&Arc<SampleAllocation>> {
+        self.path_tracer().and_then(|path| path.allocation.as_ref())
     }
 
     /// How the distribution tracer's integrals are put together.
@@ -345,7 +345,7 @@ impl Settings {
     /// Whether samples go where the error is.
     pub(crate) fn is_adaptive(&self) -> bool {
         let sequence = matches!(self.pattern, Pattern::Sobol | Pattern::Random);
-        self.adaptive() && sequence && self.spread().is_none()
+        self.adaptive() && sequence && self.allocation().is_none()
     }
 
     /// Points per block of the pattern: the sample count, or a fixed block when only time limits the render.

@@ -6,7 +6,7 @@
 //! `Settings::transparent_shadows` it goes on, an *approximation*: what is not reflected passes, straight.
 //!
 //! What light can be found here by aiming, and by following the BSDF along the same straight way as well, is weighted as
-//! anywhere else (`emission::Arrival` keeps the vertex that the way began at). Surfaces are walked through in the order
+//! anywhere else (`emission::MisContext` keeps the vertex that the way began at). Surfaces are walked through in the order
 //! of `Hit::wins_over`, so that products do not depend on the order of traversal.
 
 use crate::interface::gather;
@@ -53,7 +53,7 @@ impl<V: Visibility> TraceContext<'_, V> {
         if !V::PLAIN && (self.job.clear_ways || !stack.is_empty()) {
             return self.through(ray, stack, distance);
         }
-        if self.blocked(ray) {
+        if self.occluded(ray) {
             return Passage::Blocked;
         }
         Passage::Open(Way { transmittance: Vec3::ONE, passed: 0, bent: false })
@@ -99,7 +99,7 @@ impl<V: Visibility> TraceContext<'_, V> {
                 }
                 return Passage::Open(way);
             };
-            let mut surface = scene.world.surface(at.ray, self.time, &hit);
+            let mut surface = scene.accel.surface(at.ray, self.time, &hit);
             if last.is_some_and(|last| is_same_crossing(last, (hit, surface), at.ray.d)) {
                 last = Some((hit, surface));
                 continue;
@@ -111,7 +111,7 @@ impl<V: Visibility> TraceContext<'_, V> {
                     last = Some((hit, passed));
                     continue;
                 }
-                shared_place::settle(places, at.ray, (&mut hit, &mut surface), self);
+                shared_place::resolve_shared(places, at.ray, (&mut hit, &mut surface), self);
             }
             crossings += 1;
             if crossings > MOST {

@@ -32,7 +32,7 @@ pub(crate) fn of(scene: &Scene) -> Option<&SharedPlaces> {
 
 /// At the nearest hit of a ray: makes it that of the surface which is there.
 #[inline(never)]
-pub(crate) fn settle<V: Visibility>(
+pub(crate) fn resolve_shared<V: Visibility>(
     places: &SharedPlaces,
     ray: &Ray,
     (hit, surface): (&mut Hit, &mut Surface),
@@ -45,9 +45,9 @@ pub(crate) fn settle<V: Visibility>(
     let end = (hit.t + depth).next_up().min(ray.t_max);
     // Nothing else stops the ray before `hit`, but by rounding.
     let hits = hits_between(0.0, &ray.until(end), context);
-    let nearest = Candidate::new(places, ray, *hit, *surface, context);
+    let nearest = PlaceCandidate::new(places, ray, *hit, *surface, context);
     let others = hits.into_iter().filter(|other| places.contains(other));
-    let winner = resolve(nearest, others.map(|hit| Candidate::of(places, ray, hit, context)));
+    let winner = resolve(nearest, others.map(|hit| PlaceCandidate::of(places, ray, hit, context)));
     (*hit, *surface) = (winner.hit, winner.surface);
 }
 
@@ -85,8 +85,8 @@ pub(crate) fn is_hidden<V: Visibility>(
     context: &TraceContext<'_, V>,
 ) -> bool {
     match Target::new(places, context.scene, light, sample, o, context.time) {
-        None => context.blocked(ray),
-        Some(target) => context.blocked(&target.way()) || !target.is_seen(context),
+        None => context.occluded(ray),
+        Some(target) => context.occluded(&target.way()) || !target.is_seen(context),
     }
 }
 
@@ -108,7 +108,7 @@ pub(crate) fn way<V: Visibility>(
 
 /// A surface that may be the one in a place.
 #[derive(Clone, Copy)]
-struct Candidate {
+struct PlaceCandidate {
     hit: Hit,
     surface: Surface,
     point: PlacePoint,
@@ -124,9 +124,9 @@ enum Class {
     Wall,
 }
 
-impl Candidate {
+impl PlaceCandidate {
     fn of<V: Visibility>(places: &SharedPlaces, ray: &Ray, hit: Hit, context: &TraceContext<'_, V>) -> Self {
-        Self::new(places, ray, hit, context.scene.world.surface(ray, context.time, &hit), context)
+        Self::new(places, ray, hit, context.scene.accel.surface(ray, context.time, &hit), context)
     }
 
     fn new<V: Visibility>(
@@ -138,7 +138,7 @@ impl Candidate {
     ) -> Self {
         let scene = context.scene;
         let from_front = scene.is_double_sided(hit.object) || ray.d.dot(surface.ng) < 0.0;
-        let point = places.surfaces.point(&scene.world, &hit, &surface, context.time);
+        let point = places.surfaces.point(&scene.accel, &hit, &surface, context.time);
         let class = match hit.object {
             object if places.emits(object) && from_front => Class::Lit,
             object if !places.transmits(object) => Class::Opaque,
@@ -164,7 +164,7 @@ impl Candidate {
 
 /// The one among `nearest` and the `others` in its place that is there. Its error bound then covers all of them, so that
 /// rays that leave it start outside all of them.
-fn resolve(nearest: Candidate, others: impl Iterator<Item = Candidate>) -> Candidate {
+fn resolve(nearest: PlaceCandidate, others: impl Iterator<Item = PlaceCandidate>) -> PlaceCandidate {
     let (mut winner, mut error) = (nearest, None);
     for other in others {
         let is_same = (other.hit.object, other.hit.primitive) == (nearest.hit.object, nearest.hit.primitive);
@@ -260,7 +260,9 @@ impl<'a> Target<'a> {
     fn stands_behind<V: Visibility>(&self, p: Vec3, context: &TraceContext<'_, V>) -> bool {
         let stands_before = |hit: &Hit| {
             hit.t >= self.from
-                && !Candidate::of(self.places, &self.ray, *hit, context).point.holds(p, p.abs() * gamma(4))
+                && !PlaceCandidate::of(self.places, &self.ray, *hit, context)
+                    .point
+                    .holds(p, p.abs() * gamma(4))
         };
         context.visibility.any(context.scene, &self.ray.until(1.0), context.time, context.key, &stands_before)
     }
@@ -273,7 +275,7 @@ impl<'a> Target<'a> {
             a.t.total_cmp(&b.t).then((a.object, a.primitive).cmp(&(b.object, b.primitive)))
         });
         let is_own = |hit: &Hit| context.scene.light_of(hit) == Some(self.light);
-        let of = |hit: &Hit| Candidate::of(self.places, &self.ray, *hit, context);
+        let of = |hit: &Hit| PlaceCandidate::of(self.places, &self.ray, *hit, context);
         let Some(nearest) = hits.first().map(of) else { return true };
         let own = hits.iter().find(|hit| is_own(hit));
         let target = own.map_or_else(|| self.point(at), |own| of(own).point);

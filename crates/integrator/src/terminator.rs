@@ -9,14 +9,14 @@
 //! is a ray like any other, and meets whatever is in its way, the facet included. Where the normals span no such surface,
 //! the horizon of reflected light is the facet's (`normals`).
 
-use dapple_geometry::{Hit, Surface, World};
+use dapple_geometry::{Accel, Hit, Surface};
 use dapple_math::Ray;
 use glam::Vec3;
 
 /// From a hit to the smooth surface above it, on the side of `up`; None where the normals span none that can be told from
 /// the facet: less than the error box cannot.
-pub(crate) fn lift(world: &World, (hit, surface): (&Hit, &Surface), up: Vec3, time: f32) -> Option<Vec3> {
-    let lift = world.lift(hit, up, time);
+pub(crate) fn lift(accel: &Accel, (hit, surface): (&Hit, &Surface), up: Vec3, time: f32) -> Option<Vec3> {
+    let lift = accel.lift(hit, up, time);
     (lift.dot(up) > up.abs().dot(surface.p_error)).then_some(lift)
 }
 
@@ -25,14 +25,14 @@ pub(crate) fn lift(world: &World, (hit, surface): (&Hit, &Surface), up: Vec3, ti
 /// and is not counted.
 #[cold]
 pub(crate) fn over_the_facet(
-    world: &World,
+    accel: &Accel,
     (hit, surface): (&Hit, &Surface),
     up: Vec3,
     time: f32,
-    blocked: impl Fn(&Ray) -> bool,
+    occluded: impl Fn(&Ray) -> bool,
 ) -> Option<Vec3> {
-    let lift = lift(world, (hit, surface), up, time)?;
+    let lift = lift(accel, (hit, surface), up, time)?;
     let o = surface.origin_towards(up);
     let way = Ray { o, d: 2.0 * lift, t_max: 1.0 };
-    (!blocked(&way)).then(|| o + lift)
+    (!occluded(&way)).then(|| o + lift)
 }

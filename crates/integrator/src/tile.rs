@@ -1,12 +1,12 @@
 //! A tile of the film: the pixels one worker renders, with the layers asked for.
 
+use crate::allocation::SampleAllocation;
 use crate::aov::Aov;
+use crate::bias_report::BiasReport;
 use crate::first_hit_sums::FirstHits;
 use crate::job::Job;
 use crate::kernel::Kernel;
-use crate::ledger::Ledger;
 use crate::settings::Settings;
-use crate::spread::Spread;
 use crate::tail::Tail;
 use dapple_camera::Film;
 use dapple_math::PixelRect;
@@ -47,7 +47,7 @@ pub(crate) struct Tile {
     pub pixel_rays: Vec<u64>,
     pub bad: Vec<BadSample>,
     pub bad_count: u64,
-    pub ledger: Ledger,
+    pub bias: BiasReport,
     pub tail: Tail,
 }
 
@@ -78,7 +78,7 @@ impl Tile {
             pixel_rays: Vec::new(),
             bad: Vec::new(),
             bad_count: 0,
-            ledger: Ledger::default(),
+            bias: BiasReport::default(),
             tail: Tail::default(),
         }
     }
@@ -112,7 +112,7 @@ impl Tile {
         job: &Job<'_>,
         kernel: Kernel<'_>,
         (from, to): (u32, u32),
-        spread: Option<&Spread>,
+        allocation: Option<&SampleAllocation>,
     ) -> u64 {
         if self.film.rect() != self.rect {
             self.film = Film::new(self.rect);
@@ -120,7 +120,7 @@ impl Tile {
         let mut samples = 0;
         for y in self.rect.y0..self.rect.y1 {
             for x in self.rect.x0..self.rect.x1 {
-                let count = |spp| spread.map_or(spp, |spread| spread.count(x, y, spp));
+                let count = |spp| allocation.map_or(spp, |allocation| allocation.count(x, y, spp));
                 let (from, to, rays) = (count(from), count(to), self.rays);
                 for index in from..to {
                     if !self.sample(job, kernel, x, y, index) {
@@ -151,13 +151,13 @@ impl Tile {
         }
         if !job.settings.picture {
             // Nobody sees it, and nothing is taken from it.
-            (value, first.ledger) = (Vec3::ZERO, Ledger::default());
+            (value, first.bias) = (Vec3::ZERO, BiasReport::default());
         }
         if let Some(most) = job.settings.clamp.filter(|_| cfg!(not(without = "clamp"))) {
-            value = first.ledger.clamp(value, most);
+            value = first.bias.clamp(value, most);
         }
-        if !first.ledger.is_clean() {
-            self.ledger.merge(&first.ledger);
+        if !first.bias.is_clean() {
+            self.bias.merge(&first.bias);
         }
         let (finite, deviation) = self.film.add_measured(x, y, value, weight);
         self.tail.add(deviation);
@@ -169,7 +169,7 @@ impl Tile {
         }
         let pixel = ((y - self.rect.y0) * (self.rect.x1 - self.rect.x0) + (x - self.rect.x0)) as usize;
         if let Some(removed) = self.removed.get_mut(pixel) {
-            let [clamped, depth, faint] = first.ledger.energies();
+            let [clamped, depth, faint] = first.bias.energies();
             let here = [clamped, depth, faint, f64::from(!finite)];
             *removed = std::array::from_fn(|k| removed[k] + here[k]);
         }

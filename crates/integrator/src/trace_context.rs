@@ -20,7 +20,7 @@ pub(crate) struct TraceContext<'a, V> {
 
 impl<V: Visibility> TraceContext<'_, V> {
     /// Whether anything is in the way of `ray`.
-    pub fn blocked(&self, ray: &Ray) -> bool {
-        self.visibility.blocked(self.scene, ray, self.time, self.key)
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.visibility.occluded(self.scene, ray, self.time, self.key)
     }
 }

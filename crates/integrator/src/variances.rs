@@ -6,14 +6,14 @@
 //! half the mean squared difference of two samples that share some points and not others [Sobol' 2001; Jansen 1999]:
 //! no term is the difference of two means of many samples, and none needs more than one point at a time.
 
-use crate::effects::{Effect, Plans};
+use crate::effects::{Effect, SampleSets};
 use crate::first_hit_sums::FirstHit;
 use crate::job::Job;
 use crate::kernel;
 use crate::settings::{MethodKind, Settings};
 use dapple_camera::Camera;
 use dapple_math::PixelRect;
-use dapple_sampling::{Pattern, Plan};
+use dapple_sampling::{Pattern, SampleSet};
 use dapple_scene::Scene;
 use glam::DVec3;
 
@@ -75,7 +75,7 @@ pub fn variances(
 
 /// One random point of every integral that is on.
 fn one_each(settings: &Settings) -> Settings {
-    let plans = settings.plans.map(|_, _| Plan::new(1, Pattern::Random));
+    let plans = settings.plans.map(|_, _| SampleSet::new(1, Pattern::Random));
     Settings { plans, ..settings.clone() }
         .with_method(MethodKind::Distribution)
         .with_distribution(|d| d.combine = Default::default())
@@ -83,8 +83,8 @@ fn one_each(settings: &Settings) -> Settings {
 }
 
 fn two_of(settings: &Settings, effect: Effect) -> Settings {
-    let two = |e, plan| if e == effect { Plan::new(2, Pattern::Random) } else { plan };
-    let plans: Plans = settings.plans.map(two);
+    let two = |e, plan| if e == effect { SampleSet::new(2, Pattern::Random) } else { plan };
+    let plans: SampleSets = settings.plans.map(two);
     Settings { plans, ..settings.clone() }
 }
 

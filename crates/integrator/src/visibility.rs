@@ -4,7 +4,7 @@
 //! ([`Cutout`]). A BLEND surface stops a ray with probability alpha, decided by a hash of the ray's key and the
 //! triangle: passing through is no bounce, costs no depth, and draws no number from another dimension.
 
-use dapple_geometry::{Filter, Hit, Opaque};
+use dapple_geometry::{Hit, HitFilter, Opaque};
 use dapple_math::Ray;
 use dapple_sampling::Key;
 use dapple_scene::Scene;
@@ -16,8 +16,8 @@ pub(crate) trait Visibility: Copy + Send + Sync {
     ///
     /// [`Job::is_plain`]: crate::job::Job::is_plain
     const PLAIN: bool;
-    fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit>;
-    fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool;
+    fn intersect(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit>;
+    fn occluded(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool;
     /// Whether some of what stops the ray `counts`. Asks about everything on it, in any order, until the answer is yes.
     fn any(self, scene: &Scene, ray: &Ray, time: f32, key: Key, counts: &dyn Fn(&Hit) -> bool) -> bool;
     /// The nearest of the hits that `counts` names.
@@ -32,7 +32,7 @@ struct Both<'a, F> {
     counts: &'a dyn Fn(&Hit) -> bool,
 }
 
-impl<F: Filter> Filter for Both<'_, F> {
+impl<F: HitFilter<Hit>> HitFilter<Hit> for Both<'_, F> {
     const OPAQUE: bool = false;
     fn accept(&self, hit: &Hit) -> bool {
         self.filter.accept(hit) && (self.counts)(hit)
@@ -54,7 +54,7 @@ struct Where<'a, I, F> {
     counts: &'a F,
 }
 
-impl<I: Filter, F: Fn(&Hit) -> bool> Filter for Where<'_, I, F> {
+impl<I: HitFilter<Hit>, F: Fn(&Hit) -> bool> HitFilter<Hit> for Where<'_, I, F> {
     const OPAQUE: bool = false;
     fn accept(&self, hit: &Hit) -> bool {
         (self.counts)(hit) && (I::OPAQUE || self.inner.accept(hit))
@@ -68,22 +68,22 @@ pub(crate) struct Solid<const PLAIN: bool>;
 impl<const PLAIN: bool> Visibility for Solid<PLAIN> {
     const PLAIN: bool = PLAIN;
     #[inline(always)]
-    fn closest(self, scene: &Scene, ray: &Ray, time: f32, _: Key) -> Option<Hit> {
-        scene.world.closest(ray, time, &Opaque)
+    fn intersect(self, scene: &Scene, ray: &Ray, time: f32, _: Key) -> Option<Hit> {
+        scene.accel.intersect(ray, time, &Opaque)
     }
     #[inline(always)]
-    fn blocked(self, scene: &Scene, ray: &Ray, time: f32, _: Key) -> bool {
-        scene.world.blocked(ray, time, &Opaque)
+    fn occluded(self, scene: &Scene, ray: &Ray, time: f32, _: Key) -> bool {
+        scene.accel.occluded(ray, time, &Opaque)
     }
     #[inline(never)]
     fn any(self, scene: &Scene, ray: &Ray, time: f32, _: Key, counts: &dyn Fn(&Hit) -> bool) -> bool {
-        scene.world.blocked(ray, time, &Both { filter: Opaque, counts })
+        scene.accel.occluded(ray, time, &Both { filter: Opaque, counts })
     }
     fn closest_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> Option<Hit> {
-        at.scene.world.closest(at.ray, at.time, &Where { inner: Opaque, counts })
+        at.scene.accel.intersect(at.ray, at.time, &Where { inner: Opaque, counts })
     }
     fn blocked_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> bool {
-        at.scene.world.blocked(at.ray, at.time, &Where { inner: Opaque, counts })
+        at.scene.accel.occluded(at.ray, at.time, &Where { inner: Opaque, counts })
     }
 }
 
@@ -95,23 +95,23 @@ pub(crate) struct Cutout<const PLAIN: bool> {
 
 impl<const PLAIN: bool> Visibility for Cutout<PLAIN> {
     const PLAIN: bool = PLAIN;
-    fn closest(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit> {
-        scene.world.closest(ray, time, &self.filter(scene, ray, time, key))
+    fn intersect(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit> {
+        scene.accel.intersect(ray, time, &self.filter(scene, ray, time, key))
     }
-    fn blocked(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool {
-        scene.world.blocked(ray, time, &self.filter(scene, ray, time, key))
+    fn occluded(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool {
+        scene.accel.occluded(ray, time, &self.filter(scene, ray, time, key))
     }
     #[inline(never)]
     fn any(self, scene: &Scene, ray: &Ray, time: f32, key: Key, counts: &dyn Fn(&Hit) -> bool) -> bool {
-        scene.world.blocked(ray, time, &Both { filter: self.filter(scene, ray, time, key), counts })
+        scene.accel.occluded(ray, time, &Both { filter: self.filter(scene, ray, time, key), counts })
     }
     fn closest_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> Option<Hit> {
         let inner = self.filter(at.scene, at.ray, at.time, at.key);
-        at.scene.world.closest(at.ray, at.time, &Where { inner, counts })
+        at.scene.accel.intersect(at.ray, at.time, &Where { inner, counts })
     }
     fn blocked_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> bool {
         let inner = self.filter(at.scene, at.ray, at.time, at.key);
-        at.scene.world.blocked(at.ray, at.time, &Where { inner, counts })
+        at.scene.accel.occluded(at.ray, at.time, &Where { inner, counts })
     }
 }
 
@@ -129,7 +129,7 @@ struct CutoutFilter<'a> {
     cull_backfaces: bool,
 }
 
-impl Filter for CutoutFilter<'_> {
+impl HitFilter<Hit> for CutoutFilter<'_> {
     const OPAQUE: bool = false;
     fn accept(&self, hit: &Hit) -> bool {
         if self.cull_backfaces && !self.scene.is_double_sided(hit.object) && self.is_back(hit) {
@@ -142,7 +142,7 @@ impl Filter for CutoutFilter<'_> {
 
 impl CutoutFilter<'_> {
     fn is_back(&self, hit: &Hit) -> bool {
-        self.scene.world.is_from_behind(hit, self.d, self.time)
+        self.scene.accel.is_from_behind(hit, self.d, self.time)
     }
 }
 

@@ -48,12 +48,12 @@ fn differences(scene: &Scene, pattern: Pattern, spp: u32, seeds: u64) -> (Moment
         let settings =
             Settings { size, seed, pattern, max_bounces: 0, ..Settings::default() }.with_threads(1);
         let pilot = settings.clone().with_spp(dapple_integrator::PILOT).with_path(|p| p.adaptive = true);
-        let spread = render(scene, camera, &pilot, &|_| ControlFlow::Continue(())).spread;
-        let star = |spread| {
-            let settings = settings.clone().with_spp(spp).with_path(|p| p.spread = spread);
+        let allocation = render(scene, camera, &pilot, &|_| ControlFlow::Continue(())).allocation;
+        let star = |allocation| {
+            let settings = settings.clone().with_spp(spp).with_path(|p| p.allocation = allocation);
             render_pixels(scene, camera, &settings, spp, &[STAR])[0].x
         };
-        let (adaptive, alike) = (star(spread), star(None));
+        let (adaptive, alike) = (star(allocation), star(None));
         difference.add(adaptive - alike);
         even.add(alike);
     }

@@ -148,7 +148,7 @@ fn every_traversal_kernel_gives_the_same_picture() {
     let settings = Settings { size: (40, 30), ..Settings::default() }.with_spp(3);
     let expected = bits(&run(&scene, &settings));
     for kernel in Kernel::available() {
-        scene.world = scene.world.with_kernel(kernel);
+        scene.accel = scene.accel.with_kernel(kernel);
         assert_eq!(bits(&run(&scene, &settings)), expected, "{}", kernel.name());
     }
 }

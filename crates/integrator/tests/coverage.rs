@@ -8,7 +8,7 @@ use dapple_integrator::camera::{Aperture, Filter, Lens};
 use dapple_integrator::{Aov, MethodKind, Outcome, Settings, render, replay};
 use dapple_lights::Environment;
 use dapple_materials::Material;
-use dapple_sampling::Plan;
+use dapple_sampling::SampleSet;
 use dapple_scene::{AlphaMode, Scene, SceneBuilder, TexturedMaterial};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::BTreeMap;
@@ -70,8 +70,8 @@ fn methods() -> [Settings; 2] {
     let path = Settings { size: (20, 16), max_bounces: 3, ..Settings::default() }.with_spp(9);
     let mut tree = path.clone().with_method(MethodKind::Distribution);
     tree.plans.pixel = "3x3".parse().unwrap();
-    tree.plans.lens = Plan::new(4, dapple_sampling::Pattern::Sobol);
-    tree.plans.light = Plan::new(1, dapple_sampling::Pattern::Sobol);
+    tree.plans.lens = SampleSet::new(4, dapple_sampling::Pattern::Sobol);
+    tree.plans.light = SampleSet::new(1, dapple_sampling::Pattern::Sobol);
     tree.plans.glossy = tree.plans.light;
     [path, tree]
 }

@@ -3,10 +3,10 @@
 mod common;
 
 use common::*;
-use dapple_integrator::{MethodKind, Outcome, Plans, Settings, forecast, render};
+use dapple_integrator::{MethodKind, Outcome, SampleSets, Settings, forecast, render};
 use dapple_lights::Environment;
 use dapple_materials::{Material, Mirror};
-use dapple_sampling::{Pattern, Plan};
+use dapple_sampling::{Pattern, SampleSet};
 use dapple_scene::{Scene, TexturedMaterial};
 use glam::{DAffine3, DVec3, Vec3};
 use std::ops::ControlFlow;
@@ -28,7 +28,7 @@ fn hall_of_mirrors(kr: f32, emission: f32) -> Scene {
 }
 
 fn settings(method: MethodKind, threads: usize, max_bounces: u32) -> Settings {
-    let plans = Plans { pixel: Plan::new(1, Pattern::Stratified), ..Plans::default() };
+    let plans = SampleSets { pixel: SampleSet::new(1, Pattern::Stratified), ..SampleSets::default() };
     let (spp, roulette) = (Some(1), false);
     Settings { size: (2, 2), max_bounces, plans, ..Settings::default() }
         .with_method(method)

@@ -4,10 +4,10 @@ mod common;
 
 use common::*;
 use dapple_integrator::camera::{Aperture, Lens};
-use dapple_integrator::{Combine, Effect, MethodKind, Outcome, Plans, Settings, render};
+use dapple_integrator::{Combine, Effect, MethodKind, Outcome, SampleSets, Settings, render};
 use dapple_lights::Environment;
 use dapple_materials::{Material, Mirror};
-use dapple_sampling::{Pattern, Plan};
+use dapple_sampling::{Pattern, SampleSet};
 use dapple_scene::{Scene, TexturedMaterial};
 use dapple_testkit::z_test;
 use glam::{DAffine3, DVec3, Vec3};
@@ -66,13 +66,13 @@ fn draw(scene: &Scene, settings: &Settings) -> Outcome {
     render(scene, &scene.cameras[0].camera, settings, &|_| ControlFlow::Continue(()))
 }
 
-fn off(effects: &[Effect]) -> Plans {
-    let mut plans = Plans::default();
-    effects.iter().for_each(|&effect| *plans.of_mut(effect) = Plan::OFF);
+fn off(effects: &[Effect]) -> SampleSets {
+    let mut plans = SampleSets::default();
+    effects.iter().for_each(|&effect| *plans.of_mut(effect) = SampleSet::OFF);
     plans
 }
 
-fn by_path(scene: &Scene, plans: Plans) -> Outcome {
+fn by_path(scene: &Scene, plans: SampleSets) -> Outcome {
     let settings = Settings {
         size: (16, 12),
         pattern: Pattern::Random,
@@ -87,14 +87,20 @@ fn by_path(scene: &Scene, plans: Plans) -> Outcome {
 }
 
 /// Independent points over the pixel: the film then knows the error of what is nested in them.
-fn by_distribution(scene: &Scene, plans: Plans, combine: Combine, points: u32, inner: Pattern) -> Outcome {
+fn by_distribution(
+    scene: &Scene,
+    plans: SampleSets,
+    combine: Combine,
+    points: u32,
+    inner: Pattern,
+) -> Outcome {
     let mut plans = plans;
     for effect in [Effect::Lens, Effect::Light, Effect::Glossy, Effect::Refract] {
         if !plans.is_off(effect) {
-            *plans.of_mut(effect) = Plan::new(4, inner);
+            *plans.of_mut(effect) = SampleSet::new(4, inner);
         }
     }
-    plans.pixel = Plan::new(points, Pattern::Random);
+    plans.pixel = SampleSet::new(points, Pattern::Random);
     let settings = Settings {
         size: (16, 12),
         max_bounces: 3,
@@ -126,10 +132,10 @@ fn assert_agree(what: &str, a: &Outcome, b: &Outcome) {
 #[test]
 fn with_everything_on_both_tracers_agree() {
     let scene = studio();
-    let path = by_path(&scene, Plans::default());
+    let path = by_path(&scene, SampleSets::default());
     for (combine, points) in [(Combine::Nested, 200), (Combine::Paired, 1500)] {
         for inner in [Pattern::Stratified, Pattern::Sobol] {
-            let ours = by_distribution(&scene, Plans::default(), combine, points, inner);
+            let ours = by_distribution(&scene, SampleSets::default(), combine, points, inner);
             assert_agree(&format!("{combine} {inner}"), &ours, &path);
         }
     }
@@ -156,7 +162,7 @@ fn with_an_effect_off_both_tracers_agree() {
 #[test]
 fn each_effect_shows() {
     let scene = studio();
-    let all = by_path(&scene, Plans::default());
+    let all = by_path(&scene, SampleSets::default());
     for effect in [Effect::Lens, Effect::Light, Effect::Glossy, Effect::Refract, Effect::Diffuse] {
         let without = by_path(&scene, off(&[effect]));
         let (a, b) = (all.film.mean(), without.film.mean());
@@ -176,7 +182,7 @@ fn without_interreflection_the_sky_still_lights() {
     let exact = sky_irradiance(&picture);
     for method in [MethodKind::Path, MethodKind::Distribution] {
         let mut plans = off(&[Effect::Diffuse]);
-        plans.pixel = Plan::new(4096, Pattern::Random);
+        plans.pixel = SampleSet::new(4096, Pattern::Random);
         let settings =
             Settings { plans, size: (4, 4), pattern: Pattern::Random, max_bounces: 3, ..Settings::default() }
                 .with_method(method)
@@ -235,7 +241,7 @@ fn a_grid_is_a_set_of_point_lights() {
                 continue;
             }
             let mut plans = off(&[Effect::Diffuse, Effect::Pixel]);
-            plans.light = Plan { nx: n, ny: n, pattern: Pattern::Grid };
+            plans.light = SampleSet { nx: n, ny: n, pattern: Pattern::Grid };
             let settings =
                 Settings { plans, size: (1, 1), max_bounces: 1, ..Settings::default() }.with_method(method);
             let got = f64::from(draw(&scene, &settings).film.mean().at(0, 0).x) * std::f64::consts::PI;
@@ -249,8 +255,8 @@ fn a_grid_is_a_set_of_point_lights() {
 fn rays_are_forecast() {
     let scene = studio();
     let camera = &scene.cameras[0].camera;
-    let mut plans = Plans { pixel: Plan::new(2, Pattern::Random), ..Plans::default() };
-    plans.lens = Plan::new(3, Pattern::Random);
+    let mut plans = SampleSets { pixel: SampleSet::new(2, Pattern::Random), ..SampleSets::default() };
+    plans.lens = SampleSet::new(3, Pattern::Random);
     for combine in [Combine::Nested, Combine::Paired] {
         let settings = Settings { size: (16, 12), max_bounces: 3, plans, ..Settings::default() }
             .with_method(MethodKind::Distribution)
@@ -263,9 +269,9 @@ fn rays_are_forecast() {
     let wall = room.material(matte(0.5, 1.0));
     room.mesh("room", inward_cube(), DAffine3::IDENTITY, wall);
     let room = room.build().unwrap();
-    let plans = Plans {
-        light: Plan::new(3, Pattern::Stratified),
-        diffuse: Plan::new(2, Pattern::Stratified),
+    let plans = SampleSets {
+        light: SampleSet::new(3, Pattern::Stratified),
+        diffuse: SampleSet::new(2, Pattern::Stratified),
         ..plans
     };
     let settings = Settings { size: (4, 4), max_bounces: 2, plans, ..Settings::default() }
@@ -284,7 +290,7 @@ fn threads_and_crops_change_no_bit() {
     };
     let settings = Settings {
         size: (20, 16),
-        plans: Plans { pixel: Plan::new(2, Pattern::Stratified), ..Plans::default() },
+        plans: SampleSets { pixel: SampleSet::new(2, Pattern::Stratified), ..SampleSets::default() },
         ..Settings::default()
     }
     .with_method(MethodKind::Distribution)
@@ -295,13 +301,15 @@ fn threads_and_crops_change_no_bit() {
         &scene,
         &scene.cameras[0].camera,
         &Settings {
-            plans: Plans { pixel: Plan::new(1, Pattern::Stratified), ..settings.plans },
+            plans: SampleSets { pixel: SampleSet::new(1, Pattern::Stratified), ..settings.plans },
             ..settings.clone()
         },
         (5, 6),
         0,
     );
-    let single =
-        Settings { plans: Plans { pixel: Plan::new(1, Pattern::Stratified), ..settings.plans }, ..settings };
+    let single = Settings {
+        plans: SampleSets { pixel: SampleSet::new(1, Pattern::Stratified), ..settings.plans },
+        ..settings
+    };
     assert_eq!(radiance, draw(&scene, &single).film.mean().at(5, 6));
 }

@@ -83,7 +83,7 @@ fn assert_seen(what: &str, scene: &Scene, exact: f64) {
         let outcome = means(scene, &scene.cameras[0].camera, &straight(tracer));
         let seen = f64::from(outcome.film.mean().pixels[0].x);
         assert!((seen - exact).abs() <= 1e-4 * exact, "{what}, {tracer:?}: {seen}, exact {exact}");
-        assert!(outcome.stats.ledger.is_clean(), "{what}");
+        assert!(outcome.stats.bias.is_clean(), "{what}");
     }
 }
 
@@ -338,8 +338,8 @@ fn more_bodies_than_a_ray_remembers_are_told_of() {
         for tracer in [Tracer::Path, Tracer::Nested] {
             let settings = Settings { max_bounces: 100, ..straight(tracer) };
             let outcome = means(&scene, &scene.cameras[0].camera, &settings);
-            assert_eq!(outcome.stats.ledger.is_clean(), clean, "{count}");
-            assert_eq!(outcome.stats.ledger.nested.count == 0, clean, "{count}");
+            assert_eq!(outcome.stats.bias.is_clean(), clean, "{count}");
+            assert_eq!(outcome.stats.bias.nested.count == 0, clean, "{count}");
             // What is forgotten is the weakest, here the outermost: its share of the way out is not absorbed.
             let forgotten = 0.01 * 0.05 * (count as f32 - 16.0).max(0.0);
             let seen = outcome.film.mean().pixels[0].x;

@@ -7,9 +7,9 @@ use common::*;
 use dapple_camera::{Projection, Shutter};
 use dapple_geometry::Mesh;
 use dapple_geometry::bvh::Kernel;
-use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::sampling::{Pattern, SampleSet};
 use dapple_integrator::settings::Strategy;
-use dapple_integrator::{Backfaces, Effect, MethodKind, Outcome, Plans, Settings};
+use dapple_integrator::{Backfaces, Effect, MethodKind, Outcome, SampleSets, Settings};
 use dapple_lights::Environment;
 use dapple_materials::Material;
 use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs};
@@ -51,8 +51,9 @@ fn settings(size: (u32, u32), spp: u32) -> Settings {
 /// The distribution tracer, four instants at each of so many points of a pixel; all independent, so that its error is no
 /// larger than that of as many paths as points.
 fn distribution(size: (u32, u32), points: u32) -> Settings {
-    let random = |n| Plan::new(n, Pattern::Random);
-    let plans = Plans { pixel: random(points), time: random(4), light: random(1), ..Plans::default() };
+    let random = |n| SampleSet::new(n, Pattern::Random);
+    let plans =
+        SampleSets { pixel: random(points), time: random(4), light: random(1), ..SampleSets::default() };
     Settings { plans, ..settings(size, 1) }.with_method(MethodKind::Distribution).with_spp(points)
 }
 
@@ -101,8 +102,8 @@ fn a_translating_plate_is_a_trapezoid() {
         let summed = run(&scene, &distribution((8, 4), 1000));
         assert_columns(&format!("distribution, Δ = {delta}"), &summed, 1.0, columns);
         // Off, it stands where the shutter opens.
-        let mut plans = Plans::default();
-        *plans.of_mut(Effect::Time) = Plan::OFF;
+        let mut plans = SampleSets::default();
+        *plans.of_mut(Effect::Time) = SampleSet::OFF;
         let still = run(&scene, &Settings { plans, ..settings((8, 4), 8000) });
         assert_columns("at the opening", &still, 1.0, |x| (w - x).clamp(0.0, 1.0));
     }
@@ -360,8 +361,8 @@ fn light_and_bsdf_sampling_agree_on_lights_that_move() {
         assert_agree("strategies", &both, &by(other, seed));
     }
     let still = {
-        let mut plans = Plans::default();
-        *plans.of_mut(Effect::Time) = Plan::OFF;
+        let mut plans = SampleSets::default();
+        *plans.of_mut(Effect::Time) = SampleSet::OFF;
         run(&scene, &Settings { plans, max_bounces: 2, ..settings((24, 16), 1024) })
     };
     assert!(largest_z(&both, &still) > 20.0, "the motion must show");
@@ -393,14 +394,14 @@ fn assert_agree(what: &str, a: &Outcome, b: &Outcome) {
 fn both_tracers_see_the_same_motion() {
     let scene = restless_lamps();
     let path = run(&scene, &Settings { seed: 4, max_bounces: 2, ..settings((24, 16), 1024) });
-    let random = |n| Plan::new(n, Pattern::Random);
-    let plans = Plans {
+    let random = |n| SampleSet::new(n, Pattern::Random);
+    let plans = SampleSets {
         pixel: random(64),
         time: random(8),
         light: random(1),
         diffuse: random(1),
         glossy: random(1),
-        ..Plans::default()
+        ..SampleSets::default()
     };
     let method = MethodKind::Distribution;
     let distribution =
@@ -417,7 +418,7 @@ fn a_moving_camera_is_a_moving_world() {
         builder.exposure(AT, SHUTTER);
         let pose = CameraPose::look_at(DVec3::new(0.0, 1.5, 6.0), DVec3::ZERO, DVec3::Y, 0.7);
         let still = || vec![fixed(DVec3::ZERO)];
-        let (camera, world) = match camera_moves {
+        let (camera, accel) = match camera_moves {
             true => (slide(DVec3::ZERO, go), still()),
             false => (still(), slide(DVec3::ZERO, -go)),
         };
@@ -426,16 +427,16 @@ fn a_moving_camera_is_a_moving_world() {
         let shiny = builder.material(metal(Vec3::new(0.9, 0.6, 0.3), 0.2));
         let lamp = builder.material(matte(0.0, 8.0));
         let floor = quad(Vec3::new(-5.0, -1.0, 5.0), Vec3::X * 10.0, Vec3::Z * -10.0);
-        builder.moving_mesh("floor", floor, world.clone(), white);
-        builder.moving_mesh("ball", painted_ball(), world.clone(), shiny);
-        builder.moving_mesh("lamp", quad(Vec3::new(-1.0, 3.0, -1.0), Vec3::X, Vec3::Z), world.clone(), lamp);
+        builder.moving_mesh("floor", floor, accel.clone(), white);
+        builder.moving_mesh("ball", painted_ball(), accel.clone(), shiny);
+        builder.moving_mesh("lamp", quad(Vec3::new(-1.0, 3.0, -1.0), Vec3::X, Vec3::Z), accel.clone(), lamp);
         builder.point_light(DVec3::new(2.0, 2.0, 3.0), Vec3::splat(20.0), f64::INFINITY);
-        builder.moving_light(world);
+        builder.moving_light(accel);
         builder.build().unwrap()
     };
     let (a, b) = (build(true), build(false));
-    assert!(a.cameras[0].camera.motion.is_some() && !a.world.has_motion());
-    assert!(b.cameras[0].camera.motion.is_none() && b.world.has_motion());
+    assert!(a.cameras[0].camera.motion.is_some() && !a.accel.has_motion());
+    assert!(b.cameras[0].camera.motion.is_none() && b.accel.has_motion());
     let by = |scene: &Scene, seed| run(scene, &Settings { seed, max_bounces: 3, ..settings((24, 16), 1024) });
     assert_agree("relative motion", &by(&a, 5), &by(&b, 6));
 }
@@ -452,7 +453,7 @@ fn threads_and_kernels_change_no_bit_of_motion() {
     let one = bits(&run(&scene, &settings(1)));
     assert_eq!(one, bits(&run(&scene, &settings(2))));
     for kernel in Kernel::available() {
-        scene.world = scene.world.with_kernel(kernel);
+        scene.accel = scene.accel.with_kernel(kernel);
         assert_eq!(one, bits(&run(&scene, &settings(2))), "{}", kernel.name());
     }
 }

@@ -1,8 +1,10 @@
 //! Lights that move: where they are aimed at is where rays meet them, at the same time.
 
 use dapple_geometry::shapes::{Disk, Shape, Sphere};
-use dapple_geometry::{Mesh, Opaque, World, WorldBuilder};
-use dapple_lights::{Aiming, Area, AreaShape, Distant, Light, LightChoice, LightSample, Moving, Point, Spot};
+use dapple_geometry::{Accel, AccelBuilder, Mesh, Opaque};
+use dapple_lights::{
+    Aiming, Area, AreaShape, Distant, Light, LightSample, LightSampler, Moving, Point, Spot,
+};
 use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_math::offset::offset_origin;
 use dapple_math::{Motion, Ray};
@@ -73,8 +75,8 @@ fn light_of(area: Area, round: bool, motion: &Arc<Motion>) -> Light {
     Light::Moving(Box::new(if is_oval { moving.oval() } else { moving }))
 }
 
-fn world(shape: &AreaShape, motion: &Motion) -> World {
-    let mut builder = WorldBuilder::default();
+fn accel(shape: &AreaShape, motion: &Motion) -> Accel {
+    let mut builder = AccelBuilder::default();
     let triangles =
         if let AreaShape::Triangle(_) = shape { vec![[0, 1, 2]] } else { vec![[0, 1, 2], [0, 2, 3]] };
     match *shape {
@@ -106,7 +108,7 @@ fn what_is_aimed_at_is_what_a_ray_meets() {
     for case in 0..900 {
         let (shape, round) = shape_of(case);
         let motion = motion(&mut rng, round);
-        let world = world(&shape, &motion);
+        let accel = accel(&shape, &motion);
         let area = Area { shape, radiance: Vec3::ONE, two_sided: false };
         let light = light_of(area, round, &motion);
         for k in 0..40 {
@@ -117,7 +119,7 @@ fn what_is_aimed_at_is_what_a_ray_meets() {
             let aiming = [Aiming::SolidAngle, Aiming::Surface][k % 2];
             let Some(sample) = light.sample_as(aiming, p, rng.vec2(), time) else { continue };
             assert!(
-                !world.blocked(&shadow_ray(p, &sample), time, &Opaque),
+                !accel.occluded(&shadow_ray(p, &sample), time, &Opaque),
                 "{shape:?}, case {case}: hides itself"
             );
             let point = sample.point.unwrap();
@@ -130,8 +132,8 @@ fn what_is_aimed_at_is_what_a_ray_meets() {
             let tolerance = if case < 600 { 1e-3 } else { 2e-2 };
             assert!((again / sample.pdf - 1.0).abs() < tolerance, "{shape:?}: {again} for {}", sample.pdf);
             let ray = Ray::new(p, sample.wi);
-            let Some(hit) = world.closest(&ray, time, &Opaque) else { continue };
-            let surface = world.surface(&ray, time, &hit);
+            let Some(hit) = accel.intersect(&ray, time, &Opaque) else { continue };
+            let surface = accel.surface(&ray, time, &hit);
             let size = sample.distance * 1e-4;
             assert!((surface.p - point.p).length() < size, "{shape:?}: {} for {}", surface.p, point.p);
             assert!(surface.ng.dot(point.n) > 0.999, "{shape:?}: {} for {}", surface.ng, point.n);
@@ -157,7 +159,7 @@ fn bounds_hold_all_through_the_shutter() {
         let p = Vec3::new(1e4, 0.0, 0.0);
         let other = Light::Point(Point { p, intensity: Vec3::splat(1e3), range: f32::INFINITY });
         let lights = [moving, other];
-        let choice = LightChoice::new(&lights, 200.0).unwrap();
+        let choice = LightSampler::new(&lights, 200.0).unwrap();
         for _ in 0..20 {
             let time = SECONDS * rng.f32();
             let Light::Moving(l) = &lights[0] else { unreachable!() };
@@ -204,5 +206,5 @@ fn delta_lights_stand_where_their_chain_ends() {
         let s = lights[2].sample(p, Vec2::ZERO, time).unwrap();
         assert!((s.wi.as_dvec3() - m.matrix3.y_axis.normalize()).length() < 1e-6);
     }
-    assert!(LightChoice::new(&lights, 10.0).is_some());
+    assert!(LightSampler::new(&lights, 10.0).is_some());
 }

@@ -115,7 +115,7 @@ fn suns_and_points_shine_through_thin_walls_with_their_transmittance() {
                 assert_lit(&what, &scene, if is_sun { exact } else { exact_point }, &Settings::default());
             // A wall that reflects sends light on where nothing finds it.
             let left_out = u64::from(ior > 1.0);
-            assert!(outcomes.iter().all(|o| o.stats.ledger.lights_unreachable == left_out), "{what}");
+            assert!(outcomes.iter().all(|o| o.stats.bias.lights_unreachable == left_out), "{what}");
         }
     }
 }
@@ -146,7 +146,7 @@ fn lights_shine_into_through_and_out_of_index_matched_bodies() {
         let seen = DVec3::new(0.3, 0.8, 0.2).length() as f32 * if a < 0.0 { 1.0 } else { 0.0 };
         let exact = Vec3::splat(intensity / 4.0 * (-sigma * (way + seen)).exp());
         let outcomes = assert_lit(what, &scene, exact, &Settings::default());
-        assert!(outcomes.iter().all(|o| o.stats.ledger.is_clean()), "{what}");
+        assert!(outcomes.iter().all(|o| o.stats.bias.is_clean()), "{what}");
     }
 }
 
@@ -159,7 +159,7 @@ fn light_does_not_come_through_what_bends_it_unless_asked_to() {
         builder.distant_light(towards, Vec3::splat(3.0));
     });
     let outcomes = assert_lit("bent", &scene, Vec3::ZERO, &Settings::default());
-    assert!(outcomes.iter().all(|o| o.stats.ledger.lights_unreachable == 1));
+    assert!(outcomes.iter().all(|o| o.stats.bias.lights_unreachable == 1));
     let once = 1.0 - fresnel(towards.y, 1.5);
     let through = (once * once * (-0.3 * 0.5 / towards.y).exp() * 3.0 * towards.y) as f32;
     let settings = Settings { transparent_shadows: true, ..Settings::default() };
@@ -176,8 +176,8 @@ fn measure(scene: &Scene, tracer: Tracer, settings: &Settings) -> (f64, f64) {
     );
     let settings = Settings {
         size: (12, 12),
-        plans: dapple_integrator::Plans {
-            pixel: dapple_sampling::Plan { nx: 8, ny: 8, pattern: Pattern::Random },
+        plans: dapple_integrator::SampleSets {
+            pixel: dapple_sampling::SampleSet { nx: 8, ny: 8, pattern: Pattern::Random },
             ..one.plans
         },
         filter: "box:0.001".parse().unwrap(),
@@ -309,7 +309,7 @@ fn what_is_lost_among_too_many_panes_is_told() {
         });
         let exact = if passes { Vec3::ONE } else { Vec3::ZERO };
         for outcome in assert_lit("many panes", &scene, exact, &Settings::default()) {
-            let panes = outcome.stats.ledger.panes;
+            let panes = outcome.stats.bias.panes;
             assert_eq!(panes.count > 0, !passes);
             assert_eq!(panes.energy > 0.0, !passes);
         }
@@ -327,7 +327,7 @@ fn only_lights_and_surfaces_that_can_are_said_to_lose_light() {
         });
         let settings =
             Settings { transparent_shadows: transparent, size: (1, 1), ..Settings::default() }.with_spp(1);
-        run(&scene, &settings).stats.ledger.lights_unreachable
+        run(&scene, &settings).stats.bias.lights_unreachable
     };
     assert_eq!(count(pane(1.5, false, Vec3::ONE), 3, false), 3);
     assert_eq!(count(pane(1.5, false, Vec3::ONE), 3, true), 3, "its reflection");
@@ -373,7 +373,7 @@ fn all_kernels_see_the_same_through_panes_and_bodies() {
             .into_iter()
             .map(|kernel| {
                 let mut scene = build();
-                scene.world = scene.world.with_kernel(kernel);
+                scene.accel = scene.accel.with_kernel(kernel);
                 run(&scene, &settings).film.mean().pixels.clone()
             })
             .collect();

@@ -2,7 +2,7 @@
 
 use dapple_integrator::geometry::Surface;
 use dapple_integrator::math::{Frame, PixelRect, Ray};
-use dapple_integrator::sampling::{Pattern, Plan, warp};
+use dapple_integrator::sampling::{Pattern, SampleSet, warp};
 use dapple_integrator::scene::{Scene, builtin};
 use dapple_integrator::{
     Advance, Aov, Combine, Effect, Integrator, MethodKind, Outcome, Renderer, SampleContext, Settings,
@@ -23,7 +23,7 @@ fn go(_: dapple_integrator::Progress) -> ControlFlow<()> {
 fn settings(method: MethodKind) -> Settings {
     let aovs = vec![Aov::Albedo, Aov::SampleCount];
     let mut settings = Settings { size: (20, 18), seed: 3, aovs, ..Settings::default() };
-    settings.plans.pixel = Plan::new(4, Pattern::Stratified);
+    settings.plans.pixel = SampleSet::new(4, Pattern::Stratified);
     settings.with_method(method).with_spp(24).with_distribution(|d| d.rounds = 0..6)
 }
 
@@ -33,8 +33,8 @@ fn is_same(a: &Outcome, b: &Outcome) -> bool {
         && a.tail.sorted() == b.tail.sorted()
         && (a.stats.rays, a.stats.samples) == (b.stats.rays, b.stats.samples)
         // Energies of the bias report are summed pass by pass.
-        && a.stats.ledger.depth.count == b.stats.ledger.depth.count
-        && (a.stats.ledger.depth.energy - b.stats.ledger.depth.energy).abs() <= 1e-12 * b.stats.ledger.depth.energy
+        && a.stats.bias.depth.count == b.stats.bias.depth.count
+        && (a.stats.bias.depth.energy - b.stats.bias.depth.energy).abs() <= 1e-12 * b.stats.bias.depth.energy
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn settings_without_sense_are_refused() {
     let crop = PixelRect { x0: 500, y0: 0, x1: 600, y1: 10 };
     let paired = Settings::distribution().with_distribution(|d| d.combine = Combine::Paired);
     let mut uneven = paired.clone();
-    uneven.plans.light = Plan::new(9, Pattern::Stratified);
+    uneven.plans.light = SampleSet::new(9, Pattern::Stratified);
     let inside = PixelRect { x1: 510, ..crop };
     for (settings, error) in [
         (Settings { size: (0, 4), ..fine.clone() }, SettingsError::Size(0, 4)),

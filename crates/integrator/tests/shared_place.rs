@@ -12,7 +12,7 @@ use dapple_geometry::Mesh;
 use dapple_integrator::camera::Projection;
 use dapple_integrator::{Effect, MethodKind, Outcome, Settings};
 use dapple_lights::Environment;
-use dapple_sampling::{Pattern, Plan};
+use dapple_sampling::{Pattern, SampleSet};
 use dapple_scene::{AlphaMode, CameraPose, Scene, SceneBuilder, TexturedMaterial};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
@@ -197,8 +197,8 @@ fn settings(method: MethodKind, spp: u32) -> Settings {
             .with_method(method)
             .with_threads(1)
             .with_spp(spp);
-    settings.plans.light = Plan::new(2, Pattern::Random);
-    settings.plans.pixel = Plan::new(spp, Pattern::Random);
+    settings.plans.light = SampleSet::new(2, Pattern::Random);
+    settings.plans.pixel = SampleSet::new(spp, Pattern::Random);
     settings
 }
 
@@ -248,7 +248,7 @@ fn a_lamp_in_the_plane_of_a_ceiling_shines_as_below_it_in_the_distribution_trace
 #[test]
 fn a_lamp_in_the_plane_of_a_ceiling_shines_as_below_it_from_its_centroid() {
     compare_with_raised_ceiling(MethodKind::Path, |settings| {
-        *settings.plans.of_mut(Effect::Light) = Plan::OFF
+        *settings.plans.of_mut(Effect::Light) = SampleSet::OFF
     });
 }
 
@@ -336,7 +336,7 @@ fn moving_lamps_in_one_place_shine_as_one() {
     assert_eq!((one.lights.len(), three.lights.len()), (1, 3));
     // Each of the three with as many points as the one has.
     let mut settings = Settings { size: (2, 2), max_bounces: 1, ..settings(MethodKind::Distribution, 4096) };
-    let once = Plan::new(1, Pattern::Random);
+    let once = SampleSet::new(1, Pattern::Random);
     (settings.plans.time, settings.plans.glossy) = (once, once);
     let [a, b] = [&one, &three].map(|scene| {
         let pixels = pixels(&run(scene, &settings));

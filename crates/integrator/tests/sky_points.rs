@@ -5,10 +5,10 @@ mod common;
 
 use common::*;
 use dapple_imaging::Image;
-use dapple_integrator::{Combine, MethodKind, Plans, Settings, forecast};
+use dapple_integrator::{Combine, MethodKind, SampleSets, Settings, forecast};
 use dapple_lights::Environment;
 use dapple_materials::{Material, Mirror};
-use dapple_sampling::{Moments, Pattern, Plan};
+use dapple_sampling::{Moments, Pattern, SampleSet};
 use dapple_scene::{Scene, TexturedMaterial};
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -43,11 +43,11 @@ fn even() -> Environment {
     Environment::constant(Vec3::ONE)
 }
 
-fn settings(plans: Plans, sky: Plan) -> Settings {
+fn settings(plans: SampleSets, sky: SampleSet) -> Settings {
     Settings {
         size: (1, 1),
         max_bounces: 3,
-        plans: Plans { pixel: Plan::OFF, diffuse: Plan::OFF, ..plans },
+        plans: SampleSets { pixel: SampleSet::OFF, diffuse: SampleSet::OFF, ..plans },
         ..Settings::default()
     }
     .with_method(MethodKind::Distribution)
@@ -55,12 +55,12 @@ fn settings(plans: Plans, sky: Plan) -> Settings {
     .with_distribution(|d| d.sky = sky)
 }
 
-fn lit(light: Plan) -> Settings {
-    settings(Plans { light, ..Plans::default() }, Plans::default().light)
+fn lit(light: SampleSet) -> Settings {
+    settings(SampleSets { light, ..SampleSets::default() }, SampleSets::default().light)
 }
 
-fn unlit(sky: Plan) -> Settings {
-    settings(Plans { light: Plan::OFF, ..Plans::default() }, sky)
+fn unlit(sky: SampleSet) -> Settings {
+    settings(SampleSets { light: SampleSet::OFF, ..SampleSets::default() }, sky)
 }
 
 /// The values of `n` seeds.
@@ -81,7 +81,7 @@ fn errors_fall_as_they_should() {
         let scene = shaded(mirrored, even());
         for with_lights in [true, false] {
             let error = |n, pattern| {
-                let plan = Plan::new(n, pattern);
+                let plan = SampleSet::new(n, pattern);
                 let settings = if with_lights { lit(plan) } else { unlit(plan) };
                 rmse(&values(&scene, &settings, if pattern == Pattern::Grid { 1 } else { 400 }), OPEN)
             };
@@ -112,12 +112,13 @@ fn the_plan_of_the_lights_and_the_skys_own_are_the_same_points() {
     for mirrored in [false, true] {
         let scene = shaded(mirrored, even());
         for pattern in [Pattern::Random, Pattern::Sobol, Pattern::Stratified, Pattern::Grid] {
-            let plan = Plan::new(9, pattern);
+            let plan = SampleSet::new(9, pattern);
             assert_eq!(values(&scene, &lit(plan), 3), values(&scene, &unlit(plan), 3), "{pattern}");
         }
-        let default = Plans::default().light;
-        let off = Plans { light: Plan::OFF, ..Plans::default() };
-        let by_default = settings(off, Plan::OFF).with_distribution(|d| d.sky = Plans::default().light);
+        let default = SampleSets::default().light;
+        let off = SampleSets { light: SampleSet::OFF, ..SampleSets::default() };
+        let by_default =
+            settings(off, SampleSet::OFF).with_distribution(|d| d.sky = SampleSets::default().light);
         assert_eq!(values(&scene, &by_default, 3), values(&scene, &unlit(default), 3));
     }
 }
@@ -132,16 +133,16 @@ fn both_ways_to_the_sky_add_up() {
     for mirrored in [false, true] {
         let sky = Environment::picture(picture.clone(), 0.3, 1.0, false).unwrap();
         let scene = shaded(mirrored, sky);
-        let path = lit(Plan::new(1, Pattern::Random)).with_method(MethodKind::Path).with_spp(256);
+        let path = lit(SampleSet::new(1, Pattern::Random)).with_method(MethodKind::Path).with_spp(256);
         let moments = |s: &Settings, n| values(&scene, s, n).into_iter().collect::<Moments>();
         let truth = moments(&path, 300);
         let paired = |s: Settings| {
-            let pixel = Plan::new(16, Pattern::Stratified);
-            Settings { plans: Plans { pixel, ..s.plans }, ..s }
+            let pixel = SampleSet::new(16, Pattern::Stratified);
+            Settings { plans: SampleSets { pixel, ..s.plans }, ..s }
                 .with_distribution(|d| d.combine = Combine::Paired)
         };
         let plans = [(1, Pattern::Random), (16, Pattern::Stratified), (7, Pattern::Sobol)];
-        let all = plans.map(|(n, pattern)| Plan::new(n, pattern));
+        let all = plans.map(|(n, pattern)| SampleSet::new(n, pattern));
         let nested = all.map(lit).into_iter().chain(all.map(unlit));
         let again = [lit(all[1]), unlit(all[1])].map(paired);
         for (i, settings) in nested.chain(again).enumerate() {
@@ -158,7 +159,8 @@ fn both_ways_to_the_sky_add_up() {
 fn its_rays_are_forecast() {
     for mirrored in [false, true] {
         let scene = shaded(mirrored, even());
-        for settings in [lit(Plan::new(25, Pattern::Sobol)), unlit(Plan::new(36, Pattern::Random))] {
+        for settings in [lit(SampleSet::new(25, Pattern::Sobol)), unlit(SampleSet::new(36, Pattern::Random))]
+        {
             let most = forecast(&scene, &scene.cameras[0].camera, &settings).total();
             let took = run(&scene, &settings).stats.rays as f64;
             assert!(took > 25.0 && took <= most, "{took} of at most {most}");

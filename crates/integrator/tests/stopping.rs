@@ -3,8 +3,10 @@
 mod common;
 
 use common::run;
-use dapple_integrator::sampling::{Pattern, Plan};
-use dapple_integrator::{Aov, MethodKind, Outcome, Plans, Progress, Settings, render, render_pixels_until};
+use dapple_integrator::sampling::{Pattern, SampleSet};
+use dapple_integrator::{
+    Aov, MethodKind, Outcome, Progress, SampleSets, Settings, render, render_pixels_until,
+};
 use dapple_scene::Scene;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -33,9 +35,13 @@ fn counts(outcome: &Outcome) -> [u64; 2] {
 
 /// A point of a pixel that would take hours: the request is heard within it.
 fn endless() -> Settings {
-    let many = Plan::new(1 << 20, Pattern::Random);
-    let plans =
-        Plans { pixel: Plan::new(1, Pattern::Random), light: many, diffuse: many, ..Plans::default() };
+    let many = SampleSet::new(1 << 20, Pattern::Random);
+    let plans = SampleSets {
+        pixel: SampleSet::new(1, Pattern::Random),
+        light: many,
+        diffuse: many,
+        ..SampleSets::default()
+    };
     let aovs = vec![Aov::Depth];
     Settings { size: (8, 8), plans, aovs, ..Settings::default() }
         .with_method(MethodKind::Distribution)
@@ -89,7 +95,7 @@ fn whole_rounds_are_kept_to_the_bit() {
         assert_eq!(counts(&found), [u64::from(spp); 2]);
         let whole = run(&scene, &settings.with_spp(spp));
         assert_eq!(found.film, whole.film);
-        assert_eq!((found.stats.rays, found.stats.ledger), (whole.stats.rays, whole.stats.ledger));
+        assert_eq!((found.stats.rays, found.stats.bias), (whole.stats.rays, whole.stats.bias));
         assert_eq!(found.layers.layers.len(), whole.layers.layers.len());
         for (a, b) in found.layers.layers.iter().zip(&whole.layers.layers) {
             let bits = |l: &dapple_imaging::Layer| -> Vec<u32> {
@@ -103,10 +109,10 @@ fn whole_rounds_are_kept_to_the_bit() {
 #[test]
 fn time_leaves_whole_rounds() {
     let scene = cornell();
-    let plans = Plans {
-        pixel: Plan::new(3, Pattern::Stratified),
-        light: Plan::new(2, Pattern::Random),
-        ..Plans::default()
+    let plans = SampleSets {
+        pixel: SampleSet::new(3, Pattern::Stratified),
+        light: SampleSet::new(2, Pattern::Random),
+        ..SampleSets::default()
     };
     let time_limit = Some(Duration::from_millis(400));
     for method in [MethodKind::Path, MethodKind::Distribution] {

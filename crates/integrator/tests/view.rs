@@ -253,7 +253,7 @@ fn mirrored_objects_keep_their_front() {
             builder.moving_mesh("card", wall(1.0, faces_camera), chain, card);
             builder.mesh("wall", wall(3.0, true), DAffine3::IDENTITY, bright);
             let scene = builder.build().unwrap();
-            assert!(scene.world.has_motion());
+            assert!(scene.accel.has_motion());
             assert_card("moving", &scene, if faces_camera { expected } else { [2.0, 0.0, 2.0] });
         }
     }

@@ -58,11 +58,11 @@ fn pixels_alone() {
     for settings in paths.into_iter().chain([tree, adaptive]) {
         let whole = render(&scene, camera, &settings, &|_| ControlFlow::Continue(()));
         let pixels = [(3, 2), (19, 11), (3, 2), (0, 7)];
-        let spread = whole.spread.clone();
+        let allocation = whole.allocation.clone();
         let found = render_pixels(
             &scene,
             camera,
-            &settings.with_path(|p| p.spread = spread),
+            &settings.with_path(|p| p.allocation = allocation),
             whole.stats.spp,
             &pixels,
         );
@@ -120,7 +120,7 @@ fn enough_is_enough() {
     assert!(found.stats.seconds < 0.5, "{}", found.stats.seconds);
 }
 
-/// The layer `removed` adds up to the ledger.
+/// The layer `removed` adds up to the bias.
 #[test]
 fn what_is_removed_is_known_by_pixel() {
     use dapple_integrator::Aov;
@@ -136,9 +136,9 @@ fn what_is_removed_is_known_by_pixel() {
     let names: Vec<&str> = layer.channels.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["clamped", "depth", "faint", "not_finite"]);
     let sum = |k: usize| layer.channels[k].1.iter().map(|&x| f64::from(x) * 16.0).sum::<f64>();
-    let ledger = outcome.stats.ledger;
-    for (k, energy) in [(0, ledger.clamped.energy), (1, ledger.depth.energy)] {
+    let bias = outcome.stats.bias;
+    for (k, energy) in [(0, bias.clamped.energy), (1, bias.depth.energy)] {
         assert!(energy > 1.0 && (sum(k) / energy - 1.0).abs() < 1e-5, "{k}: {} of {energy}", sum(k));
     }
-    assert_eq!((sum(2), sum(3), ledger.lights_culled), (0.0, 0.0, 0));
+    assert_eq!((sum(2), sum(3), bias.lights_culled), (0.0, 0.0, 0));
 }

@@ -33,13 +33,13 @@ impl Item {
 }
 
 /// The heuristic with its table.
-pub(crate) struct Split {
+pub(crate) struct SplitHeuristic {
     /// M_Ω for θ_e = π/2 by the length R of the mean direction. *Approximation*: the axes are taken to fill their cone
     /// evenly, cosθ_o = 2R − 1; it shapes the tree, not its probabilities.
     spread: [f32; Self::STEPS + 1],
 }
 
-impl Split {
+impl SplitHeuristic {
     const STEPS: usize = 64;
 
     pub fn new() -> Self {
@@ -207,7 +207,7 @@ mod tests {
             Item { low: p, high: p, direction: Vec3::Z, intensity: 1.0, number: i }
         };
         let mut items: Vec<Item> = (0..60).map(item).collect();
-        let middle = Split::new().halve(&mut items, false);
+        let middle = SplitHeuristic::new().halve(&mut items, false);
         assert!(middle == 20 || middle == 40);
         let side = |part: &[Item]| {
             part.iter().all(|i| i.number.is_multiple_of(3) == part[0].number.is_multiple_of(3))

@@ -2,7 +2,7 @@
 //! [Conty Estevez and Kulla 2018], eight ways at a time.
 use crate::cluster::{Bounds, Cone};
 use crate::lanes::{LANES, Lanes, Weights};
-use crate::split::{Item, Split};
+use crate::split::{Item, SplitHeuristic};
 use glam::Vec3;
 
 /// Nodes of up to eight children each; node 0 is the root.
@@ -37,7 +37,7 @@ impl Tree {
         let unit = libm::exp2(libm::floor(libm::log2(total)));
         let mut order: Vec<Item> = items.iter().zip(0..).map(|(b, i)| Item::new(b, i, unit)).collect();
         let trails = vec![(0, 0); items.len()];
-        let mut build = Build { items, split: Split::new(), nodes: Vec::new(), trails, unit };
+        let mut build = Build { items, split: SplitHeuristic::new(), nodes: Vec::new(), trails, unit };
         build.node(&mut order, 0, 0);
         Some(Self { nodes: build.nodes, trails: build.trails, unit })
     }
@@ -91,7 +91,7 @@ impl Tree {
 
 struct Build<'a> {
     items: &'a [Bounds],
-    split: Split,
+    split: SplitHeuristic,
     nodes: Vec<Node>,
     trails: Vec<(u64, u8)>,
     unit: f64,

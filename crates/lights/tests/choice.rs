@@ -1,6 +1,6 @@
 //! Which light is chosen: probabilities that add up, that are kept, that do not depend on units, and that find what counts.
 mod support;
-use dapple_lights::{Area, AreaShape, Distant, Environment, Light, LightChoice, Point, Spot};
+use dapple_lights::{Area, AreaShape, Distant, Environment, Light, LightSampler, Point, Spot};
 use dapple_math::Image;
 use dapple_sampling::{Key, Pattern, point_1d};
 use dapple_testkit::{Rng, chi_square::ChiSquare};
@@ -66,7 +66,7 @@ fn receivers(count: usize) -> Vec<(Vec3, Vec3)> {
 #[test]
 fn probabilities_add_up_and_none_is_zero() {
     for lights in sets(1.0) {
-        let choice = LightChoice::new(&lights, 10.0).unwrap();
+        let choice = LightSampler::new(&lights, 10.0).unwrap();
         for (p, n) in receivers(60) {
             let pmf: Vec<f64> = (0..lights.len()).map(|i| choice.pmf(p, n, i) as f64).collect();
             assert!((pmf.iter().sum::<f64>() - 1.0).abs() < 1e-5, "{}", pmf.iter().sum::<f64>());
@@ -82,7 +82,7 @@ fn probabilities_add_up_and_none_is_zero() {
 #[test]
 fn the_choice_carries_its_probability() {
     for lights in sets(1.0) {
-        let choice = LightChoice::new(&lights, 10.0).unwrap();
+        let choice = LightSampler::new(&lights, 10.0).unwrap();
         let mut rng = Rng::new(9);
         for (p, n) in receivers(60) {
             for _ in 0..50 {
@@ -102,7 +102,7 @@ fn frequencies_follow_the_probabilities() {
     let (sets, receivers) = (sets(1.0), receivers(4));
     let test = ChiSquare::family(sets.len() * receivers.len());
     for lights in sets {
-        let choice = LightChoice::new(&lights, 10.0).unwrap();
+        let choice = LightSampler::new(&lights, 10.0).unwrap();
         for &(p, n) in &receivers {
             let pmf: Vec<f64> = (0..lights.len()).map(|i| choice.pmf(p, n, i) as f64).collect();
             let result = test.indices(&pmf, |u| choice.sample(p, n, u).unwrap().index);
@@ -115,7 +115,7 @@ fn frequencies_follow_the_probabilities() {
 #[test]
 fn what_is_left_of_u_is_uniform() {
     for lights in sets(1.0) {
-        let choice = LightChoice::new(&lights, 10.0).unwrap();
+        let choice = LightSampler::new(&lights, 10.0).unwrap();
         let mut rng = Rng::new(21);
         let (m, se) = mean(100_000, 1, |_| choice.sample(Vec3::ONE, Vec3::Y, rng.f32()).unwrap().u as f64);
         assert!((m - 0.5).abs() < 4.5 * se, "{m} ± {se}");
@@ -127,8 +127,8 @@ fn units_do_not_matter() {
     for k in [-20, -3, 7, 20] {
         let scale = libm::exp2f(k as f32);
         for (a, b) in sets(1.0).iter().zip(&sets(scale)) {
-            let one = LightChoice::new(a, 10.0).unwrap();
-            let other = LightChoice::new(b, 10.0 * scale).unwrap();
+            let one = LightSampler::new(a, 10.0).unwrap();
+            let other = LightSampler::new(b, 10.0 * scale).unwrap();
             for (p, n) in receivers(12) {
                 for i in 0..a.len() {
                     assert_eq!(one.pmf(p, n, i).to_bits(), other.pmf(p * scale, n, i).to_bits(), "2^{k}");
@@ -140,7 +140,7 @@ fn units_do_not_matter() {
 
 /// E at `p` for normal n by choosing and aiming, `count` samples; u of the choice by an Owen-scrambled sequence.
 fn irradiance(lights: &[Light], p: Vec3, n: Vec3, count: u32, seen: impl Fn(usize) -> bool) -> (f64, f64) {
-    let choice = LightChoice::new(lights, 100.0).unwrap();
+    let choice = LightSampler::new(lights, 100.0).unwrap();
     let key = Key::pixel(5, 0, 0);
     let mut s = 0;
     mean(count, 6, |u| {
@@ -219,12 +219,12 @@ fn one_quad_cut_into_many_is_the_same_light() {
 
 #[test]
 fn nothing_to_aim_at() {
-    assert!(LightChoice::new(&[], 1.0).is_none());
+    assert!(LightSampler::new(&[], 1.0).is_none());
     let sky = Light::Environment(Environment::constant(Vec3::ONE));
     let black = Light::Point(Point { p: Vec3::ZERO, intensity: Vec3::ZERO, range: f32::INFINITY });
-    assert!(LightChoice::new(&[sky.clone(), black.clone()], 1.0).is_none());
+    assert!(LightSampler::new(&[sky.clone(), black.clone()], 1.0).is_none());
     let lamp = Light::Point(Point { p: Vec3::ZERO, intensity: Vec3::X, range: f32::INFINITY });
-    let choice = LightChoice::new(&[sky, black, lamp], 1.0).unwrap();
+    let choice = LightSampler::new(&[sky, black, lamp], 1.0).unwrap();
     for uc in [0.0, 0.1, 0.9] {
         let c = choice.sample(Vec3::ONE, Vec3::Y, uc).unwrap();
         assert_eq!((c.index, c.pmf), (2, 1.0));

@@ -14,18 +14,18 @@ const R0: f32 = 0.031_622_78;
 
 /// A place between two rows of the table: one roughness. `None`: smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row(Option<(u32, f32)>);
+pub struct AlbedoRow(Option<(u32, f32)>);
 
 /// The two parts of a directional albedo: E = F0·`c` + (F90 − F0)·`b`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Split {
+pub struct DirectionalAlbedo {
     /// Albedo of the perfectly reflecting lobe.
     pub c: f32,
     /// Albedo weighted by (1 − wo·m)⁵.
     pub b: f32,
 }
 
-impl Split {
+impl DirectionalAlbedo {
     /// F0·c + (F90 − F0)·b.
     pub fn with(self, f0: f32, f90: f32) -> f32 {
         f0 * self.c + (f90 - f0) * self.b
@@ -37,7 +37,7 @@ impl Split {
     }
 }
 
-impl Row {
+impl AlbedoRow {
     /// The row of one α.
     pub fn new(alpha: f32) -> Self {
         if alpha < SMOOTH_ALPHA {
@@ -52,9 +52,9 @@ impl Row {
     }
 
     /// Albedo seen from cosine `mu` (0..1).
-    pub fn at(self, mu: f32) -> Split {
+    pub fn at(self, mu: f32) -> DirectionalAlbedo {
         let Some((j, fraction)) = self.0 else {
-            return Split { c: 1.0, b: schlick_weight(mu) };
+            return DirectionalAlbedo { c: 1.0, b: schlick_weight(mu) };
         };
         let mu = mu.clamp(0.0, 1.0);
         let i = ((mu.sqrt().sqrt() * (NX - 1) as f32) as usize).min(NX - 2);
@@ -68,16 +68,16 @@ impl Row {
             let along = |row: &[[f32; 2]; NX]| row[i][k] + x * (row[i + 1][k] - row[i][k]);
             along(low) + fraction * (along(high) - along(low))
         };
-        Split { c: part(0), b: part(1) }
+        DirectionalAlbedo { c: part(0), b: part(1) }
     }
 
     /// 2∫₀¹ E(μ) μ dμ of the interpolant; 1 and 1/21 when smooth.
-    pub fn mean(self) -> Split {
+    pub fn mean(self) -> DirectionalAlbedo {
         let Some((j, fraction)) = self.0 else {
-            return Split { c: 1.0, b: 1.0 / 21.0 };
+            return DirectionalAlbedo { c: 1.0, b: 1.0 / 21.0 };
         };
         let j = j as usize;
         let part = |k: usize| MEAN[j][k] + fraction * (MEAN[j + 1][k] - MEAN[j][k]);
-        Split { c: part(0), b: part(1) }
+        DirectionalAlbedo { c: part(0), b: part(1) }
     }
 }

@@ -6,7 +6,7 @@
 //! (1 − F(wo·m)) instead, which adds up to more than 1 at grazing angles. A coloured coat takes its largest channel from
 //! all (as `KHR_materials_specular` does), so no channel gains.
 
-use crate::albedo::Row;
+use crate::albedo::AlbedoRow;
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
@@ -24,7 +24,7 @@ pub struct Diffuse {
 /// A coat over the base: its albedo's row, F0 (largest channel) and F90, and 1/(1 − E_mean).
 #[derive(Clone, Copy, Debug)]
 struct Coat {
-    row: Row,
+    row: AlbedoRow,
     f0: f32,
     f90: f32,
     scale: f32,
@@ -38,7 +38,7 @@ impl Diffuse {
 
     /// Under a Schlick coat; `None` when the coat lets nothing through. `mu` = cosine of wo, `gain` on what the coat
     /// reflects towards it ([`crate::reflection::Rough::losing_as`]).
-    pub fn coated(rho: Vec3, row: Row, (f0, f90): (f32, f32), mu: f32, gain: f32) -> Option<Self> {
+    pub fn coated(rho: Vec3, row: AlbedoRow, (f0, f90): (f32, f32), mu: f32, gain: f32) -> Option<Self> {
         let through = 1.0 - row.mean().with(f0, f90);
         if through < SEALED {
             return None;

@@ -1,14 +1,14 @@
 //! glTF's mix of layers seen from one direction above the surface, each with its share:
 //! metallic·metal + (1 − metallic)·(coat over mix(diffuse base, clear matter, transmission)).
 
-use crate::albedo::Row;
+use crate::albedo::AlbedoRow;
 use crate::choice::{Choice, Shares};
 use crate::diffuse::Diffuse;
 use crate::fresnel::{Interface, Schlick, normal_reflectance};
 use crate::microfacet::{Ggx, reflect};
 use crate::reflection::Rough;
 use crate::sample::{BsdfSample, GRAZING};
-use crate::transmission::{ClearLayer, Direction, Facet};
+use crate::transmission::{ClearLayer, Direction, MicrofacetCosines};
 use crate::{Lobe, Lobes, Material};
 use dapple_sampling::warp;
 use glam::{Vec2, Vec3};
@@ -95,7 +95,7 @@ impl Layers {
 
     /// Directional albedo of diffuse base, opaque reflection, clear reflection, transmission.
     fn albedos(&self, mu: f32) -> [Vec3; 4] {
-        let split = Row::new(self.rough.map_or(0.0, |rough| rough.ggx.ax)).at(mu);
+        let split = AlbedoRow::new(self.rough.map_or(0.0, |rough| rough.ggx.ax)).at(mu);
         let split = split.times(self.rough.map_or(1.0, |rough| rough.gain()));
         let diffuse = self.diffuse_albedo();
         let opaque = self.opaque.f0 * split.c + (Vec3::splat(self.opaque.f90) - self.opaque.f0) * split.b;
@@ -158,7 +158,7 @@ impl Layers {
         &self,
         wo: Vec3,
         wi: Vec3,
-        known: Option<Facet>,
+        known: Option<MicrofacetCosines>,
         asked: Lobes,
         shares: &Shares,
     ) -> (Vec3, f32) {
@@ -189,7 +189,7 @@ impl Layers {
         &self,
         wo: Vec3,
         wi: Vec3,
-        known: Option<Facet>,
+        known: Option<MicrofacetCosines>,
         asked: Lobes,
         shares: &Shares,
     ) -> (Vec3, f32) {
@@ -270,7 +270,7 @@ impl Layers {
 /// `wo` mirrored about a facet; `None` below the surface.
 fn reflected(wo: Vec3, m: Vec3) -> Option<Direction> {
     let (wi, c) = (reflect(wo, m), wo.dot(m));
-    (wi.z > 0.0).then_some((wi, Lobe::GlossyReflection, Some(Facet { o: c, i: c })))
+    (wi.z > 0.0).then_some((wi, Lobe::GlossyReflection, Some(MicrofacetCosines { o: c, i: c })))
 }
 
 /// `KHR_materials_ior` and `_specular`: F0 = min(r0·colour, 1)·specular, F90 = specular.
@@ -283,7 +283,7 @@ fn dielectric_schlick(material: &Material) -> Schlick {
 
 /// Albedo of the perfectly reflecting lobe at cosine `mu` over that at `seen`: 1 where smooth. Good to 0.25 %, as the table.
 fn gain(alpha: f32, seen: f32, mu: f32) -> f32 {
-    let row = Row::new(alpha);
+    let row = AlbedoRow::new(alpha);
     row.at(mu).c / row.at(seen).c
 }
 
@@ -294,7 +294,7 @@ fn diffuse_layer(rho: Vec3, coat: &Schlick, alpha: f32, mu: f32, gain: f32) -> O
     } else if coat.f90 == 0.0 {
         Some(Diffuse::bare(rho))
     } else {
-        Diffuse::coated(rho, Row::new(alpha), (coat.f0.max_element(), coat.f90), mu, gain)
+        Diffuse::coated(rho, AlbedoRow::new(alpha), (coat.f0.max_element(), coat.f90), mu, gain)
     }
 }
 

@@ -15,7 +15,7 @@ use glam::{Vec2, Vec3};
 
 /// Cosines of one facet with both directions, |w·m|.
 #[derive(Clone, Copy, Debug)]
-pub struct Facet {
+pub struct MicrofacetCosines {
     /// wo·m.
     pub o: f32,
     /// |wi·m|.
@@ -23,10 +23,10 @@ pub struct Facet {
 }
 
 /// Rough refraction without its Fresnel factor: D·G2-term with the Jacobian and 1/η², pdf, facet. `wi.z` < 0.
-pub fn eval_refraction(rough: &Rough, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f32, f32, Facet)> {
+pub fn eval_refraction(rough: &Rough, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f32, f32, MicrofacetCosines)> {
     let m = (wo + wi * eta).try_normalize()?;
     let m = if m.z < 0.0 { -m } else { m };
-    let facet = Facet { o: wo.dot(m), i: -wi.dot(m) };
+    let facet = MicrofacetCosines { o: wo.dot(m), i: -wi.dot(m) };
     // A facet seen from behind by either direction takes no part.
     if facet.o <= 0.0 || facet.i <= 0.0 {
         return None;
@@ -39,7 +39,7 @@ pub fn eval_refraction(rough: &Rough, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f
 }
 
 /// A direction on its side of the surface, the lobe, and the facet that sent it there.
-pub(crate) type Direction = (Vec3, Lobe, Option<Facet>);
+pub(crate) type Direction = (Vec3, Lobe, Option<MicrofacetCosines>);
 
 /// A facet takes either way at least this often, so that q and 1 − q keep their digits.
 const LEAST_TURN: f32 = 1e-3;
@@ -58,7 +58,13 @@ pub struct ClearLayer {
 impl ClearLayer {
     /// For wi below the surface: f over tint and transmittance, pdf of [`Self::facet`] and [`Self::leave`], and the
     /// reflectance of the facet that connects the two. `known`: the facet, where it is known better than from wi.
-    pub fn eval(&self, rough: &Rough, wo: Vec3, wi: Vec3, known: Option<Facet>) -> Option<(f32, f32, Vec3)> {
+    pub fn eval(
+        &self,
+        rough: &Rough,
+        wo: Vec3,
+        wi: Vec3,
+        known: Option<MicrofacetCosines>,
+    ) -> Option<(f32, f32, Vec3)> {
         if self.interface.thin {
             let (value, pdf, c) = rough.eval(wo, Vec3::new(wi.x, wi.y, -wi.z));
             return Some((value, pdf, self.interface.reflectance(known.map_or(c, |facet| facet.o))));
@@ -79,10 +85,10 @@ impl ClearLayer {
         let c = wo.dot(m);
         let (wi, facet) = if self.interface.thin {
             let wi = reflect(wo, m);
-            (Vec3::new(wi.x, wi.y, -wi.z), Facet { o: c, i: c })
+            (Vec3::new(wi.x, wi.y, -wi.z), MicrofacetCosines { o: c, i: c })
         } else {
             let ct = far_cosine(c, self.interface.eta).filter(|_| c > 0.0)?;
-            (refract(wo, m, c, ct, self.interface.eta), Facet { o: c, i: ct })
+            (refract(wo, m, c, ct, self.interface.eta), MicrofacetCosines { o: c, i: ct })
         };
         (wi.z < 0.0).then_some((wi, Lobe::GlossyTransmission, Some(facet)))
     }
@@ -100,7 +106,7 @@ impl ClearLayer {
     }
 
     /// Directional albedos of reflection and transmission, the latter without the factor 1/η², given the lobe's `c`
-    /// ([`crate::albedo::Split`]). *Approximation*: F at the macroscopic angle.
+    /// ([`crate::albedo::DirectionalAlbedo`]). *Approximation*: F at the macroscopic angle.
     pub fn albedos(&self, c: f32, mu: f32) -> [Vec3; 2] {
         let reflectance = self.interface.reflectance(mu);
         [reflectance * (self.share * c), self.tint * ((1.0 - reflectance.max_element()) * c)]

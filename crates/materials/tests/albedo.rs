@@ -2,7 +2,7 @@
 
 mod oracle;
 
-use dapple_materials::albedo::Row;
+use dapple_materials::albedo::AlbedoRow;
 use dapple_materials::{Bsdf, Lobe, Lobes, Material};
 use dapple_sampling::{Key, Pattern, pattern};
 use glam::{DVec3, Vec2, Vec3};
@@ -108,7 +108,7 @@ fn the_table_bounds_the_albedo_from_above() {
         for k in 0..40 {
             let mu = ((f64::from(k) + 0.5) / 40.0).powi(4);
             let alpha = f64::from((roughness as f32) * (roughness as f32));
-            let split = Row::new(alpha as f32).at(mu as f32);
+            let split = AlbedoRow::new(alpha as f32).at(mu as f32);
             let c = albedo(tilted(mu), alpha, 1e-5, |_| 1.0);
             let b = albedo(tilted(mu), alpha, 1e-5, |c| (1.0 - c).powi(5));
             for (table, exact) in [(split.c, c), (split.b, b)] {

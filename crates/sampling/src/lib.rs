@@ -10,7 +10,7 @@ mod hash;
 pub mod key;
 pub mod mis;
 pub mod pattern;
-pub mod plan;
+pub mod sample_set;
 pub mod sobol;
 pub mod stats;
 pub mod warp;
@@ -19,7 +19,7 @@ pub use discrete::{Choice, Discrete};
 pub use grid2d::{Grid2d, GridSample};
 pub use key::Key;
 pub use pattern::{Pattern, padded_1d, padded_2d, point_1d, point_2d};
-pub use plan::{Plan, PlanError};
+pub use sample_set::{SampleSet, SampleSetError};
 pub use stats::Moments;
 
 #[cfg(doctest)]

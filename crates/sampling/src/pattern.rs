@@ -65,7 +65,7 @@ impl fmt::Display for Pattern {
 }
 
 /// n = a·b, a ≥ b, as near to a square as n allows; a prime gives n×1. At most √n steps, one for powers of two and
-/// squares; a caller with many points keeps the result (as [`crate::Plan`] does).
+/// squares; a caller with many points keeps the result (as [`crate::SampleSet`] does).
 pub fn nearest_square(n: u32) -> [u32; 2] {
     if n.is_power_of_two() {
         let b = 1 << (n.trailing_zeros() / 2);

@@ -16,8 +16,8 @@ fn main() -> Result<(), SceneError> {
     println!("{} objects, {} lights", scene.survey.objects, scene.lights.len());
     for y in 0..24 {
         let ray = scene.cameras[0].camera.ray((0, y), Vec2::splat(0.5), (1, 24), Vec2::ZERO);
-        let Some(hit) = scene.world.closest(&ray, 0.0, &Opaque) else { continue };
-        let surface = scene.world.surface(&ray, 0.0, &hit);
+        let Some(hit) = scene.accel.intersect(&ray, 0.0, &Opaque) else { continue };
+        let surface = scene.accel.surface(&ray, 0.0, &hit);
         let (object, shading) = (&scene.objects[hit.object as usize], scene.shading(&hit, &surface, 0.0));
         let radiance = scene.emission(&hit, &surface, -ray.d);
         println!("row {y:2}: {}, albedo {}, emits {radiance}", object.name, shading.material.base_color);

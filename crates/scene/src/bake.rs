@@ -80,7 +80,7 @@ pub(crate) fn bake(mesh: &Mesh, placement: &Placement, space: &Space) -> Baked {
         uv: mesh.uv.clone(),
         colors: mesh.colors.clone(),
     };
-    let mended = mend(&mut baked);
+    let mended = sanitize(&mut baked);
     Baked { mesh: compact(baked), dropped, mended }
 }
 
@@ -129,7 +129,7 @@ fn unit(v: DVec3) -> Vec3 {
 
 /// Replaces what cannot be used: missing vertex normals by a face normal, non-finite texture coordinates by zero,
 /// non-finite colours by white. Returns how many of the latter two.
-fn mend(mesh: &mut Mesh) -> usize {
+fn sanitize(mesh: &mut Mesh) -> usize {
     if mesh.normals.contains(&Vec3::ZERO) {
         for t in &mesh.triangles {
             let [a, b, c] = t.map(|i| mesh.positions[i as usize].as_dvec3());

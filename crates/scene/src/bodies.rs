@@ -47,7 +47,7 @@ struct Volume {
 }
 
 /// An object that bounds a volume.
-struct Part {
+struct BoundingObject {
     object: usize,
     /// Among the volumes.
     volume: usize,
@@ -58,7 +58,7 @@ struct Part {
 /// Finds the bodies among the objects, ranks them and tells each object which one it bounds. Materials are those of the
 /// scene: absorption per render unit.
 pub(crate) struct Finder {
-    parts: Vec<Part>,
+    parts: Vec<BoundingObject>,
     volumes: Vec<Volume>,
 }
 
@@ -84,7 +84,7 @@ impl Finder {
                 group_of_last = Some(part.group);
             }
             let volume = finder.volumes.len() - 1;
-            finder.parts.push(Part { object: i, volume, world: part.bounds(exposure) });
+            finder.parts.push(BoundingObject { object: i, volume, world: part.bounds(exposure) });
         }
         finder
     }
@@ -112,7 +112,7 @@ impl Finder {
             let of = material(&objects[self.volumes[volume].first]);
             bodies.all.push(Body { ior: of.base.ior, sigma_a: of.sigma_a });
         }
-        for &Part { object: i, volume, world } in &self.parts {
+        for &BoundingObject { object: i, volume, world } in &self.parts {
             objects[i].body = rank[volume];
             let (mine, first) = (material(&objects[i]), material(&objects[self.volumes[volume].first]));
             let same = |m: &TexturedMaterial| (m.base.ior, m.sigma_a, m.priority);

@@ -3,7 +3,7 @@
 //! A lamp in the plane of a ceiling, lamps that lie in one another, a point light in a wall, a glass on a table, a panel in
 //! a wall: found once, when the scene is built. Scenes without any carry nothing, and ask nothing.
 use crate::{AlphaMode, Object, Space, TexturedMaterial, emission::AreaLights};
-use dapple_geometry::{Coincident, Hit, World};
+use dapple_geometry::{Accel, Coincident, Hit};
 use dapple_lights::{Area, AreaShape, Light};
 use dapple_math::offset::{UNIT_ROUNDOFF, gamma};
 use glam::{DVec3, Vec3};
@@ -41,7 +41,7 @@ impl SharedPlaces {
     /// `kinds`: by object; `punctual`: the lights that follow those of `area`. None when nothing shares its place that
     /// matters. Boundaries of bodies that touch each other are no question: rays cross all of them.
     pub(crate) fn find(
-        world: &World,
+        accel: &Accel,
         (objects, kinds): (&[Object], Vec<Kind>),
         (area, punctual): (&AreaLights, &[Light]),
         space: &Space,
@@ -59,7 +59,7 @@ impl SharedPlaces {
             _ => Some(object),
         };
         let solid = |object: u32| kinds[object as usize].is_solid;
-        let surfaces = world.coincident(group, shines, &points, origin_error(space), solid)?;
+        let surfaces = accel.coincident(group, shines, &points, origin_error(space), solid)?;
         let count = area.lights.len();
         let mut shared: Vec<bool> = (0..count as u32).map(|i| area.is_on(i, &surfaces)).collect();
         shared.resize(count + punctual.len(), false);

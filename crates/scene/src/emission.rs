@@ -166,8 +166,8 @@ impl Source<'_> {
     /// In the object's own space if it moves.
     fn corners(&self, primitive: u32) -> [Vec3; 3] {
         match self.movement {
-            None => self.emitter.world.corners(self.object, primitive),
-            Some(_) => self.emitter.world.own_corners(self.object, primitive),
+            None => self.emitter.accel.corners(self.object, primitive),
+            Some(_) => self.emitter.accel.own_corners(self.object, primitive),
         }
     }
 }

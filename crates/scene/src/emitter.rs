@@ -1,13 +1,13 @@
 //! How much does a material emit at a place of its surface?
 use crate::{AlphaMode, TextureUse, TexturedMaterial};
-use dapple_geometry::{Hit, World};
+use dapple_geometry::{Accel, Hit};
 use dapple_imaging::Texture;
 use glam::{DVec3, Vec2, Vec3};
 
 /// What the emission of an object depends on.
 #[derive(Clone, Copy)]
 pub(crate) struct Emitter<'a> {
-    pub world: &'a World,
+    pub accel: &'a Accel,
     pub textures: &'a [Texture],
     pub material: &'a TexturedMaterial,
 }
@@ -21,8 +21,8 @@ impl Emitter<'_> {
 
     /// Mean radiance × opacity at a place: what a ray that is not stopped by the surface's own holes meets.
     pub fn radiance(&self, hit: &Hit) -> Vec3 {
-        self.material.radiance(self.world, self.textures, hit)
-            * self.material.opacity(self.world, self.textures, hit)
+        self.material.radiance(self.accel, self.textures, hit)
+            * self.material.opacity(self.accel, self.textures, hit)
     }
 
     /// Mean over a sphere or disk at points that are even in area, as many as texels up to a million (*approximation* for
@@ -38,7 +38,7 @@ impl Emitter<'_> {
         let mut sum = DVec3::ZERO;
         for i in 0..w * h {
             let (x, y) = (((i % w) as f32 + 0.5) / w as f32, ((i / w) as f32 + 0.5) / h as f32);
-            let at = self.world.even_coordinates(object, Vec2::new(x, y));
+            let at = self.accel.even_coordinates(object, Vec2::new(x, y));
             sum += self.radiance(&Hit { t: 0.0, u: at.x, v: at.y, primitive: 0, object }).as_dvec3();
         }
         (sum / (w * h) as f64).as_vec3().max(Vec3::splat(f32::MIN_POSITIVE))

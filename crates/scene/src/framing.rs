@@ -3,7 +3,7 @@
 //! looks straight from the front.
 use crate::builder::CameraPose;
 use dapple_camera::Projection;
-use dapple_geometry::{Opaque, World};
+use dapple_geometry::{Accel, Opaque};
 use dapple_math::Ray;
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -20,24 +20,24 @@ const GRID: i32 = 32;
 
 /// A view of the world whose square middle holds all of it. `triangles` counts those of each object; where one is a
 /// shape it is None, and the world's box is framed.
-pub(crate) fn frame(world: &World, triangles: Option<Vec<usize>>) -> CameraPose {
+pub(crate) fn frame(accel: &Accel, triangles: Option<Vec<usize>>) -> CameraPose {
     let points = match triangles {
-        Some(counts) => corners(world, &counts),
-        None => box_corners(world),
+        Some(counts) => corners(accel, &counts),
+        None => box_corners(accel),
     };
     let poses = TOWARDS.map(|towards| fit(towards, &points));
     let [first, second] = &poses;
-    if backs(world, second) < backs(world, first) { poses[1] } else { poses[0] }
+    if backs(accel, second) < backs(accel, first) { poses[1] } else { poses[0] }
 }
 
-fn corners(world: &World, counts: &[usize]) -> Vec<DVec3> {
+fn corners(accel: &Accel, counts: &[usize]) -> Vec<DVec3> {
     let objects = counts.iter().enumerate();
     let all = objects.flat_map(|(object, &n)| (0..n).map(move |i| (object as u32, i as u32)));
-    all.flat_map(|(object, i)| world.corners(object, i)).map(|p| p.as_dvec3()).collect()
+    all.flat_map(|(object, i)| accel.corners(object, i)).map(|p| p.as_dvec3()).collect()
 }
 
-fn box_corners(world: &World) -> Vec<DVec3> {
-    let Some((min, max)) = world.bounds() else { return Vec::new() };
+fn box_corners(accel: &Accel) -> Vec<DVec3> {
+    let Some((min, max)) = accel.bounds() else { return Vec::new() };
     let pick = |corner: u32, bit: u32| if corner >> bit & 1 == 0 { min } else { max };
     (0..8).map(|c| DVec3::new(pick(c, 0).x.into(), pick(c, 1).y.into(), pick(c, 2).z.into())).collect()
 }
@@ -83,14 +83,14 @@ fn centred(seen: impl Iterator<Item = (f64, f64)>, at: f64) -> f64 {
 }
 
 /// How many rays of a grid over the square middle see the back of what they hit.
-fn backs(world: &World, pose: &CameraPose) -> usize {
+fn backs(accel: &Accel, pose: &CameraPose) -> usize {
     let at = |i: i32| (f64::from(2 * i + 1) / f64::from(GRID) - 1.0) * TAN_HALF;
     let directions = (0..GRID).flat_map(|y| (0..GRID).map(move |x| DVec3::new(at(x), at(y), -1.0)));
     let sees_back = |d: &DVec3| {
         let d = (pose.transform.matrix3 * *d).as_vec3();
         let ray = Ray::new(pose.transform.translation.as_vec3(), d * (1.0 / d.length()));
-        let hit = world.closest(&ray, 0.0, &Opaque);
-        hit.is_some_and(|hit| world.surface(&ray, 0.0, &hit).ng.dot(ray.d) > 0.0)
+        let hit = accel.intersect(&ray, 0.0, &Opaque);
+        hit.is_some_and(|hit| accel.surface(&ray, 0.0, &hit).ng.dot(ray.d) > 0.0)
     };
     directions.filter(sees_back).count()
 }
@@ -98,7 +98,7 @@ fn backs(world: &World, pose: &CameraPose) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dapple_geometry::{Mesh, WorldBuilder, shapes::Sphere};
+    use dapple_geometry::{AccelBuilder, Mesh, shapes::Sphere};
     use glam::Vec3;
 
     /// How far out a point lies in the picture, 1 at the edge of the square middle; infinite behind the camera.
@@ -108,13 +108,13 @@ mod tests {
     }
 
     /// Quads of four corners each, front where they run counter-clockwise.
-    fn world(quads: &[[Vec3; 4]]) -> (World, Option<Vec<usize>>) {
+    fn accel(quads: &[[Vec3; 4]]) -> (Accel, Option<Vec<usize>>) {
         let triangles = (0..quads.len() as u32)
             .flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]);
         let mesh = Mesh { positions: quads.concat(), triangles: triangles.collect(), ..Mesh::default() };
-        let mut world = WorldBuilder::default();
-        world.add_mesh(mesh);
-        (world.build(), Some(vec![2 * quads.len()]))
+        let mut accel = AccelBuilder::default();
+        accel.add_mesh(mesh);
+        (accel.build(), Some(vec![2 * quads.len()]))
     }
 
     /// A cube of side 2 without its front, seen from inside.
@@ -134,8 +134,8 @@ mod tests {
         let turned: Vec<[Vec3; 4]> =
             room().iter().map(|q| [3, 2, 1, 0].map(|i| q[i] * Vec3::new(3.0, 0.5, 1.0))).collect();
         for quads in [room(), turned] {
-            let (world, counts) = world(&quads);
-            let pose = frame(&world, counts);
+            let (accel, counts) = accel(&quads);
+            let pose = frame(&accel, counts);
             let farthest = quads.concat().iter().map(|&p| outwards(&pose, p)).fold(0.0, f64::max);
             assert!((farthest * MARGIN - 1.0).abs() < 1e-6, "{farthest}");
             let to_camera = pose.transform.inverse();
@@ -150,19 +150,19 @@ mod tests {
 
     #[test]
     fn shapes_and_nothing_are_in_view() {
-        let mut world = WorldBuilder::default();
-        world.add_sphere(Sphere { centre: Vec3::new(0.5, 0.0, 0.0), radius: 0.3 });
-        let pose = frame(&world.build(), None);
+        let mut accel = AccelBuilder::default();
+        accel.add_sphere(Sphere { centre: Vec3::new(0.5, 0.0, 0.0), radius: 0.3 });
+        let pose = frame(&accel.build(), None);
         assert!(outwards(&pose, Vec3::new(0.5, 0.3, 0.0)) < 1.0);
-        let nothing = frame(&WorldBuilder::default().build(), Some(Vec::new()));
+        let nothing = frame(&AccelBuilder::default().build(), Some(Vec::new()));
         assert!(outwards(&nothing, Vec3::ZERO) < 1.0);
     }
 
     #[test]
     fn rooms_are_seen_through_their_open_side_and_boxes_from_a_corner() {
         let direction = |quads: &[[Vec3; 4]]| {
-            let (world, counts) = world(quads);
-            frame(&world, counts).transform.matrix3.z_axis
+            let (accel, counts) = accel(quads);
+            frame(&accel, counts).transform.matrix3.z_axis
         };
         assert_eq!(direction(&room()), DVec3::Z);
         let outside: Vec<[Vec3; 4]> = room().iter().map(|q| [3, 2, 1, 0].map(|i| q[i])).collect();

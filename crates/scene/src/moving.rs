@@ -8,7 +8,7 @@ use crate::exposure::Exposure;
 use crate::form::{Form, Movement};
 use crate::{Placement, SceneBuilder, Space, TexturedMaterial, bake};
 use dapple_camera::{Camera, Shutter};
-use dapple_geometry::{Mesh, WorldBuilder};
+use dapple_geometry::{AccelBuilder, Mesh};
 use dapple_math::Motion;
 use dapple_math::motion::{Chain, Node};
 use glam::{DAffine3, DVec3};
@@ -16,9 +16,9 @@ use std::{collections::HashMap, sync::Arc};
 
 impl Exposure {
     /// Puts a body on a chain into the world. `own`: the body's mesh, made ready. In words what is wrong, if something is.
-    pub fn enter(
+    pub fn insert(
         &self,
-        world: &mut WorldBuilder,
+        accel: &mut AccelBuilder,
         body: &Body,
         chain: &Chain,
         own: Option<Own>,
@@ -37,13 +37,13 @@ impl Exposure {
         }
         let form = match (body.unit_shape(), own) {
             (Some(shape), _) => {
-                world.add_moving_shape(shape, (*motion).clone());
+                accel.add_moving_shape(shape, (*motion).clone());
                 body.form()
             }
             (None, own) => {
                 let mesh = own.map(|own| own.mesh).unwrap_or_default();
                 let form = Form::Triangles(mesh.triangles.len());
-                world.add_moving(mesh, (*motion).clone());
+                accel.add_moving(mesh, (*motion).clone());
                 form
             }
         };

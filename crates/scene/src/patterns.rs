@@ -8,7 +8,7 @@
 use crate::emitter::Emitter;
 use crate::extremes::{Extremes, Value, in_texels};
 use crate::{AlphaMode, TextureUse, TexturedMaterial, pieces};
-use dapple_geometry::{Hit, World};
+use dapple_geometry::{Accel, Hit};
 use dapple_imaging::{Texture, texture::Interpolation};
 use dapple_lights::pattern::{Emitted, Part, Pattern, Patterned, WORTH};
 use dapple_lights::{Light, Moving};
@@ -34,7 +34,7 @@ const FEW_TEXELS: f64 = 16.0;
 
 /// Textured emitters of a scene while its lights are being found.
 pub(crate) struct Patterns<'a> {
-    world: &'a World,
+    accel: &'a Accel,
     textures: &'a [Texture],
     materials: &'a [TexturedMaterial],
     /// By material, made when first needed.
@@ -56,14 +56,14 @@ pub(crate) struct Mean {
 }
 
 impl<'a> Patterns<'a> {
-    pub fn new(world: &'a World, textures: &'a [Texture], materials: &'a [TexturedMaterial]) -> Self {
+    pub fn new(accel: &'a Accel, textures: &'a [Texture], materials: &'a [TexturedMaterial]) -> Self {
         let bounds = materials.iter().map(|_| None).collect();
-        Self { world, textures, materials, bounds, pieces_left: MOST_PIECES, varying: Vec::new() }
+        Self { accel, textures, materials, bounds, pieces_left: MOST_PIECES, varying: Vec::new() }
     }
 
     pub fn emitter(&self, material: u32) -> Emitter<'a> {
         let material = &self.materials[material as usize];
-        Emitter { world: self.world, textures: self.textures, material }
+        Emitter { accel: self.accel, textures: self.textures, material }
     }
 
     /// Emission of a triangle of an object of `count`. Where it emits at all, it is not zero.
@@ -96,7 +96,7 @@ impl<'a> Patterns<'a> {
     /// for holes that may lie within a piece.
     fn cut(&mut self, emitter: &Emitter<'_>, at: &dyn Fn(DVec2) -> Hit, sum: &mut Sum) -> Option<bool> {
         let layers = [emitter.material.emission_map(), emitter.material.opacity_map()];
-        let uvs = |of: &TextureUse| corners().map(|p| self.world.uv(&at(p), of.uv_set as usize));
+        let uvs = |of: &TextureUse| corners().map(|p| self.accel.uv(&at(p), of.uv_set as usize));
         let grids = layers.into_iter().flatten().map(|of| {
             let texture = &self.textures[of.texture as usize];
             (of, texture, in_texels(of, texture, uvs(of)))
@@ -288,7 +288,7 @@ impl<'a> Layer<'a> {
         at: &dyn Fn(DVec2) -> Hit,
     ) -> Option<Self> {
         let (map, extremes) = of.as_ref()?;
-        let uvs = corners().map(|p| emitter.world.uv(&at(p), map.uv_set as usize));
+        let uvs = corners().map(|p| emitter.accel.uv(&at(p), map.uv_set as usize));
         Some(Self { extremes, grid: in_texels(map, &emitter.textures[map.texture as usize], uvs) })
     }
 
@@ -322,7 +322,7 @@ impl<'a> Triangle<'a> {
             primitive,
             emissive: Layer::new(&bounds.emissive, &emitter, &at),
             alpha: Layer::new(&bounds.alpha, &emitter, &at),
-            alphas: corners().map(|p| f64::from(emitter.material.alpha * emitter.world.color(&at(p)).w)),
+            alphas: corners().map(|p| f64::from(emitter.material.alpha * emitter.accel.color(&at(p)).w)),
         }
     }
 

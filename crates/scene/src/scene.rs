@@ -4,9 +4,9 @@ use crate::{
     emitter::Emitter,
 };
 use dapple_camera::{Camera, Shutter};
-use dapple_geometry::{Hit, Surface, World};
+use dapple_geometry::{Accel, Hit, Surface};
 use dapple_imaging::Texture;
-use dapple_lights::{Environment, Light, LightChoice, LightPoint};
+use dapple_lights::{Environment, Light, LightPoint, LightSampler};
 use dapple_materials::Material;
 use dapple_math::Frame;
 use glam::{DVec3, Vec2, Vec3};
@@ -32,7 +32,7 @@ pub struct Scene {
     /// How render space lies in the world.
     pub space: Space,
     /// What rays hit.
-    pub world: World,
+    pub accel: Accel,
     /// One per world object.
     pub objects: Vec<Object>,
     /// Volumes that light travels through, the one that wins where they overlap first.
@@ -44,7 +44,7 @@ pub struct Scene {
     /// All lights: area lights in the order of their surfaces, then punctual lights, then the environment.
     pub lights: Vec<Light>,
     /// How to choose among them; None when there is nothing to aim at.
-    pub light_choice: Option<LightChoice>,
+    pub light_choice: Option<LightSampler>,
     /// Index of the environment in `lights`.
     pub environment: Option<u32>,
     /// At least one.
@@ -90,7 +90,7 @@ impl Scene {
         }
         self.environment = Some(self.lights.len() as u32);
         self.lights.push(Light::Environment(environment));
-        self.light_choice = LightChoice::new(&self.lights, self.radius);
+        self.light_choice = LightSampler::new(&self.lights, self.radius);
         self.survey.lights = self.lights.len();
     }
 
@@ -115,7 +115,7 @@ impl Scene {
         }
         Shading {
             frame: Frame::from_z(surface.ns),
-            material: material.untextured(&self.world, hit),
+            material: material.untextured(&self.accel, hit),
             unlit: material.unlit,
         }
     }
@@ -130,7 +130,7 @@ impl Scene {
     ) -> Shading {
         Shading {
             frame: self.frame(material, hit, surface, time),
-            material: material.at(&self.world, &self.textures, hit),
+            material: material.at(&self.accel, &self.textures, hit),
             unlit: material.unlit,
         }
     }
@@ -142,9 +142,9 @@ impl Scene {
         if material.normal_texture.is_none() {
             return Frame::from_z(surface.ns);
         }
-        let Some(tangent) = self.world.tangent_at(hit, time) else { return Frame::from_z(surface.ns) };
+        let Some(tangent) = self.accel.tangent_at(hit, time) else { return Frame::from_z(surface.ns) };
         let base = Frame::from_z_tangent(surface.ns, tangent.truncate(), tangent.w);
-        let Some(mapped) = material.normal(&self.world, &self.textures, hit) else { return base };
+        let Some(mapped) = material.normal(&self.accel, &self.textures, hit) else { return base };
         let n = base.to_world(mapped);
         let height = n.dot(surface.ng);
         let n = if height < 0.0 { n - surface.ng * (2.0 * height) } else { n };
@@ -161,7 +161,7 @@ impl Scene {
         if !(material.unlit || material.double_sided || wo.dot(surface.ng) > 0.0) {
             Vec3::ZERO
         } else if textured || material.unlit {
-            material.radiance(&self.world, &self.textures, hit)
+            material.radiance(&self.accel, &self.textures, hit)
         } else {
             material.emission
         }
@@ -185,13 +185,13 @@ impl Scene {
         if emitter.is_constant() {
             return mean;
         }
-        let at = self.world.coordinates_at(object, point.p, time).unwrap_or(Vec2::new(point.u, point.v));
+        let at = self.accel.coordinates_at(object, point.p, time).unwrap_or(Vec2::new(point.u, point.v));
         emitter.radiance(&Hit { t: 0.0, u: at.x, v: at.y, primitive, object })
     }
 
     /// Opacity at a hit, 1 for opaque materials; Mask gives 0 or 1.
     pub fn opacity(&self, hit: &Hit) -> f32 {
-        self.material(hit.object).opacity(&self.world, &self.textures, hit)
+        self.material(hit.object).opacity(&self.accel, &self.textures, hit)
     }
 
     /// Any object whose material is Mask or Blend and can let something through.
@@ -206,7 +206,7 @@ impl Scene {
 
     /// Everything the scene holds in memory, approximately.
     pub fn memory_bytes(&self) -> usize {
-        self.world.memory_bytes()
+        self.accel.memory_bytes()
             + self.textures.iter().map(Texture::memory_bytes).sum::<usize>()
             + self.lights.iter().map(Light::memory_bytes).sum::<usize>()
             + self.area.memory_bytes()
@@ -216,7 +216,7 @@ impl Scene {
     }
 
     fn emitter(&self, object: u32) -> Emitter<'_> {
-        Emitter { world: &self.world, textures: &self.textures, material: self.material(object) }
+        Emitter { accel: &self.accel, textures: &self.textures, material: self.material(object) }
     }
 }
 

@@ -68,14 +68,14 @@ pub fn axes_towards(from: DVec3, at: DVec3, up: DVec3) -> Option<DMat3> {
 impl Scene {
     /// The middle of the box around everything, in world units.
     pub fn centre(&self) -> DVec3 {
-        let middle = self.world.bounds().map(|(min, max)| (min.as_dvec3() + max.as_dvec3()) * 0.5);
+        let middle = self.accel.bounds().map(|(min, max)| (min.as_dvec3() + max.as_dvec3()) * 0.5);
         middle.unwrap_or(DVec3::ZERO) / self.space.scale + self.space.centre
     }
 
     /// How far from a point of the world anything is, in world units.
     pub fn reach(&self, from: DVec3) -> f64 {
         let from = (from - self.space.centre) * self.space.scale;
-        let Some((min, max)) = self.world.bounds() else { return 0.0 };
+        let Some((min, max)) = self.accel.bounds() else { return 0.0 };
         let corner = |i: u32| {
             let of = |axis: usize| if i >> axis & 1 == 0 { min[axis] } else { max[axis] };
             DVec3::new(of(0).into(), of(1).into(), of(2).into())
@@ -85,7 +85,7 @@ impl Scene {
         };
         let of_box = outermost(&mut (0..8).map(corner));
         // Of meshes that stand still the corners are known.
-        let is_known = self.survey.shapes == 0 && !self.world.has_motion();
+        let is_known = self.survey.shapes == 0 && !self.accel.has_motion();
         let radius = if is_known { outermost(&mut self.corners()) } else { of_box };
         radius.min(of_box) / self.space.scale
     }
@@ -93,8 +93,8 @@ impl Scene {
     /// Corners of all triangles, in render space.
     fn corners(&self) -> impl Iterator<Item = DVec3> {
         (0..self.objects.len() as u32).flat_map(move |object| {
-            let count = self.world.triangles_of(object) as u32;
-            (0..count).flat_map(move |i| self.world.corners(object, i)).map(|p| p.as_dvec3())
+            let count = self.accel.triangles_of(object) as u32;
+            (0..count).flat_map(move |i| self.accel.corners(object, i)).map(|p| p.as_dvec3())
         })
     }
 

@@ -105,14 +105,14 @@ fn near(a: DVec3, b: DVec3) {
 #[test]
 fn a_chain_is_composed_at_every_time() {
     let scene = read(&machine(), SHUTTER);
-    assert!(scene.survey.has_motion && scene.world.has_motion());
-    let moving: Vec<bool> = (0..3).map(|i| scene.world.is_moving(i)).collect();
+    assert!(scene.survey.has_motion && scene.accel.has_motion());
+    let moving: Vec<bool> = (0..3).map(|i| scene.accel.is_moving(i)).collect();
     assert_eq!(moving, [true, true, false], "card, ball, and what rests");
     for i in 0..=40 {
         let since = 2.0 * i as f32 / 40.0;
         let hand = hand(AT + SHUTTER.open + f64::from(since));
         let world = |p: Vec3| scene.space.to_world(p);
-        let corners = scene.world.corners_at(0, 0, since);
+        let corners = scene.accel.corners_at(0, 0, since);
         near(world(corners[1]), hand.transform_point3(DVec3::new(1.5, 0.0, 0.0)));
         let camera = scene.cameras[0].camera.at(since);
         near(world(camera.origin), hand.transform_point3(DVec3::Z * 3.0));
@@ -143,10 +143,10 @@ fn at_the_opening_it_is_the_picture_of_an_instant() {
     let (open, still) = (read(&machine(), SHUTTER), read(&machine(), Shutter { close: 0.25, ..SHUTTER }));
     assert!(!still.survey.has_motion);
     assert_eq!(open.space, still.space);
-    assert_eq!(open.world.corners(2, 1), still.world.corners(2, 1));
+    assert_eq!(open.accel.corners(2, 1), still.accel.corners(2, 1));
     near(
-        open.space.to_world(open.world.corners(0, 1)[2]),
-        still.space.to_world(still.world.corners(0, 1)[2]),
+        open.space.to_world(open.accel.corners(0, 1)[2]),
+        still.space.to_world(still.accel.corners(0, 1)[2]),
     );
     let (a, b) = (&open.cameras[0].camera, &still.cameras[0].camera);
     assert!(a.motion.is_some() && b.motion.is_none());
@@ -192,7 +192,7 @@ fn mutations_never_panic() {
         match scene {
             Ok(scene) => {
                 moving += u32::from(scene.survey.has_motion);
-                let bounds = scene.world.bounds();
+                let bounds = scene.accel.bounds();
                 assert!(bounds.is_none_or(|(lo, hi)| lo.is_finite() && hi.is_finite()), "round {round}");
             }
             Err(e) => assert!(!e.to_string().contains('\n'), "round {round}: {e}"),
@@ -209,14 +209,14 @@ fn a_round_shape_that_does_not_stay_round() {
     let squeeze = file.floats(&[zero, [1.0; 3], zero, zero, flat, zero]);
     file.json["animations"][0]["samplers"][2]["output"] = json!(squeeze);
     let scene = read(&file, SHUTTER);
-    assert!(scene.world.is_moving(1));
+    assert!(scene.accel.is_moving(1));
     // The card's quad, the ball, the spot, and the card at rest.
     assert_eq!(scene.lights.len(), 4);
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     let ball = scene.objects.iter().find(|o| &*o.name == "ball").unwrap().first_light;
     let Light::Moving(light) = &scene.lights[ball as usize] else { panic!("{:?}", scene.lights) };
     assert!(light.at(0.5).is_none() && scene.lights[ball as usize].power(1.0).x > 0.0);
-    let (low, high) = scene.world.bounds().unwrap();
+    let (low, high) = scene.accel.bounds().unwrap();
     let p = low + (high - low) * 0.3;
     assert!(scene.light_choice.as_ref().unwrap().pmf(p, Vec3::ZERO, ball as usize) > 0.0);
     assert!(scene.lights[ball as usize].sample(p, Vec2::splat(0.4), 0.5).is_some());

@@ -47,8 +47,8 @@ fn scene_of_mesh(
 /// What a ray from `from` (world) along `d` meets.
 fn shoot(scene: &Scene, from: DVec3, d: Vec3) -> (Hit, Surface) {
     let ray = Ray::new(scene.space.to_render(from), d);
-    let hit = scene.world.closest(&ray, 0.0, &Opaque).expect("a hit");
-    (hit, scene.world.surface(&ray, 0.0, &hit))
+    let hit = scene.accel.intersect(&ray, 0.0, &Opaque).expect("a hit");
+    (hit, scene.accel.surface(&ray, 0.0, &hit))
 }
 
 fn normal_mapped(texel: [u8; 4], transform: DAffine3) -> (Vec3, Vec3) {
@@ -270,7 +270,7 @@ fn render_space_does_not_know_the_unit() {
     let reference = scaled(1.0);
     for k in [-20, -1, 3, 20] {
         let scene = scaled(libm::ldexp(1.0, k));
-        assert_eq!(scene.world.corners(0, 1), reference.world.corners(0, 1), "{k}");
+        assert_eq!(scene.accel.corners(0, 1), reference.accel.corners(0, 1), "{k}");
         assert_eq!(format!("{:?}", scene.lights), format!("{:?}", reference.lights), "{k}");
         assert_eq!(format!("{:?}", scene.cameras), format!("{:?}", reference.cameras), "{k}");
         assert_eq!(scene.materials[0].sigma_a, reference.materials[0].sigma_a, "{k}");

@@ -42,7 +42,7 @@ pub fn triangle(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> Option<
 }
 
 /// The closest hit with 0 ≤ t ≤ `t_max` among triangles given as corner arrays.
-pub fn closest(
+pub fn intersect(
     triangles: &[[[f32; 3]; 3]],
     origin: [f32; 3],
     direction: [f32; 3],
@@ -58,8 +58,8 @@ pub fn closest(
 }
 
 /// Is anything hit with 0 ≤ t ≤ `t_max`?
-pub fn blocked(triangles: &[[[f32; 3]; 3]], origin: [f32; 3], direction: [f32; 3], t_max: f64) -> bool {
-    closest(triangles, origin, direction, t_max).is_some()
+pub fn occluded(triangles: &[[[f32; 3]; 3]], origin: [f32; 3], direction: [f32; 3], t_max: f64) -> bool {
+    intersect(triangles, origin, direction, t_max).is_some()
 }
 
 /// Entry and exit of the ray in the closed box, with t clipped to [0, t_max]; None when they miss each other.
@@ -94,19 +94,19 @@ mod tests {
     #[test]
     fn a_known_hit_from_both_sides() {
         for (z, d) in [(3.0, -2.0), (-3.0, 2.0)] {
-            let hit = closest(&[UNIT], [0.25, 0.5, z], [0.0, 0.0, d], f64::INFINITY).unwrap();
+            let hit = intersect(&[UNIT], [0.25, 0.5, z], [0.0, 0.0, d], f64::INFINITY).unwrap();
             assert_eq!(hit, Hit { index: 0, t: 1.5, b1: 0.25, b2: 0.5 });
         }
-        assert!(!blocked(&[UNIT], [0.25, 0.5, 3.0], [0.0, 0.0, -2.0], 1.49));
-        assert!(!blocked(&[UNIT], [0.25, 0.5, 3.0], [0.0, 0.0, 2.0], f64::INFINITY));
-        assert!(!blocked(&[UNIT], [0.6, 0.5, 3.0], [0.0, 0.0, -2.0], f64::INFINITY));
-        assert!(!blocked(&[UNIT], [-1.0, 0.2, 0.0], [1.0, 0.0, 0.0], f64::INFINITY), "edge-on");
+        assert!(!occluded(&[UNIT], [0.25, 0.5, 3.0], [0.0, 0.0, -2.0], 1.49));
+        assert!(!occluded(&[UNIT], [0.25, 0.5, 3.0], [0.0, 0.0, 2.0], f64::INFINITY));
+        assert!(!occluded(&[UNIT], [0.6, 0.5, 3.0], [0.0, 0.0, -2.0], f64::INFINITY));
+        assert!(!occluded(&[UNIT], [-1.0, 0.2, 0.0], [1.0, 0.0, 0.0], f64::INFINITY), "edge-on");
     }
 
     #[test]
     fn corners_count_and_the_lowest_index_wins() {
         let two = [UNIT, UNIT];
-        let hit = closest(&two, [1.0, 0.0, 1.0], [0.0, 0.0, -1.0], f64::INFINITY).unwrap();
+        let hit = intersect(&two, [1.0, 0.0, 1.0], [0.0, 0.0, -1.0], f64::INFINITY).unwrap();
         assert_eq!((hit.index, hit.b1, hit.b2), (0, 1.0, 0.0));
     }
 

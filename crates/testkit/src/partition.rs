@@ -16,7 +16,7 @@ pub(crate) struct Cell {
 
 enum Node {
     Leaf(usize),
-    Cut { axis: usize, at: f64, below: usize, above: usize },
+    Truncation { axis: usize, at: f64, below: usize, above: usize },
 }
 
 /// Charts cut into cells.
@@ -63,7 +63,7 @@ impl Partition {
         let (lower, upper) = points.split_at_mut(points.partition_point(|p| p[axis] < at));
         let below = self.grow(left, lower, share, largest, 1 - axis);
         let above = self.grow(right, upper, share, largest, 1 - axis);
-        self.nodes.push(Node::Cut { axis, at, below, above });
+        self.nodes.push(Node::Truncation { axis, at, below, above });
         self.nodes.len() - 1
     }
 
@@ -73,7 +73,9 @@ impl Partition {
         loop {
             match self.nodes[node] {
                 Node::Leaf(cell) => return cell,
-                Node::Cut { axis, at, below, above } => node = if p[axis] < at { below } else { above },
+                Node::Truncation { axis, at, below, above } => {
+                    node = if p[axis] < at { below } else { above }
+                }
             }
         }
     }

@@ -11,9 +11,9 @@ use dapple_analysis::metrics::{Scale, compare};
 use dapple_integrator::camera::Projection;
 use dapple_integrator::geometry::Mesh;
 use dapple_integrator::imaging::Image;
-use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::sampling::{Pattern, SampleSet};
 use dapple_integrator::scene::{CameraPose, Scene, SceneBuilder, TexturedMaterial};
-use dapple_integrator::{Effect, MethodKind, Plans, Settings, render};
+use dapple_integrator::{Effect, MethodKind, SampleSets, Settings, render};
 use dapple_verify::closed_form::{parallel_rectangle, polygon};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use std::ops::ControlFlow;
@@ -105,8 +105,8 @@ fn seen(p: [f64; 2]) -> Vec<[f64; 2]> {
 }
 
 fn settings(method: MethodKind, pattern: Pattern, count: u32) -> Settings {
-    let light = Plan::new(count, pattern);
-    let plans = Plans { pixel: Plan::OFF, light, diffuse: Plan::OFF, ..Plans::default() };
+    let light = SampleSet::new(count, pattern);
+    let plans = SampleSets { pixel: SampleSet::OFF, light, diffuse: SampleSet::OFF, ..SampleSets::default() };
     let spp = Some(count);
     Settings { pattern, plans, max_bounces: 1, size: (SIDE, SIDE), ..Settings::default() }
         .with_method(method)

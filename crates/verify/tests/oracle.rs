@@ -5,7 +5,7 @@
 //! conditioning of the function and the rounding of its arguments allow: a few ulp (6e-8), times 1/α² where a direction
 //! decides about the density of facets, times 1/cos where it is nearly in the surface.
 
-use dapple_integrator::geometry::{Opaque, World, WorldBuilder, shapes};
+use dapple_integrator::geometry::{Accel, AccelBuilder, Opaque, shapes};
 use dapple_integrator::lights::{Area, AreaShape, Environment, Light, Point};
 use dapple_integrator::materials::{Bsdf, Lobes, Material, fresnel, microfacet::Ggx};
 use dapple_integrator::math::Ray;
@@ -280,8 +280,8 @@ fn environments() {
     judge(vec![pdfs, radiances]);
 }
 
-fn world_of(add: impl FnOnce(&mut WorldBuilder) -> u32) -> World {
-    let mut builder = WorldBuilder::default();
+fn accel_of(add: impl FnOnce(&mut AccelBuilder) -> u32) -> Accel {
+    let mut builder = AccelBuilder::default();
     add(&mut builder);
     builder.build()
 }
@@ -298,20 +298,20 @@ fn intersections() {
     };
     let (centre, normal) = (Vec3::new(0.1, -0.2, 0.3), Vec3::new(0.48, -0.6, 0.64));
     let worlds = [
-        ("triangle", world_of(|b| b.add_mesh(mesh))),
-        ("sphere", world_of(|b| b.add_sphere(shapes::Sphere { centre, radius: 0.8 }))),
-        ("disk", world_of(|b| b.add_disk(shapes::Disk { centre, normal, radius: 0.8 }))),
+        ("triangle", accel_of(|b| b.add_mesh(mesh))),
+        ("sphere", accel_of(|b| b.add_sphere(shapes::Sphere { centre, radius: 0.8 }))),
+        ("disk", accel_of(|b| b.add_disk(shapes::Disk { centre, normal, radius: 0.8 }))),
     ];
     let mut all = Vec::new();
-    for (name, world) in &worlds {
+    for (name, accel) in &worlds {
         let mut ts = Deviation::new(format!("t of a {name}, relative to the distance"), 1e-6);
         let mut places = Deviation::new(format!("distance of a hit from its {name} over the bound"), 1.0);
         for _ in 0..100_000 {
             let target = centre + at(2.0 * rng.f64() - 1.0, TAU * rng.f64()) * (0.7 * rng.f32());
             let o = at(2.0 * rng.f64() - 1.0, TAU * rng.f64()) * decades(&mut rng, -3.0, 6.0) as f32;
             let ray = Ray::new(o, (target - o).normalize());
-            let Some(hit) = world.closest(&ray, 0.0, &Opaque) else { continue };
-            let (o, d, s) = (o.as_dvec3(), ray.d.as_dvec3(), world.surface(&ray, 0.0, &hit));
+            let Some(hit) = accel.intersect(&ray, 0.0, &Opaque) else { continue };
+            let (o, d, s) = (o.as_dvec3(), ray.d.as_dvec3(), accel.surface(&ray, 0.0, &hit));
             let (p, room) = (s.p.as_dvec3(), s.p_error.as_dvec3());
             let [a, b, c] = corners.map(|p| p.as_dvec3());
             let (n, radius) = (normal.as_dvec3().normalize(), f64::from(0.8f32));

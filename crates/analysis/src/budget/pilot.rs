@@ -154,5 +154,5 @@ fn plain(settings: &Settings) -> Settings {
     Settings { aovs: Vec::new(), ..settings.clone() }
         .with_time_limit(None)
         .with_path(|p| p.adaptive = false)
-        .with_path(|p| p.spread = None)
+        .with_path(|p| p.allocation = None)
 }

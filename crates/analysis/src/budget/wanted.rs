@@ -3,8 +3,8 @@
 use super::pilot::Pilot;
 use super::shares::{jackknife, reach, shares};
 use crate::statistics;
-use dapple_integrator::sampling::{Pattern, Plan};
-use dapple_integrator::{Effect, MethodKind, Plans, Settings, Variances};
+use dapple_integrator::sampling::{Pattern, SampleSet};
+use dapple_integrator::{Effect, MethodKind, SampleSets, Settings, Variances};
 use std::time::{Duration, Instant};
 
 /// Counts of the path tracer's pilot at first; Sobol points gain evenly over factors of four.
@@ -189,8 +189,8 @@ impl Wanted {
     pub fn tree(&self, pilot: &Pilot<'_>, settings: &Settings, present: &[Effect]) -> Prediction {
         let pixel_is_off = settings.plans.is_off(Effect::Pixel);
         let pixel = |n: u32| {
-            let plan = if pixel_is_off { Plan::OFF } else { Plan::new(n, Pattern::Random) };
-            Settings { plans: Plans { pixel: plan, ..settings.plans }, ..settings.clone() }
+            let plan = if pixel_is_off { SampleSet::OFF } else { SampleSet::new(n, Pattern::Random) };
+            Settings { plans: SampleSets { pixel: plan, ..settings.plans }, ..settings.clone() }
         };
         let cost = pilot.cost(&pixel, pixel_is_off);
         let target = self.square(pilot.mean);

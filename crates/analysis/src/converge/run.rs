@@ -1,7 +1,7 @@
 //! A method with its settings, as a comparison sees it.
 
 use dapple_integrator::camera::Camera;
-use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::sampling::{Pattern, SampleSet};
 use dapple_integrator::{Effect, MethodKind, Settings};
 
 /// A method whose error is looked at.
@@ -50,7 +50,7 @@ impl Run {
         let mut settings = Settings { seed, ..self.settings.clone() }.with_time_limit(None).with_spp(count);
         if settings.kind() == MethodKind::Distribution {
             let pattern = self.pattern();
-            *settings.plans.of_mut(self.vary) = Plan::new(count, pattern);
+            *settings.plans.of_mut(self.vary) = SampleSet::new(count, pattern);
         }
         settings
     }

@@ -24,8 +24,8 @@ use clap::ArgMatches;
 use cost::Deadline;
 use dapple_integrator::imaging::sheet::{self, Cell, Frame};
 use dapple_integrator::imaging::{read, write};
-use dapple_integrator::sampling::plan::MAX_COUNT;
-use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::sampling::sample_set::MAX_COUNT;
+use dapple_integrator::sampling::{Pattern, SampleSet};
 use dapple_integrator::scene::NamedCamera;
 use dapple_integrator::{Combine, Effect, MethodKind, Outcome, Settings, forecast};
 use reference::{Error, Given, Reference};
@@ -143,7 +143,7 @@ fn common(
             || (effect == Effect::Light && blurred)
             || (effect == Effect::Pixel && options.spp.is_some());
         if effect != vary && !keeps {
-            options.effects.plan_mut(effect).get_or_insert(Plan::OFF);
+            options.effects.plan_mut(effect).get_or_insert(SampleSet::OFF);
         }
     }
     let size = match reference {
@@ -231,10 +231,10 @@ impl Sheet<'_> {
     fn plans(&self) -> Result<Vec<Planned>, Failure> {
         let of = |pattern: Pattern, count: u32| {
             let mut options = self.options.clone();
-            *options.effects.plan_mut(self.arguments.vary) = Some(Plan::new(count, pattern));
+            *options.effects.plan_mut(self.arguments.vary) = Some(SampleSet::new(count, pattern));
             if options.effects.combine == Some(Combine::Paired) {
                 for (effect, _) in Effect::ALL {
-                    options.effects.plan_mut(effect).get_or_insert(Plan::new(1, pattern));
+                    options.effects.plan_mut(effect).get_or_insert(SampleSet::new(1, pattern));
                 }
             }
             let mut settings = render::settings(&options, &self.view)?;
@@ -254,7 +254,7 @@ impl Sheet<'_> {
             return;
         }
         let more = count.saturating_mul(FINER).min(MAX_COUNT);
-        let finer = |plan: Plan| Plan::new(plan.count().max(more), plan.pattern);
+        let finer = |plan: SampleSet| SampleSet::new(plan.count().max(more), plan.pattern);
         if let Some(distribution) = settings.distribution_tracer_mut() {
             distribution.sky = finer(distribution.sky);
         }

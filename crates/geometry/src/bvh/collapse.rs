@@ -26,7 +26,7 @@ pub(super) struct Wide {
 /// `binary` over the triangles `triangles` with one triangle per leaf, at least two of them, made wide.
 pub(super) fn collapse(binary: &Bvh2, ids: &[u32], triangles: &[[Vec3; 3]]) -> Wide {
     let flat = preorder(binary);
-    let mut plans = vec![Plan::LEAF; flat.len()];
+    let mut plans = vec![CollapseCost::LEAF; flat.len()];
     solve(&flat, &mut plans, 12);
     emit(&flat, &plans, ids, triangles)
 }
@@ -75,7 +75,7 @@ fn preorder(tree: &Bvh2) -> Vec<Flat> {
 
 /// The cheapest ways to show a subtree as at most 1, 2, … 7 children of a wide node.
 #[derive(Clone, Copy)]
-struct Plan {
+struct CollapseCost {
     cost: [f32; 7],
     /// How many of i + 2 children come from the left, for i + 2 = 2 … 8; 0: one child fewer is no worse.
     left: [u8; 7],
@@ -83,7 +83,7 @@ struct Plan {
     block: bool,
 }
 
-impl Plan {
+impl CollapseCost {
     const LEAF: Self = Self { cost: [0.0; 7], left: [0; 7], block: true };
 
     fn triangle(hull: &Aabb) -> Self {
@@ -112,7 +112,7 @@ impl Plan {
 
 /// Cheapest way to share 2 … 8 children between two subtrees, and how many the left one gets.
 #[inline]
-fn share(left: &Plan, right: &Plan, children: usize) -> (f32, u8) {
+fn share(left: &CollapseCost, right: &CollapseCost, children: usize) -> (f32, u8) {
     let mut best = (f32::INFINITY, 1);
     for k in 1..children {
         let cost = left.cost[k - 1] + right.cost[children - k - 1];
@@ -124,7 +124,7 @@ fn share(left: &Plan, right: &Plan, children: usize) -> (f32, u8) {
 }
 
 /// Plans for a subtree and all below it. `levels` of recursion may go to other threads.
-fn solve(flat: &[Flat], plans: &mut [Plan], levels: u32) {
+fn solve(flat: &[Flat], plans: &mut [CollapseCost], levels: u32) {
     #[cfg(feature = "parallel")]
     if levels > 0 && flat.len() > PARALLEL {
         let right = flat[0].right as usize;
@@ -133,19 +133,19 @@ fn solve(flat: &[Flat], plans: &mut [Plan], levels: u32) {
             || solve(&flat[1..right], &mut near[1..], levels - 1),
             || solve(&flat[right..], far, levels - 1),
         );
-        near[0] = Plan::of(&flat[0], &near[1], &far[0]);
+        near[0] = CollapseCost::of(&flat[0], &near[1], &far[0]);
         return;
     }
     let _ = levels;
     for i in (0..flat.len()).rev() {
         plans[i] = match flat[i].right as usize {
-            0 => Plan::triangle(&flat[i].hull),
-            right => Plan::of(&flat[i], &plans[i + 1], &plans[i + right]),
+            0 => CollapseCost::triangle(&flat[i].hull),
+            right => CollapseCost::of(&flat[i], &plans[i + 1], &plans[i + right]),
         };
     }
 }
 
-fn emit(flat: &[Flat], plans: &[Plan], ids: &[u32], triangles: &[[Vec3; 3]]) -> Wide {
+fn emit(flat: &[Flat], plans: &[CollapseCost], ids: &[u32], triangles: &[[Vec3; 3]]) -> Wide {
     let mut wide = Wide { lines: Node::NONE.lines().to_vec(), depth: 1 };
     let mut work = vec![(0usize, 0usize, 1usize)];
     let (mut children, mut placed) = (Vec::with_capacity(8), Vec::with_capacity(8));
@@ -179,7 +179,7 @@ fn emit(flat: &[Flat], plans: &[Plan], ids: &[u32], triangles: &[[Vec3; 3]]) -> 
 }
 
 /// The subtrees that become children of the wide node made of `node`.
-fn gather(flat: &[Flat], plans: &[Plan], node: usize, children: &mut Vec<usize>) {
+fn gather(flat: &[Flat], plans: &[CollapseCost], node: usize, children: &mut Vec<usize>) {
     let k = usize::from(plans[node].left[6]);
     let mut open = [(0, 0); 8];
     open[0] = (node + flat[node].right as usize, 8 - k);

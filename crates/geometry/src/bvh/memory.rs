@@ -44,8 +44,8 @@ impl Memory {
 
     /// Row `i` of the bounds of every node.
     #[inline(always)]
-    pub fn row(&self, i: usize) -> Row<'_> {
-        Row { first: self.start().wrapping_add(offset_of!(Node, bounds) + i * ROW), memory: self }
+    pub fn row(&self, i: usize) -> BoundsRow<'_> {
+        BoundsRow { first: self.start().wrapping_add(offset_of!(Node, bounds) + i * ROW), memory: self }
     }
 
     #[inline(always)]
@@ -98,13 +98,13 @@ const ROW: usize = size_of::<[f32; 8]>();
 
 /// One row of the bounds of every node.
 #[derive(Clone, Copy)]
-pub(super) struct Row<'a> {
+pub(super) struct BoundsRow<'a> {
     /// That of a node at the start of the memory.
     first: *const u8,
     memory: &'a Memory,
 }
 
-impl<'a> Row<'a> {
+impl<'a> BoundsRow<'a> {
     #[inline(always)]
     #[allow(unsafe_code)]
     pub fn of(self, node: Child) -> &'a [f32; 8] {

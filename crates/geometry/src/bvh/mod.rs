@@ -7,8 +7,8 @@
 //! coordinate lies in [1, 2); so neither the scale of the scene nor the length of a direction changes what is hit.
 
 mod build;
-mod candidate;
 mod collapse;
+mod hit_filter;
 mod kernel;
 mod lanes;
 mod memory;
@@ -22,6 +22,6 @@ mod tree;
 mod triangle;
 
 pub use build::Quality;
-pub use candidate::{Any, Candidate, TriangleHit};
+pub use hit_filter::{HitFilter, Opaque, TriangleHit};
 pub use kernel::Kernel;
 pub use tree::Tree;

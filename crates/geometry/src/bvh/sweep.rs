@@ -16,7 +16,7 @@ pub(super) fn sweep(boxes: &[Aabb]) -> Bvh2 {
     let mut tree = Bvh2::default();
     tree.nodes.push(Bvh2Node::default());
     let depths = boxes.len().ilog2();
-    let mut open = vec![Part { node: 0, first: 0, end: boxes.len(), depth: 0 }];
+    let mut open = vec![Range { node: 0, first: 0, end: boxes.len(), depth: 0 }];
     while let Some(part) = open.pop() {
         let hull = sweep.hull(&part);
         if part.end - part.first == 1 {
@@ -36,8 +36,8 @@ pub(super) fn sweep(boxes: &[Aabb]) -> Bvh2 {
         tree.nodes.extend([Bvh2Node::default(); 2]);
         tree.nodes[part.node] = Bvh2Node::new(hull, 0, left as u32);
         let depth = part.depth + 1;
-        open.push(Part { node: left + 1, first: middle, end: part.end, depth });
-        open.push(Part { node: left, first: part.first, end: middle, depth });
+        open.push(Range { node: left + 1, first: middle, end: part.end, depth });
+        open.push(Range { node: left, first: part.first, end: middle, depth });
     }
     tree
 }
@@ -52,7 +52,7 @@ enum Rule {
 }
 
 /// The boxes of one node: `first..end` in each of the three orders.
-struct Part {
+struct Range {
     node: usize,
     first: usize,
     end: usize,
@@ -95,12 +95,12 @@ impl<'a> Sweep<'a> {
         &self.boxes[self.order[axis][place] as usize]
     }
 
-    fn hull(&self, part: &Part) -> Aabb {
+    fn hull(&self, part: &Range) -> Aabb {
         (part.first + 1..part.end).fold(*self.at(0, part.first), |hull, i| hull.union(self.at(0, i)))
     }
 
     /// Brings the boxes of the left side to the front of every order and says where the right side begins.
-    fn split(&mut self, part: &Part, rule: Rule) -> usize {
+    fn split(&mut self, part: &Range, rule: Rule) -> usize {
         let (axis, middle) = match rule {
             Rule::Sublinear => self.cheapest(part, |cost, n| cost[n]),
             Rule::Linear => self.cheapest(part, |_, n| n as f32),
@@ -119,7 +119,7 @@ impl<'a> Sweep<'a> {
         middle
     }
 
-    fn cheapest(&mut self, part: &Part, cost: impl Fn(&[f32], usize) -> f32) -> (usize, usize) {
+    fn cheapest(&mut self, part: &Range, cost: impl Fn(&[f32], usize) -> f32) -> (usize, usize) {
         let mut best = (f32::INFINITY, 0, part.first + 1);
         for axis in 0..3 {
             let mut hull = *self.at(axis, part.end - 1);
@@ -139,7 +139,7 @@ impl<'a> Sweep<'a> {
         (best.1, best.2)
     }
 
-    fn middle(&self, part: &Part) -> (usize, usize) {
+    fn middle(&self, part: &Range) -> (usize, usize) {
         let extent = |axis: usize| {
             let centre = |b: &Aabb| b.min[axis] + b.max[axis];
             centre(self.at(axis, part.end - 1)) - centre(self.at(axis, part.first))

@@ -12,9 +12,9 @@
 //! The time is spent waiting: from a reference to the planes of its node, through the slab test to the mask of the boxes
 //! that are met, and from the mask to the next reference. Every cycle on that way counts, instructions beside it hardly do.
 
-use super::candidate::{Candidate, TriangleHit};
+use super::hit_filter::{HitFilter, TriangleHit};
 use super::lanes::Lanes;
-use super::memory::Row;
+use super::memory::BoundsRow;
 use super::node::{Block, Child};
 use super::query::Query;
 use super::stack::{SMALL_STACK, Stack};
@@ -32,8 +32,8 @@ struct Slabs<'a, L> {
     o: [L; 3],
     near: [L; 3],
     far: [L; 3],
-    first: [Row<'a>; 3],
-    last: [Row<'a>; 3],
+    first: [BoundsRow<'a>; 3],
+    last: [BoundsRow<'a>; 3],
 }
 
 impl<'a, L: Lanes> Slabs<'a, L> {
@@ -54,8 +54,8 @@ impl<'a, L: Lanes> Slabs<'a, L> {
 
     /// Entry and exit distances of the eight boxes; a box is met where entry < exit.
     #[inline(always)]
-    fn meet(&self, node: Child, limit: L) -> (L, L) {
-        let plane = |row: Row, o: L, inverse: L| L::load(row.of(node)).sub(o).mul(inverse);
+    fn slab_test(&self, node: Child, limit: L) -> (L, L) {
+        let plane = |row: BoundsRow, o: L, inverse: L| L::load(row.of(node)).sub(o).mul(inverse);
         let near = |axis: usize| plane(self.first[axis], self.o[axis], self.near[axis]);
         let far = |axis: usize| plane(self.last[axis], self.o[axis], self.far[axis]);
         let entry = near(0).later(near(1)).later(near(2).later(L::splat(0.0)));
@@ -73,16 +73,16 @@ struct Best<L> {
 
 /// The nearest hit that counts, or with `ANY` the first that is found.
 #[inline(always)]
-pub(super) fn walk<L: Lanes, C: Candidate, const ANY: bool>(
+pub(super) fn traverse<L: Lanes, C: HitFilter<TriangleHit>, const ANY: bool>(
     tree: &Tree,
     ray: &Ray,
-    candidate: &C,
+    filter: &C,
 ) -> Option<TriangleHit> {
     if tree.stack <= SMALL_STACK
         && let Some(query) = Query::new(tree, ray)
     {
         let mut memory = [MaybeUninit::uninit(); 2 * SMALL_STACK];
-        return walk_with::<L, C, ANY>(tree, query, candidate, &mut Stack::new(&mut memory));
+        return traverse_with::<L, C, ANY>(tree, query, filter, &mut Stack::new(&mut memory));
     }
     let query = Query::shortened(tree, ray)?;
     let (mut small, mut large) = ([MaybeUninit::uninit(); 2 * SMALL_STACK], Vec::new());
@@ -92,14 +92,14 @@ pub(super) fn walk<L: Lanes, C: Candidate, const ANY: bool>(
         large.resize(2 * tree.stack, MaybeUninit::uninit());
         &mut large[..]
     };
-    walk_with::<L, C, ANY>(tree, query, candidate, &mut Stack::new(memory))
+    traverse_with::<L, C, ANY>(tree, query, filter, &mut Stack::new(memory))
 }
 
 #[inline(always)]
-fn walk_with<L: Lanes, C: Candidate, const ANY: bool>(
+fn traverse_with<L: Lanes, C: HitFilter<TriangleHit>, const ANY: bool>(
     tree: &Tree,
     query: Query,
-    candidate: &C,
+    filter: &C,
     stack: &mut Stack,
 ) -> Option<TriangleHit> {
     let r = query.inverse();
@@ -117,7 +117,7 @@ fn walk_with<L: Lanes, C: Candidate, const ANY: bool>(
         let mut next = None;
         if at.is_block() {
             let block = tree.memory.block(at);
-            strike::<L, C, ANY>(block, &query, &sheared, candidate, &mut best);
+            intersect_block::<L, C, ANY>(block, &query, &sheared, filter, &mut best);
             if ANY && best.found {
                 return Some(best.hit);
             }
@@ -145,18 +145,18 @@ fn descend<L: Lanes, const ANY: bool>(
     limit: L,
     stack: &mut Stack,
 ) -> Option<Child> {
-    let (near, far) = slabs.meet(node, limit);
+    let (near, far) = slabs.slab_test(node, limit);
     let (children, ahead) = (tree.memory.children(node), |child| tree.memory.prefetch(child));
     if ANY { near.any(far, children, stack, ahead) } else { near.nearest(far, children, stack, ahead) }
 }
 
 /// Looks for a better hit in a block; with `ANY` for any.
 #[inline(always)]
-fn strike<L: Lanes, C: Candidate, const ANY: bool>(
+fn intersect_block<L: Lanes, C: HitFilter<TriangleHit>, const ANY: bool>(
     block: &Block,
     query: &Query,
     sheared: &Sheared,
-    candidate: &C,
+    filter: &C,
     best: &mut Best<L>,
 ) {
     let Some(hits) = intersect::<L>(sheared, block, best.hit.t) else { return };
@@ -166,7 +166,7 @@ fn strike<L: Lanes, C: Candidate, const ANY: bool>(
         mask &= mask - 1;
         let Some(hit) = hits.hit(sheared, block, lane, best.hit.t, query.t_max) else { continue };
         let nearer = hit.t < best.hit.t || (hit.t == best.hit.t && hit.triangle < best.hit.triangle);
-        if nearer && (C::OPAQUE || candidate.accept(&in_callers_units(hit, query.to_caller))) {
+        if nearer && (C::OPAQUE || filter.accept(&in_callers_units(hit, query.to_caller))) {
             *best = Best { hit, found: true, limit: L::splat(hit.t * WIDEN) };
             if ANY {
                 return;

@@ -10,7 +10,7 @@
 //! behind the origin, as for a large wall near by), and near either end of the ray, it is worked out again in f64, so
 //! that it can be relied on: a ray that starts or ends outside the error box of a surface does not meet it there.
 
-use super::candidate::TriangleHit;
+use super::hit_filter::TriangleHit;
 use super::lanes::Lanes;
 use super::node::Block;
 use glam::{DVec3, Vec3A};

@@ -1,6 +1,6 @@
 //! Closed bodies and a source of numbers for the tests of this crate.
 #![allow(dead_code)]
-use dapple_geometry::{Hit, Mesh, Opaque, World};
+use dapple_geometry::{Accel, Hit, Mesh, Opaque};
 use dapple_math::Ray;
 use glam::Vec3;
 
@@ -100,14 +100,14 @@ pub fn is_convex(mesh: &Mesh) -> bool {
 /// Leaving a convex body from a hit: nothing may be hit on the outside, and exactly one more surface on the inside.
 /// `outside` is the side `ng` points to. Returns (outgoing rays that hit, ingoing rays without exactly one hit).
 pub fn leave(
-    world: &World,
+    accel: &Accel,
     noise: &mut Noise,
     ray: &Ray,
     time: f32,
     hit: &Hit,
     rays: usize,
 ) -> (usize, usize) {
-    let s = world.surface(ray, time, hit);
+    let s = accel.surface(ray, time, hit);
     assert!(s.p.is_finite() && s.p_error.is_finite() && (s.ng.length() - 1.0).abs() < 1e-6, "{s:?}");
     let (mut out, mut into) = (0, 0);
     for _ in 0..rays {
@@ -115,17 +115,17 @@ pub fn leave(
         let cosine = 10f64.powf(-6.0 * f64::from(noise.unit()));
         let d = noise.about(s.ng, cosine);
         let ray = Ray::new(s.origin_towards(d), d);
-        out += usize::from(world.blocked(&ray, time, &Opaque));
+        out += usize::from(accel.occluded(&ray, time, &Opaque));
         let d = -d;
         let ray = Ray::new(s.origin_towards(d), d);
-        into += usize::from(!match world.closest(&ray, time, &Opaque) {
+        into += usize::from(!match accel.intersect(&ray, time, &Opaque) {
             None => false,
             Some(hit) => {
-                let far = world.surface(&ray, time, &hit);
+                let far = accel.surface(&ray, time, &hit);
                 // Left half along the normal: a ray that has slid along the neighbouring face (1e-6 rad) passes its edge
                 // nearer than any f32 test can tell.
                 let d = d + far.ng;
-                far.ng.dot(d) > 0.0 && !world.blocked(&Ray::new(far.origin_towards(d), d), time, &Opaque)
+                far.ng.dot(d) > 0.0 && !accel.occluded(&Ray::new(far.origin_towards(d), d), time, &Opaque)
             }
         });
     }

@@ -1,6 +1,6 @@
 //! A ray of the tree that is not traced yet.
 
-use crate::emission::Arrival;
+use crate::emission::MisContext;
 use crate::medium::MediumStack;
 use crate::places::Place;
 use dapple_math::Ray;
@@ -12,7 +12,7 @@ pub(super) const DEEP: u32 = 64;
 /// A ray that leaves a vertex, and what is known of it.
 pub(super) struct Branch {
     pub ray: Ray,
-    pub arrival: Arrival,
+    pub arrival: MisContext,
     /// Where it arrives.
     pub place: Place,
     /// The bodies that it goes through.

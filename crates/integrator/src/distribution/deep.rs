@@ -8,7 +8,7 @@
 
 use super::branch::{Branch, DEEP};
 use super::tree::Tree;
-use crate::ledger::{Cut, FAINT};
+use crate::bias_report::{FAINT, Truncation};
 use crate::observer::PathObserver;
 use crate::visibility::Visibility;
 use glam::{DVec3, Vec3};
@@ -40,7 +40,7 @@ impl<V: Visibility, O: PathObserver> Tree<'_, V, O> {
     fn branch(&mut self, first: Branch) -> Vec3 {
         if self.nested >= NESTED {
             if first.beta.max_element() >= FAINT {
-                self.observer.cut(Cut::Depth, first.beta);
+                self.observer.cut(Truncation::Depth, first.beta);
             }
             return Vec3::ZERO;
         }

@@ -3,7 +3,7 @@
 use super::tree::Tree;
 use crate::Dimension;
 use crate::effects::Effect;
-use crate::emission::Arrival;
+use crate::emission::MisContext;
 use crate::first_hit::start;
 use crate::job::Job;
 use crate::medium::MediumStack;
@@ -64,7 +64,7 @@ pub(crate) fn pixel_point<V: Visibility, O: PathObserver>(
                 }
             }
             let mut tree = Tree { job, visibility, time, observer, rays, held: None, nested: 0, near };
-            let mut arrival = Arrival::CAMERA;
+            let mut arrival = MisContext::CAMERA;
             if !V::PLAIN && ray.t_max < f32::INFINITY {
                 arrival.view = ray.t_max * ray.d.length();
             }

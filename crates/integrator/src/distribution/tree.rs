@@ -2,13 +2,13 @@
 
 use super::branch::{Branch, DEEP};
 use crate::Dimension;
-use crate::direct::{Beam, Sides};
-use crate::effects::{Effect, Plans};
-use crate::emission::{self, Arrival, Rival};
+use crate::bias_report::{FAINT, Truncation};
+use crate::direct::{DirectLighting, Sides};
+use crate::effects::{Effect, SampleSets};
+use crate::emission::{self, CompetingStrategy, MisContext};
 use crate::first_hit::{seen, start};
 use crate::interface::meet;
 use crate::job::Job;
-use crate::ledger::{Cut, FAINT};
 use crate::medium::{Boundary, MediumStack};
 use crate::observer::{PathObserver, cut_short};
 use crate::places::Place;
@@ -21,7 +21,7 @@ use dapple_geometry::{Hit, Surface};
 use dapple_lights::{Aiming, Light, LightSample};
 use dapple_materials::{Lobe, Lobes};
 use dapple_math::Ray;
-use dapple_sampling::{Key, Pattern, Plan};
+use dapple_sampling::{Key, Pattern, SampleSet};
 use glam::Vec3;
 use std::cell::Cell;
 
@@ -33,7 +33,7 @@ const GROUPS: [(Lobes, Effect); 3] = [
 ];
 
 /// Where all points are the same.
-const ONE: Plan = Plan { nx: 1, ny: 1, pattern: Pattern::Grid };
+const ONE: SampleSet = SampleSet { nx: 1, ny: 1, pattern: Pattern::Grid };
 
 /// The rays that grow out of one camera ray.
 pub(super) struct Tree<'a, V, O> {
@@ -76,7 +76,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
     pub fn li(
         &mut self,
         ray: &Ray,
-        arrival: &Arrival,
+        arrival: &MisContext,
         place: Place,
         stack: &MediumStack,
         beta: Vec3,
@@ -94,7 +94,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         };
         let Arrived { at, distance, transmittance: absorbed, stack: inner, overflows } = arrived;
         if overflows {
-            self.observer.cut(Cut::Nested, beta * absorbed);
+            self.observer.cut(Truncation::Nested, beta * absorbed);
         }
         let Some((hit, surface, boundary)) = at else {
             return absorbed * self.escaped(ray, arrival, place, beta * absorbed);
@@ -110,7 +110,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
             return absorbed * le;
         }
         if beta.max_element() < FAINT {
-            self.observer.cut(Cut::Faint, beta);
+            self.observer.cut(Truncation::Faint, beta);
             return absorbed * le;
         }
         let media = Sides { near, far: boundary.map_or(near, |boundary| &boundary.after) };
@@ -125,13 +125,13 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
 
     /// The nearest surface, in a scene without media.
     #[inline(always)]
-    fn arrive(&self, ray: &Ray, arrival: &Arrival, place: Place, key: Key) -> Arrived {
+    fn arrive(&self, ray: &Ray, arrival: &MisContext, place: Place, key: Key) -> Arrived {
         let scene = self.job.scene;
         let nothing = Arrived::default();
-        let Some(mut hit) = self.visibility.closest(scene, ray, self.time, key) else { return nothing };
-        let mut surface = scene.world.surface(ray, self.time, &hit);
+        let Some(mut hit) = self.visibility.intersect(scene, ray, self.time, key) else { return nothing };
+        let mut surface = scene.accel.surface(ray, self.time, &hit);
         if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
-            shared_place::settle(places, ray, (&mut hit, &mut surface), &self.context(key));
+            shared_place::resolve_shared(places, ray, (&mut hit, &mut surface), &self.context(key));
         }
         let mut distance = hit.t * ray.d.length();
         let is_camera = if V::PLAIN { place.depth == 0 } else { arrival.is_camera() };
@@ -147,7 +147,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
     fn arrive_through_media(
         &self,
         ray: &Ray,
-        arrival: &Arrival,
+        arrival: &MisContext,
         (place, stack): (Place, &MediumStack),
         key: Key,
     ) -> Arrived {
@@ -173,7 +173,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
     }
 
     /// Radiance of the environment along a ray that leaves the scene.
-    fn escaped(&mut self, ray: &Ray, arrival: &Arrival, place: Place, beta: Vec3) -> Vec3 {
+    fn escaped(&mut self, ray: &Ray, arrival: &MisContext, place: Place, beta: Vec3) -> Vec3 {
         let strategy = self.job.settings.strategy;
         let le = match place.depth == 0 && self.observer.hides_backdrop() {
             true => Vec3::ZERO,
@@ -259,12 +259,19 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         sum / n.max(1) as f32
     }
 
-    fn beam<'v>(&self, vertex: &'v Vertex, key: Key, media: Sides<'v>, place: Place) -> Beam<'v, V>
+    fn beam<'v>(&self, vertex: &'v Vertex, key: Key, media: Sides<'v>, place: Place) -> DirectLighting<'v, V>
     where
         'a: 'v,
     {
         let (strategy, reach) = (self.job.settings.strategy, self.job.bounces - place.depth - 1);
-        Beam { context: self.context(key), vertex, media, strategy, reach, lost: Cell::new(Vec3::ZERO) }
+        DirectLighting {
+            context: self.context(key),
+            vertex,
+            media,
+            strategy,
+            reach,
+            lost: Cell::new(Vec3::ZERO),
+        }
     }
 
     fn context(&self, key: Key) -> TraceContext<'a, V> {
@@ -281,7 +288,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
     /// `alone`.
     #[inline(always)]
     fn received(
-        beam: &Beam<'_, V>,
+        beam: &DirectLighting<'_, V>,
         place: Place,
         light: &Light,
         sample: &LightSample,
@@ -311,7 +318,13 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
     /// As [`Self::received`], of samples that are alone.
     #[cold]
     #[inline(never)]
-    fn received_alone(beam: &Beam<'_, V>, place: Place, light: &Light, sample: &LightSample, n: f32) -> Vec3 {
+    fn received_alone(
+        beam: &DirectLighting<'_, V>,
+        place: Place,
+        light: &Light,
+        sample: &LightSample,
+        n: f32,
+    ) -> Vec3 {
         Self::received(beam, place, light, sample, (n, true))
     }
 
@@ -321,7 +334,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         vertex: &Vertex,
         place: Place,
         media: Sides<'_>,
-        came: (&Arrival, f32),
+        came: (&MisContext, f32),
         beta: Vec3,
     ) -> Vec3 {
         let live = vertex.bsdf.lobes();
@@ -375,7 +388,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
     }
 
     /// One of `n` rays that leave the vertex by the same lobe.
-    fn arrival(&self, vertex: &Vertex, scattered: &Scattered, n: f32, place: Place) -> Arrival {
+    fn arrival(&self, vertex: &Vertex, scattered: &Scattered, n: f32, place: Place) -> MisContext {
         let plans = self.job.integrals.at(place.depth);
         let off = plans.is_off(Effect::Light);
         // Off, only the environment is still aimed at.
@@ -383,11 +396,15 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         let on_grid = plans.light.pattern == Pattern::Grid;
         let aiming = if on_grid { Aiming::Surface } else { Aiming::SolidAngle };
         let delta = scattered.sample.lobe.is_delta();
-        Arrival {
+        MisContext {
             p: vertex.surface.p,
             n: vertex.choice_normal(),
             pdf: n * scattered.sample.pdf,
-            rival: if delta { Rival::Nothing } else { Rival::Each { points, aiming } },
+            competing: if delta {
+                CompetingStrategy::Nothing
+            } else {
+                CompetingStrategy::Each { points, aiming }
+            },
             lights_are_points: off,
             time: self.time,
             is_seen: delta,
@@ -400,9 +417,9 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
 
 /// Points on a light: one where all are the same, none for an environment that lobes find as well; else `sky` on an
 /// environment.
-pub(crate) fn light_plan(light: &Light, plans: &Plans, sky: impl Fn() -> Plan) -> Plan {
+pub(crate) fn light_plan(light: &Light, plans: &SampleSets, sky: impl Fn() -> SampleSet) -> SampleSet {
     match light {
-        Light::Environment(e) if !e.is_sampled() => Plan::OFF,
+        Light::Environment(e) if !e.is_sampled() => SampleSet::OFF,
         // Switched off, the light integral leaves the environment as it is.
         Light::Environment(_) => sky(),
         light if light.is_delta() || (light.is_area() && plans.is_off(Effect::Light)) => ONE,
@@ -411,7 +428,7 @@ pub(crate) fn light_plan(light: &Light, plans: &Plans, sky: impl Fn() -> Plan) -
 }
 
 /// A grid is a set of point lights; other points are spread where they make the least noise.
-fn aiming(light: &Light, plans: &Plans) -> Aiming {
+fn aiming(light: &Light, plans: &SampleSets) -> Aiming {
     match plans.light.pattern {
         _ if !light.is_area() => Aiming::SolidAngle,
         _ if plans.is_off(Effect::Light) => Aiming::Centroid,

@@ -1,7 +1,7 @@
 //! What a render gives, and what it took.
 
-use crate::ledger::Ledger;
-use crate::spread::Spread;
+use crate::allocation::SampleAllocation;
+use crate::bias_report::BiasReport;
 use crate::tail::Tail;
 use crate::tile::BadSample;
 use dapple_camera::Film;
@@ -47,7 +47,7 @@ pub struct Stats {
     /// How many samples were not finite. They add zero and still count.
     pub bad_sample_count: u64,
     /// What altered the estimate.
-    pub ledger: Ledger,
+    pub bias: BiasReport,
 }
 
 /// A finished render.
@@ -60,7 +60,7 @@ pub struct Outcome {
     /// What it took.
     pub stats: Stats,
     /// Which pixels got how many samples, where not all got the same.
-    pub spread: Option<Arc<Spread>>,
+    pub allocation: Option<Arc<SampleAllocation>>,
     /// The samples that deviate most from their pixels.
     pub tail: Tail,
 }

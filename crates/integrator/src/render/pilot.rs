@@ -1,7 +1,7 @@
 //! The first samples of an adaptive render, which say where the others go.
 
+use crate::allocation::{PILOT, SampleAllocation};
 use crate::settings::Settings;
-use crate::spread::{PILOT, Spread};
 use crate::tile::Tile;
 use dapple_camera::Film;
 use dapple_math::PixelRect;
@@ -13,7 +13,7 @@ pub(super) struct Pilot {
     waiting: bool,
     half: Option<Film>,
     /// Known from the start, or once the pilot is done.
-    pub spread: Option<Arc<Spread>>,
+    pub allocation: Option<Arc<SampleAllocation>>,
 }
 
 impl Pilot {
@@ -22,7 +22,7 @@ impl Pilot {
         if waiting {
             tiles.iter_mut().for_each(|tile| tile.pixel_rays = vec![0; tile.rect.area()]);
         }
-        Self { waiting, half: None, spread: settings.spread().cloned() }
+        Self { waiting, half: None, allocation: settings.allocation().cloned() }
     }
 
     /// Where the pass after `spp` has to end, so that the pilot sees what it must.
@@ -40,7 +40,8 @@ impl Pilot {
             self.half = Some(film(rect, tiles));
         }
         if let Some(half) = self.half.as_ref().filter(|_| spp == PILOT) {
-            self.spread = Some(Arc::new(Spread::decide(half, &film(rect, tiles), &rays(rect, tiles))));
+            self.allocation =
+                Some(Arc::new(SampleAllocation::decide(half, &film(rect, tiles), &rays(rect, tiles))));
             self.waiting = false;
         }
     }

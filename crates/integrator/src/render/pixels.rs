@@ -39,7 +39,7 @@ pub fn render_pixels_until(
         let (kernel, _) = kernel::choose(&job);
         Pool::new(&settings.limits).each_tile(&mut tiles, |tile| {
             if !job.is_stopped() {
-                tile.render(&job, kernel, (0, spp), settings.spread().map(|spread| &**spread));
+                tile.render(&job, kernel, (0, spp), settings.allocation().map(|allocation| &**allocation));
             }
         });
     });

@@ -6,11 +6,11 @@ use super::pilot::Pilot;
 use super::pool::Pool;
 use super::snapshot::{self, Snapshot};
 use super::watch::Watch;
+use crate::bias_report::{self, BiasReport};
 use crate::clear;
 use crate::custom::Integrator;
 use crate::job::Job;
 use crate::kernel::{self, Kernel};
-use crate::ledger::{self, Ledger};
 use crate::settings::{Settings, SettingsError};
 use crate::tile::Tile;
 use dapple_camera::{Camera, Film};
@@ -142,14 +142,14 @@ impl<'a> Renderer<'a> {
             let from = state.next;
             let Some(end) = watch.next_pass(from) else { return false };
             let end = end.min(until).min(state.pilot.next(from));
-            let spread = state.pilot.spread.clone();
+            let allocation = state.pilot.allocation.clone();
             self.pool.each_tile(&mut state.tiles, |tile| {
                 if watch.is_stopped() {
                     return;
                 }
                 tile.begin(from > start, job.settings);
                 let before = tile.rays;
-                let samples = tile.render(job, kernel, (from, end), spread.as_deref());
+                let samples = tile.render(job, kernel, (from, end), allocation.as_deref());
                 watch.tile_done(samples, tile.rays - before);
             });
             if state.tiles.iter().any(|tile| tile.next != end) {
@@ -180,7 +180,7 @@ impl<'a> Renderer<'a> {
             self.state.elapsed.as_secs_f64(),
             self.job.settings.rect(),
             &self.state.tiles,
-            self.state.pilot.spread.as_ref(),
+            self.state.pilot.allocation.as_ref(),
         )
     }
 
@@ -198,10 +198,10 @@ impl<'a> Renderer<'a> {
     pub(super) fn finish_as(self, why: Advance) -> Outcome {
         let Self { job, state, pool, .. } = self;
         let spp = state.next - job.settings.sample_range().start;
-        let ledger = Ledger {
-            lights_culled: ledger::culled(job.scene),
+        let bias = BiasReport {
+            lights_culled: bias_report::culled(job.scene),
             lights_unreachable: clear::unreachable(job.scene, job.sharp),
-            ..Ledger::default()
+            ..BiasReport::default()
         };
         let mut stats = Stats {
             seconds: state.elapsed.as_secs_f64(),
@@ -209,8 +209,8 @@ impl<'a> Renderer<'a> {
             stopped: why == Advance::Stopped,
             timed_out: why == Advance::TimedOut,
             threads: pool.threads(),
-            kernel: format!("{}/{}", self.kernel_name, job.scene.world.kernel().name()),
-            ledger,
+            kernel: format!("{}/{}", self.kernel_name, job.scene.accel.kernel().name()),
+            bias,
             ..Stats::default()
         };
         let mut film = Film::new(job.settings.rect());
@@ -218,13 +218,13 @@ impl<'a> Renderer<'a> {
             film.put(&tile.film);
             stats.rays += tile.rays;
             stats.bad_sample_count += tile.bad_count;
-            stats.ledger.merge(&tile.ledger);
+            stats.bias.merge(&tile.bias);
             let room = REPORTED - stats.bad_samples.len();
             stats.bad_samples.extend(tile.bad.iter().take(room));
         }
         stats.samples = film.samples();
         let layers = layers::compose(&job, &film, &state.tiles, spp == 0);
         let tail = snapshot::tail(&state.tiles);
-        Outcome { film, layers, stats, spread: state.pilot.spread, tail }
+        Outcome { film, layers, stats, allocation: state.pilot.allocation, tail }
     }
 }

@@ -1,7 +1,7 @@
 //! The image of a render under way.
 
+use crate::allocation::SampleAllocation;
 use crate::settings::Settings;
-use crate::spread::Spread;
 use crate::tail::Tail;
 use crate::tile::Tile;
 use dapple_camera::Film;
@@ -19,7 +19,7 @@ pub struct Snapshot<'a> {
     pub(super) rect: PixelRect,
     pub(super) tiles: &'a [Tile],
     /// Which pixels got how many samples, where not all got the same.
-    pub spread: Option<&'a Arc<Spread>>,
+    pub allocation: Option<&'a Arc<SampleAllocation>>,
     /// Asked for, between two that come by themselves.
     pub between: bool,
     pub(super) asked: Cell<Option<u32>>,
@@ -34,9 +34,9 @@ impl<'a> Snapshot<'a> {
         seconds: f64,
         rect: PixelRect,
         tiles: &'a [Tile],
-        spread: Option<&'a Arc<Spread>>,
+        allocation: Option<&'a Arc<SampleAllocation>>,
     ) -> Self {
-        Self { spp, seconds, rect, tiles, spread, between: false, asked: Cell::new(None) }
+        Self { spp, seconds, rect, tiles, allocation, between: false, asked: Cell::new(None) }
     }
     /// Means and variances so far.
     pub fn film(&self) -> Film {

@@ -91,7 +91,7 @@ impl Settings {
 
     fn check_path(&self, path: &PathSettings) -> Result<(), SettingsError> {
         match self.pattern {
-            _ if !path.adaptive || path.spread.is_some() => Ok(()),
+            _ if !path.adaptive || path.allocation.is_some() => Ok(()),
             Pattern::Stratified | Pattern::Grid => Err(SettingsError::AdaptivePattern(self.pattern)),
             _ if self.crop.is_some() => Err(SettingsError::AdaptiveCrop),
             _ if path.samples.start > 0 => Err(SettingsError::AdaptiveStart),

@@ -2,8 +2,8 @@
 
 use dapple_integrator::camera::Camera;
 use dapple_integrator::settings::Strategy;
-use dapple_integrator::{Combine, Effect, MethodKind, Plans, Settings, render};
-use dapple_sampling::{Moments, Pattern, Plan};
+use dapple_integrator::{Combine, Effect, MethodKind, SampleSets, Settings, render};
+use dapple_sampling::{Moments, Pattern, SampleSet};
 use dapple_scene::Scene;
 use std::ops::ControlFlow;
 
@@ -28,18 +28,18 @@ pub fn one_pixel(
     integrals: &[(Effect, [u32; 2])],
     samples: u32,
 ) -> Settings {
-    let mut plans = Plans::default();
+    let mut plans = SampleSets::default();
     for (effect, _) in Effect::ALL {
-        *plans.of_mut(effect) = Plan::OFF;
+        *plans.of_mut(effect) = SampleSet::OFF;
     }
     for &(effect, [nx, ny]) in integrals {
         *plans.of_mut(effect) = match tracer {
-            Tracer::Nested => Plan { nx, ny, pattern },
-            Tracer::Paired | Tracer::Path => Plan::new(samples, pattern),
+            Tracer::Nested => SampleSet { nx, ny, pattern },
+            Tracer::Paired | Tracer::Path => SampleSet::new(samples, pattern),
         };
     }
     if tracer == Tracer::Paired {
-        plans.pixel = Plan::new(samples, pattern);
+        plans.pixel = SampleSet::new(samples, pattern);
     }
     Settings { size: (1, 1), pattern, max_bounces: 1, plans, ..Settings::default() }
         .with_method(if tracer == Tracer::Path { MethodKind::Path } else { MethodKind::Distribution })
@@ -53,8 +53,8 @@ pub fn one_pixel(
 
 /// Lights are found by the directions of lobes alone.
 pub fn by_chance(settings: Settings) -> Settings {
-    let light = Plan::new(1, settings.pattern);
-    Settings { strategy: Strategy::BsdfOnly, plans: Plans { light, ..settings.plans }, ..settings }
+    let light = SampleSet::new(1, settings.pattern);
+    Settings { strategy: Strategy::BsdfOnly, plans: SampleSets { light, ..settings.plans }, ..settings }
 }
 
 /// The picture's values for one seed, row by row; they must be grey.

@@ -9,7 +9,7 @@ use crate::common::*;
 use crate::study::*;
 use dapple_integrator::camera::{Aperture, Camera};
 use dapple_integrator::{Effect, Settings};
-use dapple_sampling::{Pattern, Plan};
+use dapple_sampling::{Pattern, SampleSet};
 use dapple_scene::Scene;
 use dapple_testkit::Rng;
 use dapple_testkit::closed_form::{clipped, ggx_cap, ggx_refracted_cap, linear_edge, polygon};
@@ -21,7 +21,7 @@ const ALIGNED: [Option<f64>; 4] = [Some(-1.0), Some(-1.5), Some(-1.0), Some(-2.0
 const STEP: [Option<f64>; 4] = [Some(-1.0), Some(-2.0), Some(-2.0), Some(-2.0)];
 
 /// Only `effect` is on, with these points.
-pub fn only(effect: Effect, plan: Plan) -> Settings {
+pub fn only(effect: Effect, plan: SampleSet) -> Settings {
     let mut settings = one_pixel(Tracer::Nested, plan.pattern, &[], 1);
     *settings.plans.of_mut(effect) = plan;
     if effect == Effect::Light { settings } else { by_chance(settings) }
@@ -52,7 +52,7 @@ pub fn any_direction(rng: &mut Rng) -> DVec2 {
 }
 
 fn under_an_edge(name: &str, effect: Effect, oblique: bool, layout: Layout, effort: Effort) {
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let mut rng = Rng::new(seed);
         let n = if oblique { any_direction(&mut rng) } else { DVec2::X };
         // Anywhere across the square.
@@ -74,7 +74,7 @@ fn shadow(effort: Effort) {
     let (height, at) = (1.2, 0.5);
     let corner = DVec3::new(-0.5, -0.4, height);
     let (u, v) = (DVec3::Y * 0.8, DVec3::X * 0.9);
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let mut rng = Rng::new(seed);
         let n = any_direction(&mut rng);
         // The shadow's middle is where the floor is seen.
@@ -110,7 +110,7 @@ const REACH: f32 = 300.0;
 
 /// A bright half-plane above a floor, found by chance: its edge is a curve in the square of a diffuse lobe.
 fn ceiling(effort: Effort) {
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let mut rng = Rng::new(seed);
         let (n, c) = (any_direction(&mut rng), rng.f64());
         let mut builder = seen_in_parallel(DVec3::Z * 0.2, DVec3::NEG_Z, DVec3::Y, 1e-6);
@@ -133,7 +133,7 @@ fn ceiling(effort: Effort) {
 /// A rough surface before a cap of random size, a step in the second coordinate, on a weight that falls smoothly.
 fn cap(name: &str, effect: Effect, layout: Layout, expected: [Option<f64>; 4], effort: Effort) {
     let alpha = f64::from(0.8f32).powi(2);
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let share = Rng::new(seed).f64();
         let (scene, exact) = match effect {
             Effect::Glossy => {
@@ -154,7 +154,7 @@ fn cap(name: &str, effect: Effect, layout: Layout, expected: [Option<f64>; 4], e
 
 /// A half-plane that moves across the pixel's centre at a random instant: 0.8 wide of the shutter's time.
 fn passing(effort: Effort) {
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let share = 0.1 + 0.8 * Rng::new(seed).f64();
         let mut builder = seen_in_parallel(DVec3::Z, DVec3::NEG_Z, DVec3::Y, 1e-6);
         builder.exposure(AT, SHUTTER);
@@ -238,7 +238,7 @@ fn random_edges_have_their_variance() {
     let (scene, camera) = half_plane_seen(n, 0.0, false);
     let share = linear_edge(&[n.x, n.y], 0.5 * (n.x + n.y));
     assert!((share - 0.5).abs() < 1e-12);
-    let plan = Plan::new(16, Pattern::Random);
+    let plan = SampleSet::new(16, Pattern::Random);
     let moments = replicas(&scene, &camera, &only(Effect::Pixel, plan), 4000)[0];
     // The variance of a variance of nearly normal values is 2/R of its square.
     let ratio = moments.variance() / (0.25 / 16.0);

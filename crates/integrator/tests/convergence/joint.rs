@@ -9,12 +9,12 @@ use crate::edges::{any_direction, half_plane_seen};
 use crate::smooth::{lit_plane, mean_radiance, moved, somewhere};
 use crate::study::*;
 use dapple_integrator::{Combine, Effect, Settings};
-use dapple_sampling::Plan;
+use dapple_sampling::SampleSet;
 use dapple_testkit::closed_form::linear_edge;
 use dapple_testkit::{Rng, quadrature};
 use glam::DVec2;
 
-fn both(combine: Combine, effects: &[Effect], plan: Plan) -> Settings {
+fn both(combine: Combine, effects: &[Effect], plan: SampleSet) -> Settings {
     let mut settings = by_chance(one_pixel(Tracer::Nested, plan.pattern, &[], 1));
     effects.iter().for_each(|&effect| *settings.plans.of_mut(effect) = plan);
     Settings { max_bounces: 2, ..settings }.with_distribution(|d| d.combine = combine)
@@ -24,7 +24,7 @@ fn both(combine: Combine, effects: &[Effect], plan: Plan) -> Settings {
 fn nested_smooth(effort: Effort) {
     let light = DVec2::new(0.3, 0.2);
     let (scene, camera) = lit_plane(light, false);
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let (camera, p) = moved(&scene, &camera, somewhere(seed, 0.6));
         let over_lens = |x: f64, y: f64| mean_radiance(p.truncate() + DVec2::new(x, y), light);
         let exact = quadrature::rectangle(over_lens, [-0.5; 2], [0.5; 2], 1e-7);
@@ -43,7 +43,7 @@ fn nested_smooth(effort: Effort) {
 
 /// An oblique edge through pixel, lens and mirror: 6-D.
 fn paired_edge(effort: Effort) {
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let mut rng = Rng::new(seed);
         let (n, c) = (any_direction(&mut rng), (rng.f64() - 0.5) * 2.0);
         let (scene, camera) = half_plane_seen(n, c, true);

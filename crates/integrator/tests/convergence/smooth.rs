@@ -10,7 +10,7 @@ use crate::study::*;
 use dapple_integrator::camera::{Aperture, Camera};
 use dapple_integrator::{Effect, Settings};
 use dapple_lights::Environment;
-use dapple_sampling::Plan;
+use dapple_sampling::SampleSet;
 use dapple_scene::Scene;
 use dapple_testkit::closed_form::{flux_of_point_light, ggx_cap, parallel_rectangle, point_light_along_line};
 use dapple_testkit::{Rng, quadrature};
@@ -69,7 +69,7 @@ fn plane_through(name: &str, effect: Effect, effort: Effort) {
     // Beside the mirror's blur, which would show the point itself.
     let light = if mirrored { DVec2::new(0.95, 0.75) } else { DVec2::new(0.3, 0.2) };
     let (scene, camera) = lit_plane(light, mirrored);
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let (camera, p) = moved(&scene, &camera, somewhere(seed, if mirrored { 0.2 } else { 0.6 }));
         let settings = Settings { max_bounces: 2, ..only(effect, plan) };
         values(&scene, &camera, &settings, seed)[0] - mean_radiance(p.truncate(), light)
@@ -93,7 +93,7 @@ fn quad_light(name: &str, size: DVec2, freedom: DVec3, layout: Layout, effort: E
     builder.mesh("light", light, DAffine3::IDENTITY, bright_material);
     let scene = builder.build().unwrap();
     let camera = scene.cameras[0].camera.clone();
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let (camera, p) = moved(&scene, &camera, somewhere(seed, 0.5) * freedom);
         let (p, half) = (p.truncate(), half.as_dvec2());
         let exact = f64::from(bright) * parallel_rectangle(-half - p, half - p, height);
@@ -110,7 +110,7 @@ fn quad_light(name: &str, size: DVec2, freedom: DVec3, layout: Layout, effort: E
 /// the sphere gives back is smooth in the projection of its direction, (1 − l·p)/(1 + l² − 2l·p)^{3/2}/2π; in the square
 /// it has kinks along the diagonals, which the map to the disk has.
 fn dome(effort: Effort) {
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let mut rng = Rng::new(seed);
         let light = any_direction(&mut rng) * (0.2 + 0.3 * rng.f64());
         let mut builder = seen_in_parallel(DVec3::Z * 0.2, DVec3::NEG_Z, DVec3::Y, 1e-6);
@@ -137,7 +137,7 @@ fn dome(effort: Effort) {
 
 /// A point light that moves along x while the shutter is open, over a plane.
 fn passing_light(effort: Effort) {
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let mut builder = seen_in_parallel(DVec3::Z * 0.2, DVec3::NEG_Z, DVec3::Y, 1e-6);
         builder.exposure(AT, SHUTTER);
         let white = builder.material(matte(1.0, 0.0));
@@ -158,7 +158,7 @@ fn passing_light(effort: Effort) {
 /// A rough mirror or a rough thin wall of random roughness, white all around: what is left is the masking of its facets.
 /// (Bent light would not be smooth: facets seen at grazing angles put a root into the second coordinate.)
 fn all_around(name: &str, effect: Effect, effort: Effort) {
-    let error = |plan: Plan, seed: u64| {
+    let error = |plan: SampleSet, seed: u64| {
         let roughness = 0.85 + 0.15 * Rng::new(seed).f64() as f32;
         let alpha = f64::from(roughness).powi(2);
         let surface = match effect {

@@ -1,7 +1,7 @@
 //! One integral, four estimators, many counts: what a table row is made of.
 
 use crate::fit::{Slope, slope};
-use dapple_sampling::{Moments, Pattern, Plan};
+use dapple_sampling::{Moments, Pattern, SampleSet};
 
 pub const ESTIMATORS: [Pattern; 4] = [Pattern::Random, Pattern::Stratified, Pattern::Grid, Pattern::Sobol];
 
@@ -25,7 +25,7 @@ pub struct Study<'a> {
     /// Slopes of random, stratified, grid and Sobol; None where theory has no power law for them.
     pub expected: [Option<f64>; 4],
     /// Error of replica `seed` with these points.
-    pub error: &'a (dyn Fn(Plan, u64) -> f64 + 'a),
+    pub error: &'a (dyn Fn(SampleSet, u64) -> f64 + 'a),
 }
 
 /// From 16 on: four octaves for every day, eight for the table.
@@ -58,11 +58,11 @@ impl Effort {
 }
 
 impl Study<'_> {
-    fn plan(&self, n: u32, pattern: Pattern) -> Plan {
+    fn plan(&self, n: u32, pattern: Pattern) -> SampleSet {
         match self.layout {
-            Layout::Line => Plan { nx: n, ny: 1, pattern },
-            Layout::Column => Plan { nx: 1, ny: n, pattern },
-            Layout::Square => Plan::new(n, pattern),
+            Layout::Line => SampleSet { nx: n, ny: 1, pattern },
+            Layout::Column => SampleSet { nx: 1, ny: n, pattern },
+            Layout::Square => SampleSet::new(n, pattern),
         }
     }
 

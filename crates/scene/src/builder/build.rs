@@ -20,10 +20,10 @@ use crate::{
 };
 use dapple_camera::Camera;
 use dapple_geometry::{
-    World, WorldBuilder,
+    Accel, AccelBuilder,
     shapes::{Disk, Sphere},
 };
-use dapple_lights::{Environment, Light, LightChoice};
+use dapple_lights::{Environment, Light, LightSampler};
 use dapple_math::motion::Chain;
 use glam::{DAffine3, Vec3};
 use std::sync::Arc;
@@ -42,7 +42,7 @@ impl SceneBuilder {
         self.check()?;
         self.settle();
         let emitted: Vec<bool> = self.materials.iter().map(TexturedMaterial::is_light).collect();
-        self.put_out();
+        self.strip_emission();
         let constant_textures = constants::fold(&mut self.materials, &mut self.textures);
         let bounds = self.bounds()?;
         let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));
@@ -52,17 +52,17 @@ impl SceneBuilder {
         let mut lights = punctual::lights(&self.punctual, &space, &self.exposure)
             .map_err(|(i, what)| self.invalid(format!("light {i}"), what))?;
         let bodies = Finder::new(&self.placed, &self.materials, &self.exposure);
-        let (world, mut objects, seen) = self.world(&space)?;
+        let (accel, mut objects, seen) = self.accel(&space)?;
         if cameras.is_empty() {
-            cameras.push(self.framed(&world, &seen)?);
+            cameras.push(self.framed(&accel, &seen)?);
         }
         self.scale_absorption(&space);
         let whole = |i: usize| seen[i].1.as_ref().map(|movement| movement.whole);
         let (bodies, warnings) = bodies.rank(&mut objects, &self.materials, &space, whole);
         self.warnings.extend(warnings);
-        let mut area = self.area_lights(&world, &mut objects, &seen);
+        let mut area = self.area_lights(&accel, &mut objects, &seen);
         let kinds = (&objects[..], self.kinds(&objects, &emitted));
-        let mut shared_places = SharedPlaces::find(&world, kinds, (&area, &lights), &space);
+        let mut shared_places = SharedPlaces::find(&accel, kinds, (&area, &lights), &space);
         if let Some(shared) = &mut shared_places {
             self.leave_hidden_out(shared, &mut area, &mut objects, &seen, &space);
         }
@@ -71,19 +71,19 @@ impl SceneBuilder {
             lights.push(Light::Environment(e));
             lights.len() as u32 - 1
         });
-        let mut survey = count(&world, &seen, &lights, &cameras);
+        let mut survey = count(&accel, &seen, &lights, &cameras);
         survey.constant_textures = constant_textures;
         self.survey(&objects, &mut survey);
         let radius = bounds.map_or(1.0, |(min, max)| space.length_to_render((max - min).length() * 0.5));
         Ok(Scene {
             name: self.name,
             space,
-            world,
+            accel,
             objects,
             bodies,
             materials: self.materials,
             textures: self.textures,
-            light_choice: LightChoice::new(&lights, radius),
+            light_choice: LightSampler::new(&lights, radius),
             lights,
             environment,
             cameras,
@@ -127,7 +127,7 @@ impl SceneBuilder {
     }
 
     /// Without light to show nothing emits and nothing surrounds the scene.
-    fn put_out(&mut self) {
+    fn strip_emission(&mut self) {
         if !self.reads.light {
             self.materials.iter_mut().for_each(|m| m.emission = Vec3::ZERO);
             self.punctual.clear();
@@ -135,9 +135,9 @@ impl SceneBuilder {
         }
     }
 
-    fn area_lights(&self, world: &World, objects: &mut [Object], seen: &[Seen]) -> AreaLights {
+    fn area_lights(&self, accel: &Accel, objects: &mut [Object], seen: &[Seen]) -> AreaLights {
         let mut area = AreaLights::default();
-        let mut patterns = Patterns::new(world, &self.textures, &self.materials);
+        let mut patterns = Patterns::new(accel, &self.textures, &self.materials);
         for (i, (object, (form, movement))) in objects.iter_mut().zip(seen).enumerate() {
             area.add(&mut patterns, (i as u32, object.material), *form, movement.as_ref());
             object.first_light = area.first(i as u32, form.primitives());
@@ -189,28 +189,28 @@ impl SceneBuilder {
         self.environment.take().filter(|e| !(e.is_constant() && e.mean() == Vec3::ZERO))
     }
 
-    fn framed(&self, world: &World, seen: &[Seen]) -> Result<NamedCamera, SceneError> {
+    fn framed(&self, accel: &Accel, seen: &[Seen]) -> Result<NamedCamera, SceneError> {
         let counts = seen.iter().map(|(form, _)| form.triangles()).collect();
-        let camera = framing::frame(world, counts).in_render_space(&Space::IDENTITY);
+        let camera = framing::frame(accel, counts).in_render_space(&Space::IDENTITY);
         let camera = camera.map_err(|what| self.invalid("camera 'auto'", what))?;
         Ok(NamedCamera { name: "auto".into(), camera, aspect: None })
     }
 
     /// Moves the objects into the world.
-    fn world(&mut self, space: &Space) -> Result<(World, Vec<Object>, Vec<Seen>), SceneError> {
+    fn accel(&mut self, space: &Space) -> Result<(Accel, Vec<Object>, Vec<Seen>), SceneError> {
         let mut entry =
-            Entry { space, world: WorldBuilder::default(), own: OwnSpaces::default(), dropped: 0, mended: 0 };
+            Entry { space, accel: AccelBuilder::default(), own: OwnSpaces::default(), dropped: 0, mended: 0 };
         let (mut objects, mut seen) = (Vec::new(), Vec::new());
         for (i, Placed { name, material, geometry, .. }) in
             std::mem::take(&mut self.placed).into_iter().enumerate()
         {
-            let entered = entry.enter(self, geometry, material);
+            let entered = entry.insert(self, geometry, material);
             seen.push(entered.map_err(|what| self.invalid(format!("object {i} '{}'", quoted(&name)), what))?);
             let textured =
                 self.materials.get(material as usize).is_some_and(|m| m.textures().next().is_some());
             objects.push(Object { name, material, first_light: u32::MAX, textured, body: u32::MAX });
         }
-        let Entry { world, dropped, mended, .. } = entry;
+        let Entry { accel, dropped, mended, .. } = entry;
         if dropped > 0 {
             self.warn(Warning(format!("{dropped} triangles without area are left out")));
         }
@@ -220,7 +220,7 @@ impl SceneBuilder {
             )));
         }
         let seconds = self.exposure.shutter.seconds();
-        Ok((world.build_for(0.0, seconds), objects, seen))
+        Ok((accel.build_for(0.0, seconds), objects, seen))
     }
 
     fn cameras(&self, space: &Space) -> Result<Vec<NamedCamera>, SceneError> {
@@ -242,7 +242,7 @@ impl SceneBuilder {
 /// The world so far, and what had to be changed on the way there.
 struct Entry<'a> {
     space: &'a Space,
-    world: WorldBuilder,
+    accel: AccelBuilder,
     own: OwnSpaces,
     dropped: usize,
     mended: usize,
@@ -250,7 +250,7 @@ struct Entry<'a> {
 
 impl Entry<'_> {
     /// Moves one object into the world; what is wrong with it otherwise, in words.
-    fn enter(&mut self, from: &SceneBuilder, geometry: Geometry, material: u32) -> Result<Seen, String> {
+    fn insert(&mut self, from: &SceneBuilder, geometry: Geometry, material: u32) -> Result<Seen, String> {
         let (space, index) = (self.space, material);
         let material = &from.materials[index as usize];
         let form = match geometry {
@@ -260,18 +260,18 @@ impl Entry<'_> {
                 self.changed(baked.dropped, baked.mended);
                 let mesh = for_material(baked.mesh, material, from.reads.everything);
                 let form = Form::Triangles(mesh.triangles.len());
-                self.world.add_mesh(mesh);
+                self.accel.add_mesh(mesh);
                 form
             }
             Geometry::Sphere { centre, radius } => {
                 let (centre, radius) = (space.to_render(centre), space.length_to_render(radius));
-                self.world.add_sphere(Sphere { centre, radius });
+                self.accel.add_sphere(Sphere { centre, radius });
                 Form::Sphere { centre, radius }
             }
             Geometry::Disk { centre, normal, radius } => {
                 let (centre, radius) = (space.to_render(centre), space.length_to_render(radius));
                 let normal = normal.normalize().as_vec3();
-                self.world.add_disk(Disk { centre, normal, radius });
+                self.accel.add_disk(Disk { centre, normal, radius });
                 Form::Disk { centre, normal, radius }
             }
             Geometry::Moving { body, chain } => {
@@ -279,7 +279,7 @@ impl Entry<'_> {
                 if let Some(own) = &shared {
                     self.changed(own.dropped, own.mended);
                 }
-                let (form, movement) = from.exposure.enter(&mut self.world, &body, &chain, shared, space)?;
+                let (form, movement) = from.exposure.insert(&mut self.accel, &body, &chain, shared, space)?;
                 return Ok((form, Some(movement)));
             }
         };
@@ -293,13 +293,13 @@ impl Entry<'_> {
 }
 
 /// How much of everything the world, its lights and cameras hold.
-fn count(world: &World, seen: &[Seen], lights: &[Light], cameras: &[NamedCamera]) -> Survey {
+fn count(accel: &Accel, seen: &[Seen], lights: &[Light], cameras: &[NamedCamera]) -> Survey {
     Survey {
-        triangles: world.triangle_count(),
+        triangles: accel.triangle_count(),
         objects: seen.len(),
         shapes: seen.iter().filter(|(form, _)| !matches!(form, Form::Triangles(_))).count(),
         lights: lights.len(),
-        has_motion: world.has_motion()
+        has_motion: accel.has_motion()
             || lights.iter().any(|light| matches!(light, Light::Moving(_)))
             || moving::any_moves(cameras.iter().map(|c| &c.camera)),
         ..Survey::default()

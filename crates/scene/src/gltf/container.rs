@@ -1,6 +1,6 @@
 //! From bytes to JSON: splits a .glb, checks version and required extensions, and makes the JSON fit the crate
 //! `gltf`.
-use super::{extensions, mend, options::Options};
+use super::{extensions, options::Options, sanitize};
 use crate::{SceneError, Warning, error::quoted};
 use gltf::json;
 use serde_json::Value;
@@ -56,7 +56,7 @@ pub(super) fn parse(
         warnings.push(Warning(extensions::left_out(extensions::POINTER, &value)));
     }
     let pointers = strip_pointers(&mut value);
-    let patched = match mend::mend(&mut value, warnings) || pointers > 0 {
+    let patched = match sanitize::sanitize(&mut value, warnings) || pointers > 0 {
         false => Cow::Borrowed(text),
         true => Cow::Owned(value.to_string().into_bytes()),
     };

@@ -121,7 +121,7 @@ const PLACES: &[Place] = &[
 ];
 
 /// Writes them as glTF does, with a warning for each kind; returns whether there were any.
-pub(super) fn mend(value: &mut Value, warnings: &mut Vec<Warning>) -> bool {
+pub(super) fn sanitize(value: &mut Value, warnings: &mut Vec<Warning>) -> bool {
     let before = warnings.len();
     for place in PLACES {
         let (mut count, mut first) = (0, None);
@@ -230,13 +230,13 @@ mod tests {
             "meshes": [{"primitives": [{"mode": 4}]}],
         });
         let mut warnings = Vec::new();
-        assert!(mend(&mut value, &mut warnings));
+        assert!(sanitize(&mut value, &mut warnings));
         assert_eq!(value, right);
         assert_eq!(warnings.len(), PLACES.len(), "one for each kind");
         assert!(
             warnings[0].0.starts_with("4 interpolations") && warnings[0].0.ends_with("9729 as \"LINEAR\"")
         );
-        assert!(!mend(&mut value, &mut warnings) && value == right, "what is right stays");
+        assert!(!sanitize(&mut value, &mut warnings) && value == right, "what is right stays");
     }
 
     #[test]
@@ -248,7 +248,7 @@ mod tests {
             json!([1]),
         ] {
             let (mut value, mut warnings) = (odd.clone(), Vec::new());
-            assert!(!mend(&mut value, &mut warnings) && value == odd && warnings.is_empty());
+            assert!(!sanitize(&mut value, &mut warnings) && value == odd && warnings.is_empty());
         }
     }
 }

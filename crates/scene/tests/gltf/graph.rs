@@ -30,7 +30,7 @@ fn far_translations_change_no_bit() {
             ]),
         );
         let scene = load(&file);
-        [scene.world.corners(0, 0), scene.world.corners(0, 1)]
+        [scene.accel.corners(0, 0), scene.accel.corners(0, 1)]
     };
     for t in [1e3, 1e5, 1e6, 1e7] {
         assert_eq!(at(0.0), at(t), "{t}");

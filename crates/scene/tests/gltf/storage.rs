@@ -19,7 +19,7 @@ fn a_square() {
 fn glb_and_gltf_give_the_same() {
     let file = square();
     let (a, b) = (load(&file), read(&file.glb()).unwrap());
-    assert_eq!(a.world.corners(0, 1), b.world.corners(0, 1));
+    assert_eq!(a.accel.corners(0, 1), b.accel.corners(0, 1));
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use super::form::Form;
 use crate::scenes::run;
 use crate::tally::{ERRORS, Outcome};
-use dapple_integrator::sampling::{Moments, Pattern, Plan};
-use dapple_integrator::{Effect, MethodKind, Plans, Settings};
+use dapple_integrator::sampling::{Moments, Pattern, SampleSet};
+use dapple_integrator::{Effect, MethodKind, SampleSets, Settings};
 
 /// One tracer with one estimator.
 #[derive(Clone, Debug)]
@@ -34,10 +34,10 @@ pub fn measure(form: &Form, replicas: u64) -> Vec<Measured> {
 
 /// `side`² points of every integral that is on.
 fn settings(form: &Form, method: MethodKind, pattern: Pattern, side: u32, seed: u64) -> Settings {
-    let mut plans = Plans::default();
+    let mut plans = SampleSets::default();
     for (effect, _) in Effect::ALL {
-        let plan = Plan { nx: side, ny: side, pattern };
-        *plans.of_mut(effect) = if form.effects.contains(&effect) { plan } else { Plan::OFF };
+        let plan = SampleSet { nx: side, ny: side, pattern };
+        *plans.of_mut(effect) = if form.effects.contains(&effect) { plan } else { SampleSet::OFF };
     }
     Settings { size: (1, 1), pattern, seed, plans, max_bounces: form.max_bounces, ..Settings::default() }
         .with_method(method)

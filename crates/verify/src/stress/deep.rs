@@ -4,9 +4,9 @@ use super::{Case, Check, Effort, Outcome};
 use crate::scenes::{cube, run, seen};
 use crate::tally::Tally;
 use dapple_integrator::materials::{Material, Mirror};
-use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::sampling::{Pattern, SampleSet};
 use dapple_integrator::scene::{Scene, SceneError, TexturedMaterial};
-use dapple_integrator::{MethodKind, Plans, Settings};
+use dapple_integrator::{MethodKind, SampleSets, Settings};
 use glam::{DAffine3, DVec3, Vec3};
 use std::time::Duration;
 
@@ -32,12 +32,17 @@ fn hall(kr: f32, emission: f32) -> Result<Scene, SceneError> {
 }
 
 fn one_sample(method: MethodKind, threads: usize, max_bounces: u32) -> Settings {
-    let pixel = Plan::new(1, Pattern::Stratified);
-    Settings { size: (2, 2), max_bounces, plans: Plans { pixel, ..Plans::default() }, ..Settings::default() }
-        .with_method(method)
-        .with_threads(threads)
-        .with_spp(1)
-        .with_path(|p| p.roulette = false)
+    let pixel = SampleSet::new(1, Pattern::Stratified);
+    Settings {
+        size: (2, 2),
+        max_bounces,
+        plans: SampleSets { pixel, ..SampleSets::default() },
+        ..Settings::default()
+    }
+    .with_method(method)
+    .with_threads(threads)
+    .with_spp(1)
+    .with_path(|p| p.roulette = false)
 }
 
 fn deep(effort: Effort) -> Outcome {

@@ -4,8 +4,8 @@ use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
 use crate::scenes::{ball, cube};
 use crate::tally::Tally;
-use dapple_integrator::geometry::bvh::{Any, Kernel, Tree, TriangleHit};
-use dapple_integrator::geometry::{Filter, Hit, Mesh, Opaque, World, WorldBuilder};
+use dapple_integrator::geometry::bvh::{Kernel, Opaque, Tree, TriangleHit};
+use dapple_integrator::geometry::{Accel, AccelBuilder, Hit, HitFilter, Mesh};
 use dapple_integrator::math::motion::{Channel, Interpolation, Node, Track, Trs};
 use dapple_integrator::math::{Motion, Ray};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -85,20 +85,20 @@ fn watertight(effort: Effort) -> Outcome {
         let tree = Tree::build(&corners).with_kernel(kernel);
         let mut noise = Noise(1);
         let leaks =
-            (0..n).filter(|&i| tree.closest(&outward(&mut noise, &corners, i), &Any).is_none()).count();
+            (0..n).filter(|&i| tree.intersect(&outward(&mut noise, &corners, i), &Opaque).is_none()).count();
         tally.none(format!("leaks of {n} rays, {}", kernel.name()), leaks as u64);
         let leaks: u64 = (0..10).map(|seed| along_faces(kernel, seed, n / 20)).sum();
         tally.none(format!("leaks of {} rays in the planes of faces, {}", n / 2, kernel.name()), leaks);
     }
-    for (name, world) in [("shared by instances", instanced(&mesh)), ("turning and moving", turning(&mesh))] {
+    for (name, accel) in [("shared by instances", instanced(&mesh)), ("turning and moving", turning(&mesh))] {
         let mut noise = Noise(2);
         let leaks = (0..n / 10).filter(|i| {
             let time = noise.unit();
-            let placed = world.placement(0, time).unwrap_or(DAffine3::IDENTITY);
+            let placed = accel.placement(0, time).unwrap_or(DAffine3::IDENTITY);
             let local = outward(&mut noise, &corners, *i);
             let o = placed.transform_point3(local.o.as_dvec3()).as_vec3();
             let d = placed.transform_vector3(local.d.as_dvec3()).as_vec3();
-            world.closest(&Ray::new(o, d), time, &Opaque).is_none()
+            accel.intersect(&Ray::new(o, d), time, &Opaque).is_none()
         });
         tally.none(format!("leaks of {} rays, {name}", n / 10), leaks.count() as u64);
     }
@@ -124,15 +124,15 @@ fn along_faces(kernel: Kernel, seed: u64, rays: u64) -> u64 {
         o = Vec3::select(at.cmpeq(Vec3::ONE), high, o);
         let axis = Vec3::AXES[noise.below(3)] * if noise.below(2) == 0 { 1.0 } else { -1.0 };
         o = Vec3::select(axis.cmpeq(Vec3::ZERO), o, offset - axis * 3.0 * r);
-        tree.closest(&Ray::new(o, axis), &Any).is_none()
+        tree.intersect(&Ray::new(o, axis), &Opaque).is_none()
     });
     missed.count() as u64
 }
 
 /// The mesh here and, out of the way, once more, so that it is not flattened.
-fn instanced(mesh: &Mesh) -> World {
+fn instanced(mesh: &Mesh) -> Accel {
     let mesh = Arc::new(mesh.clone());
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     let turned = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.1);
     let place = DVec3::new(3.0, -2.0, 7.0);
     let scale = DVec3::new(2.0, 0.3, 5.0);
@@ -141,7 +141,7 @@ fn instanced(mesh: &Mesh) -> World {
     builder.build()
 }
 
-fn turning(mesh: &Mesh) -> World {
+fn turning(mesh: &Mesh) -> Accel {
     let turn = |angle: f64| DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), angle);
     let keys = vec![turn(0.0), turn(1.3), turn(2.6)];
     let rotation = Track::new(vec![0.0, 0.5, 1.0], keys, Interpolation::Linear).map(Arc::new);
@@ -152,7 +152,7 @@ fn turning(mesh: &Mesh) -> World {
         trs.rotation = Channel::Track(rotation);
         trs.translation = Channel::Track(translation);
     }
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     builder.add_moving(mesh.clone(), Motion::new(vec![Node::Trs(trs)], DAffine3::IDENTITY, 0.0));
     builder.build_for(0.0, 1.0)
 }
@@ -160,7 +160,7 @@ fn turning(mesh: &Mesh) -> World {
 /// Notes every candidate and takes none.
 struct All(RefCell<Vec<Hit>>);
 
-impl Filter for All {
+impl HitFilter<Hit> for All {
     const OPAQUE: bool = false;
     fn accept(&self, hit: &Hit) -> bool {
         self.0.borrow_mut().push(*hit);
@@ -171,9 +171,9 @@ impl Filter for All {
 fn parity(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     let mesh = lump(3);
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     builder.add_mesh(mesh.clone());
-    let world = builder.build();
+    let accel = builder.build();
     let (mut noise, mut odd, mut out_of_turn, mut at_edges) = (Noise(7), 0, 0, 0);
     for i in 0..effort.of(5_000, 200_000, 10_000_000) {
         let o = noise.direction() * 5.0;
@@ -182,14 +182,14 @@ fn parity(effort: Effort) -> Outcome {
         let target = if aimed { a + (b - a) * noise.unit() } else { noise.cube() * 0.8 };
         let ray = Ray::new(o, (target - o).normalize());
         let all = All(RefCell::default());
-        world.closest(&ray, 0.0, &all);
+        accel.intersect(&ray, 0.0, &all);
         let mut hits = all.0.into_inner();
         hits.sort_by(|a, b| a.t.total_cmp(&b.t));
-        let side = |h: &Hit| world.surface(&ray, 0.0, h).ng.dot(ray.d) > 0.0;
+        let side = |h: &Hit| accel.surface(&ray, 0.0, h).ng.dot(ray.d) > 0.0;
         if aimed {
             // A test that includes edges reports one from both sides: what is met at one place counts once.
             // Where two triangles meet at an outline, seen nearly edge-on, t is known to some ulp over the cosine.
-            let steep = |h: &Hit| world.surface(&ray, 0.0, h).ng.dot(ray.d).abs().max(1e-3);
+            let steep = |h: &Hit| accel.surface(&ray, 0.0, h).ng.dot(ray.d).abs().max(1e-3);
             let together =
                 |a: &Hit, b: &Hit| (a.t - b.t).abs() * steep(a).min(steep(b)) <= 8.0 * f32::EPSILON * a.t;
             let first_in = hits.first().is_some_and(|f| hits.iter().any(|h| together(f, h) && !side(h)));
@@ -240,7 +240,7 @@ fn boxes(effort: Effort) -> Outcome {
             if slack * 20.0 / way.normalize().dot(normal).abs() > least {
                 continue;
             }
-            let hit = tree.closest(&Ray::new(o, way.normalize().as_vec3()), &Any);
+            let hit = tree.intersect(&Ray::new(o, way.normalize().as_vec3()), &Opaque);
             // The distance to a sliver is known less well than its box: being found is what counts.
             let other =
                 |h: TriangleHit| h.triangle as usize != t && f64::from(h.t) > way.length() + slack * 40.0;
@@ -261,13 +261,13 @@ fn directions(effort: Effort) -> Outcome {
         let tiny =
             Vec3::new(1.0, 10f32.powf(-9.0 + 2.0 * noise.unit()), -(10f32.powf(-9.0 + 2.0 * noise.unit())));
         for d in [noise.direction(), tiny, Vec3::new(tiny.y, 1.0, 0.0), Vec3::new(0.0, -0.0, -1.0)] {
-            let Some(expected) = tree.closest(&Ray::new(o, d), &Any) else {
+            let Some(expected) = tree.intersect(&Ray::new(o, d), &Opaque) else {
                 other += 1;
                 continue;
             };
             for k in (-30..=30).step_by(3) {
                 let length = 10f32.powi(k);
-                match tree.closest(&Ray::new(o, d * length), &Any) {
+                match tree.intersect(&Ray::new(o, d * length), &Opaque) {
                     Some(hit) => {
                         let t = f64::from(hit.t) * f64::from(length);
                         worst = worst.max((t / f64::from(expected.t) - 1.0).abs());

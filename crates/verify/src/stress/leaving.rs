@@ -5,7 +5,7 @@ use crate::noise::Noise;
 use crate::scenes::{ball, cube};
 use crate::tally::Tally;
 use dapple_integrator::geometry::shapes::Sphere;
-use dapple_integrator::geometry::{Hit, Mesh, Opaque, World, WorldBuilder};
+use dapple_integrator::geometry::{Accel, AccelBuilder, Hit, Mesh, Opaque};
 use dapple_integrator::math::Ray;
 use glam::{DQuat, DVec2, Vec3};
 
@@ -31,44 +31,44 @@ pub(super) const CASES: &[Case] = &[
 const BODIES: [(f32, f32); 7] =
     [(1e-3, 0.0), (1.0, 0.0), (1e3, 0.0), (1.0, 1e3), (1e3, 1e3), (1.0, 1e5), (1e3, 1e5)];
 
-fn world_of(mesh: Mesh) -> World {
-    let mut builder = WorldBuilder::default();
+fn accel_of(mesh: Mesh) -> Accel {
+    let mut builder = AccelBuilder::default();
     builder.add_mesh(mesh);
     builder.build()
 }
 
 /// Leaving from a hit outward, grazing (1e-6) to perpendicular, and inward: outgoing rays that hit, and ingoing ones that
 /// do not hit exactly once.
-fn leave(world: &World, noise: &mut Noise, ray: &Ray, hit: &Hit, rays: usize) -> [u64; 2] {
-    let s = world.surface(ray, 0.0, hit);
+fn leave(accel: &Accel, noise: &mut Noise, ray: &Ray, hit: &Hit, rays: usize) -> [u64; 2] {
+    let s = accel.surface(ray, 0.0, hit);
     let mut wrong = [0; 2];
     for _ in 0..rays {
         let cosine = 10f64.powf(-6.0 * f64::from(noise.unit()));
         let d = noise.about(s.ng, cosine);
-        wrong[0] += u64::from(world.blocked(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque));
+        wrong[0] += u64::from(accel.occluded(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque));
         let into = Ray::new(s.origin_towards(-d), -d);
-        let once = world.closest(&into, 0.0, &Opaque).is_some_and(|hit| {
-            let far = world.surface(&into, 0.0, &hit);
+        let once = accel.intersect(&into, 0.0, &Opaque).is_some_and(|hit| {
+            let far = accel.surface(&into, 0.0, &hit);
             // Left half along the normal: a ray that has slid along the neighbouring face passes its edge nearer than any
             // f32 test can tell.
             let d = far.ng - d;
-            far.ng.dot(d) > 0.0 && !world.blocked(&Ray::new(far.origin_towards(d), d), 0.0, &Opaque)
+            far.ng.dot(d) > 0.0 && !accel.occluded(&Ray::new(far.origin_towards(d), d), 0.0, &Opaque)
         });
         wrong[1] += u64::from(!once);
     }
     wrong
 }
 
-fn body(tally: &mut Tally, name: &str, world: &World, r: f32, offset: Vec3, effort: Effort) {
+fn body(tally: &mut Tally, name: &str, accel: &Accel, r: f32, offset: Vec3, effort: Effort) {
     let (mut noise, mut sum) = (Noise(11), [0; 2]);
     for _ in 0..effort.of(20, 300, 10_000) {
         let d = noise.direction();
         let ray = Ray::new(offset + noise.cube() * (0.3 * r) - d * (4.0 * r), d);
-        let Some(hit) = world.closest(&ray, 0.0, &Opaque) else {
+        let Some(hit) = accel.intersect(&ray, 0.0, &Opaque) else {
             sum[1] += 1;
             continue;
         };
-        let wrong = leave(world, &mut noise, &ray, &hit, 50);
+        let wrong = leave(accel, &mut noise, &ray, &hit, 50);
         sum = [sum[0] + wrong[0], sum[1] + wrong[1]];
     }
     tally.none(format!("outgoing rays that hit the {name} of radius {r} at {}", offset.x), sum[0]);
@@ -79,9 +79,9 @@ fn convex(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     for (r, shift) in BODIES {
         let offset = Vec3::new(shift, -shift, shift);
-        body(&mut tally, "cube", &world_of(cube(r, offset)), r, offset, effort);
-        body(&mut tally, "ball of triangles", &world_of(ball(1, r, offset)), r, offset, effort);
-        let mut builder = WorldBuilder::default();
+        body(&mut tally, "cube", &accel_of(cube(r, offset)), r, offset, effort);
+        body(&mut tally, "ball of triangles", &accel_of(ball(1, r, offset)), r, offset, effort);
+        let mut builder = AccelBuilder::default();
         builder.add_sphere(Sphere { centre: offset, radius: r });
         body(&mut tally, "exact sphere", &builder.build(), r, offset, effort);
     }
@@ -92,18 +92,18 @@ fn convex(effort: Effort) -> Outcome {
 pub(super) fn beside_edges(tally: &mut Tally, points: u32) {
     for (r, shift) in BODIES {
         let offset = Vec3::new(shift, -shift, shift);
-        let world = world_of(cube(r, offset));
+        let accel = accel_of(cube(r, offset));
         let (mut noise, mut leaks, mut back) = (Noise(5), 0, 0);
         for i in 0..points {
             let (tiny, s) = (f32::EPSILON * (1 + i % 4) as f32, noise.unit());
             let (u, v) = [(tiny, s), (s, tiny), (s, 1.0 - s - tiny)][(i % 3) as usize];
             let hit = Hit { t: 1.0, u, v: v.max(0.0), primitive: i % 12, object: 0 };
-            let surface = world.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
+            let surface = accel.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
             let cosine = f64::from(noise.unit()) * 0.999 + 1e-6;
             let d = noise.about(surface.ng, cosine);
-            back += u64::from(world.blocked(&Ray::new(surface.origin_towards(d), d), 0.0, &Opaque));
+            back += u64::from(accel.occluded(&Ray::new(surface.origin_towards(d), d), 0.0, &Opaque));
             let inward = Ray::new(surface.origin_towards(-d), -d);
-            leaks += u64::from(world.closest(&inward, 0.0, &Opaque).is_none());
+            leaks += u64::from(accel.intersect(&inward, 0.0, &Opaque).is_none());
         }
         tally.none(format!("leaks beside an edge, radius {r} at {shift}"), leaks);
         tally.none(format!("rays back onto the wall beside an edge, radius {r} at {shift}"), back);
@@ -139,14 +139,14 @@ pub(super) fn in_sharp_edges(tally: &mut Tally, points: u32) {
     for degrees in [90, 60, 45, 30, 20] {
         let (mut noise, mut leaks) = (Noise(77), 0);
         for away in [0.0, 1.0, 10.0, 100.0] {
-            let world = world_of(prism(f64::from(degrees).to_radians(), &mut noise, away));
+            let accel = accel_of(prism(f64::from(degrees).to_radians(), &mut noise, away));
             for i in 0..points {
                 let (tiny, s) = (f32::EPSILON * (i % 8) as f32, 0.05 + 0.9 * noise.unit());
                 // Corner 1 of triangle 3 and corner 0 of triangle 6 lie opposite to the edge.
                 let (primitive, u, v) =
                     if i % 2 == 0 { (3, tiny, s) } else { (6, s * (1.0 - tiny), (1.0 - s) * (1.0 - tiny)) };
                 let hit = Hit { t: 1.0, u, v, primitive, object: 0 };
-                let surface = world.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
+                let surface = accel.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
                 let d = noise.direction();
                 // A direction within the wall, as f32 has it, leads neither in nor out.
                 if d.dot(surface.ng) == 0.0 {
@@ -154,7 +154,7 @@ pub(super) fn in_sharp_edges(tally: &mut Tally, points: u32) {
                 }
                 let d = if d.dot(surface.ng) > 0.0 { -d } else { d };
                 let inward = Ray::new(surface.origin_towards(d), d);
-                leaks += u64::from(world.closest(&inward, 0.0, &Opaque).is_none());
+                leaks += u64::from(accel.intersect(&inward, 0.0, &Opaque).is_none());
             }
         }
         tally.none(format!("leaks from an edge of {degrees}°"), leaks);
@@ -167,7 +167,7 @@ fn grazing(effort: Effort) -> Outcome {
     let (x, z) = (Vec3::new(0.96, 0.28, 0.0), Vec3::new(-0.168, 0.576, 0.8));
     let up = x.cross(z) * -1.0;
     let corner = |a: f32, b: f32| x * (a * 5e5) + z * (b * 5e5);
-    let world = world_of(Mesh {
+    let accel = accel_of(Mesh {
         positions: vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         ..Mesh::default()
@@ -177,17 +177,17 @@ fn grazing(effort: Effort) -> Outcome {
         let below = 1e-4 * 10f32.powf(4.0 * noise.unit());
         let angle = i as f32;
         let ray = Ray::new(up, (x * angle.cos() + z * angle.sin()) - up * below);
-        let Some(hit) = world.closest(&ray, 0.0, &Opaque) else {
+        let Some(hit) = accel.intersect(&ray, 0.0, &Opaque) else {
             missed += 1;
             continue;
         };
-        let s = world.surface(&ray, 0.0, &hit);
-        let [a, b, c] = world.corners(0, hit.primitive).map(|p| p.as_dvec3());
+        let s = accel.surface(&ray, 0.0, &hit);
+        let [a, b, c] = accel.corners(0, hit.primitive).map(|p| p.as_dvec3());
         let n = (b - a).cross(c - a).normalize();
         let residual = n.dot(s.p.as_dvec3() - a).abs();
         worst = worst.max(residual / n.abs().dot(s.p_error.as_dvec3()));
         let d = noise.about(s.ng, 1e-6);
-        again += u64::from(world.blocked(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque));
+        again += u64::from(accel.occluded(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque));
     }
     tally.none("rays aimed at the plane that miss it", missed);
     tally.none("grazing rays that hit it again", again);

@@ -9,7 +9,7 @@ use dapple_integrator::Dimension;
 use dapple_integrator::Settings;
 use dapple_integrator::geometry::Mesh;
 use dapple_integrator::imaging::{Encoding, Interpolation, Rgba8, Sampler, Texture, Wrap};
-use dapple_integrator::lights::{Area, AreaShape, Light, LightChoice, Point};
+use dapple_integrator::lights::{Area, AreaShape, Light, LightSampler, Point};
 use dapple_integrator::sampling::{Key, Moments, Pattern, point_1d, point_2d};
 use dapple_integrator::scene::{Scene, SceneError, TextureUse, TexturedMaterial};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
@@ -54,13 +54,13 @@ pub(super) const CASES: &[Case] = &[
 ];
 
 /// Irradiance at the origin, +z, of many lights by the light choice: moments over independent sets.
-fn chosen(lights: &[Light], choice: &LightChoice, points: u32, sets: u64) -> Moments {
+fn chosen(lights: &[Light], sampler: &LightSampler, points: u32, sets: u64) -> Moments {
     let set = |seed: u64| {
         let pixel = Key::pixel(seed, 0, 0);
         let value = |s: u32| {
-            let uc = point_1d(Pattern::Sobol, s, points, pixel.at(0, Dimension::LightChoice));
+            let uc = point_1d(Pattern::Sobol, s, points, pixel.at(0, Dimension::Light));
             let u = point_2d(Pattern::Sobol, s, points, pixel.at(0, Dimension::LightPoint));
-            let c = choice.sample(Vec3::ZERO, Vec3::Z, uc)?;
+            let c = sampler.sample(Vec3::ZERO, Vec3::Z, uc)?;
             let s = lights[c.index].sample(Vec3::ZERO, u, 0.0)?;
             Some(f64::from(s.radiance.x) * f64::from(s.wi.z.max(0.0)) / (f64::from(s.pdf) * f64::from(c.pmf)))
         };
@@ -127,12 +127,12 @@ fn field(effort: Effort) -> Outcome {
         }
     }
     let start = std::time::Instant::now();
-    let Some(choice) = LightChoice::new(&lights, 2.0) else { return tally.finish() };
+    let Some(sampler) = LightSampler::new(&lights, 2.0) else { return tally.finish() };
     tally.remark(format!("{} lights sorted in {:.1} s", lights.len(), start.elapsed().as_secs_f64()));
     let density = f64::from(side / 2).powi(2);
     let exact = 2.0 * PI * density * (1.0 - f64::from(h) / (f64::from(h).powi(2) + 1.0).sqrt());
     tally.within("sum over the lights over its integral", sum / exact, 1.0, 1e-3);
-    let m = chosen(&lights, &choice, 4096, effort.of(8, 64, 256));
+    let m = chosen(&lights, &sampler, 4096, effort.of(8, 64, 256));
     tally.mean(format!("{} point lights", lights.len()), &m, sum, 0.02);
     if effort != Effort::Quick
         && let [Ok(many), Ok(few)] = [lights.len(), 10].map(|n| lit_by(&lights[..n]))
@@ -142,8 +142,8 @@ fn field(effort: Effort) -> Outcome {
         tally.at_most("time of a picture over that with 10 lights", slower, 3.0);
     }
     let tiles = tiled(effort.of(30, 200, 1000));
-    if let Some(choice) = LightChoice::new(&tiles, 2.0) {
-        let m = chosen(&tiles, &choice, 4096, effort.of(8, 64, 256));
+    if let Some(sampler) = LightSampler::new(&tiles, 2.0) {
+        let m = chosen(&tiles, &sampler, 4096, effort.of(8, 64, 256));
         tally.mean(
             format!("{} quads that tile one", tiles.len()),
             &m,
@@ -172,11 +172,11 @@ fn pieces(effort: Effort) -> Outcome {
     let mut first = None;
     for k in [1, 2, 7, 30, effort.of(30, 100, 1000)] {
         let lights = tiled(k);
-        let Some(choice) = LightChoice::new(&lights, 1.0) else { continue };
-        let m = chosen(&lights, &choice, 1024, effort.of(32, 256, 1024));
+        let Some(sampler) = LightSampler::new(&lights, 1.0) else { continue };
+        let m = chosen(&lights, &sampler, 1024, effort.of(32, 256, 1024));
         tally.mean(format!("{k}² pieces"), &m, exact, 0.01);
         let single: Moments = {
-            let set = chosen(&lights, &choice, 1, effort.of(2_000, 40_000, 400_000));
+            let set = chosen(&lights, &sampler, 1, effort.of(2_000, 40_000, 400_000));
             tally.mean(format!("{k}² pieces, single points"), &set, exact, 0.05);
             set
         };
@@ -217,12 +217,12 @@ fn probabilities(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     for n in [3, 40, 700] {
         let lights = assortment(1.0, n);
-        let Some(choice) = LightChoice::new(&lights, 1.0) else { continue };
-        let scaled = LightChoice::new(&assortment(1024.0, n), 1024.0);
+        let Some(sampler) = LightSampler::new(&lights, 1.0) else { continue };
+        let scaled = LightSampler::new(&assortment(1024.0, n), 1024.0);
         let (mut noise, mut differ, mut none, mut apart) = (Noise(5), 0u64, 0u64, 0u64);
         for _ in 0..effort.of(20, 200, 5_000) {
             let (p, normal) = (noise.cube(), noise.direction());
-            let pmf: Vec<f32> = (0..n).map(|i| choice.pmf(p, normal, i)).collect();
+            let pmf: Vec<f32> = (0..n).map(|i| sampler.pmf(p, normal, i)).collect();
             let sum: f64 = pmf.iter().map(|p| f64::from(*p)).sum();
             tally.within(format!("sum of {n} probabilities"), sum, 1.0, 1e-5);
             if let Some(scaled) = &scaled {
@@ -231,7 +231,7 @@ fn probabilities(effort: Effort) -> Outcome {
             }
             none += pmf.iter().filter(|p| **p <= 0.0).count() as u64;
             for _ in 0..50 {
-                if let Some(c) = choice.sample(p, normal, noise.unit()) {
+                if let Some(c) = sampler.sample(p, normal, noise.unit()) {
                     apart += u64::from((c.pmf / pmf[c.index] - 1.0).abs() > 4.0 * f32::EPSILON);
                 }
             }
@@ -239,24 +239,24 @@ fn probabilities(effort: Effort) -> Outcome {
         tally.none(format!("probabilities of {n} lights that change with the unit of length"), differ);
         tally.none(format!("lights of {n} that are never chosen"), none);
         tally.none(format!("choices of {n} lights with another pmf than pmf()"), apart);
-        frequencies(&mut tally, &choice, n, effort);
+        frequencies(&mut tally, &sampler, n, effort);
     }
     tally.finish()
 }
 
 /// How often each light is chosen, as z = (χ² − k)/√2k.
-fn frequencies(tally: &mut Tally, choice: &LightChoice, n: usize, effort: Effort) {
+fn frequencies(tally: &mut Tally, sampler: &LightSampler, n: usize, effort: Effort) {
     let (p, normal) = (Vec3::new(0.1, -0.2, 0.3), Vec3::Z);
     let tries = effort.of(20_000u32, 1_000_000, 100_000_000);
     let (mut noise, mut counts) = (Noise(19), vec![0u32; n]);
     for _ in 0..tries {
-        if let Some(c) = choice.sample(p, normal, noise.unit()) {
+        if let Some(c) = sampler.sample(p, normal, noise.unit()) {
             counts[c.index] += 1;
         }
     }
     let (mut chi, mut cells, mut rest) = (0.0, 0, [0.0; 2]);
     for (i, &count) in counts.iter().enumerate() {
-        let expected = f64::from(choice.pmf(p, normal, i)) * f64::from(tries);
+        let expected = f64::from(sampler.pmf(p, normal, i)) * f64::from(tries);
         if expected < 20.0 {
             rest = [rest[0] + f64::from(count), rest[1] + expected];
             continue;

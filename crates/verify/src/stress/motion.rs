@@ -10,7 +10,7 @@ use dapple_integrator::imaging::Image;
 use dapple_integrator::math::motion::{Channel, Interpolation, Node, Track, Trs, Value};
 use dapple_integrator::sampling::Moments;
 use dapple_integrator::scene::{Scene, SceneError, TexturedMaterial};
-use dapple_integrator::{Effect, Plans, Settings};
+use dapple_integrator::{Effect, SampleSets, Settings};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -232,8 +232,8 @@ fn turns(effort: Effort) -> Outcome {
             continue;
         };
         let mut moments = [Moments::default(); 64];
-        let mut plans = Plans::default();
-        *plans.of_mut(Effect::Pixel) = dapple_integrator::sampling::Plan::OFF;
+        let mut plans = SampleSets::default();
+        *plans.of_mut(Effect::Pixel) = dapple_integrator::sampling::SampleSet::OFF;
         for seed in 0..effort.of(10, 60, 1000) {
             let settings = Settings { size: (8, 8), seed, plans, ..Settings::default() }.with_spp(128);
             let image = run(&scene, &settings).film.mean();

@@ -5,7 +5,7 @@ use crate::scenes::{matte, quad, run, seen, square};
 use crate::tally::Tally;
 use dapple_integrator::geometry::Mesh;
 use dapple_integrator::lights::Environment;
-use dapple_integrator::sampling::{Pattern, Plan};
+use dapple_integrator::sampling::{Pattern, SampleSet};
 use dapple_integrator::scene::{Scene, SceneBuilder};
 use dapple_integrator::{MethodKind, Settings};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -75,7 +75,7 @@ impl Place {
 
 fn settings(method: MethodKind, bounces: u32, spp: u32) -> Settings {
     let mut settings = Settings { max_bounces: bounces, ..square(6, spp) }.with_method(method);
-    settings.plans.pixel = Plan::new(spp, Pattern::Sobol);
+    settings.plans.pixel = SampleSet::new(spp, Pattern::Sobol);
     settings
 }
 

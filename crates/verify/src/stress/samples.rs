@@ -131,13 +131,8 @@ fn length(effort: Effort) -> Outcome {
 fn dimensions(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     let n = 1024;
-    let decisions = [
-        Dimension::Lobe,
-        Dimension::Direction,
-        Dimension::LightChoice,
-        Dimension::LightPoint,
-        Dimension::Roulette,
-    ];
+    let decisions =
+        [Dimension::Lobe, Dimension::Direction, Dimension::Light, Dimension::LightPoint, Dimension::Roulette];
     let pixel = Key::pixel(4, 8, 15);
     let column = |depth: u32, d: Dimension| -> Vec<Vec2> {
         (0..n).map(|s| padded_2d(Pattern::Sobol, s, n, pixel.at(depth, d))).collect()

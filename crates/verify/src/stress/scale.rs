@@ -207,8 +207,8 @@ fn compare(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
         let hit = |scene: &Scene| {
             let half = glam::Vec2::splat(0.5);
             let ray: Ray = scene.cameras[0].camera.ray((x, y), half, (side, side), half);
-            let hit = scene.world.closest(&ray, 0.0, &Opaque)?;
-            let p = scene.world.surface(&ray, 0.0, &hit).p;
+            let hit = scene.accel.intersect(&ray, 0.0, &Opaque)?;
+            let p = scene.accel.surface(&ray, 0.0, &hit).p;
             (hit.object == 0).then(|| (hit.primitive, scene.space.to_world(p)))
         };
         match (hit(&alone), hit(&whole)) {
@@ -229,7 +229,7 @@ fn compare(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     tally.within("largest move of a visible point, in radii of the object", furthest, 0.0, 2e-3);
     let rays = rays_at_object(&alone, side);
     let hits =
-        |scene: &Scene| rays.iter().filter(|ray| scene.world.closest(ray, 0.0, &Opaque).is_some()).count();
+        |scene: &Scene| rays.iter().filter(|ray| scene.accel.intersect(ray, 0.0, &Opaque).is_some()).count();
     let slower = crate::clock::ratio(|| hits(&whole), || hits(&alone));
     if effort == Effort::Quick {
         tally.remark(format!("{slower:.2} times the time of the object alone"));
@@ -244,7 +244,7 @@ fn rays_at_object(scene: &Scene, side: u32) -> Vec<Ray> {
     let (camera, half) = (&scene.cameras[0].camera, glam::Vec2::splat(0.5));
     let pixels = (0..side).flat_map(|y| (0..side).map(move |x| (x, y)));
     let rays = pixels.map(|p| camera.ray(p, half, (side, side), half));
-    rays.filter(|ray| scene.world.closest(ray, 0.0, &Opaque).is_some()).collect()
+    rays.filter(|ray| scene.accel.intersect(ray, 0.0, &Opaque).is_some()).collect()
 }
 
 fn stadium(effort: Effort) -> Outcome {

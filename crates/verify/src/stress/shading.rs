@@ -199,8 +199,8 @@ fn frames(tally: &mut Tally, scene: &Scene, what: &str, effort: Effort) {
         let p = noise.cube();
         let o = scene.space.to_render(DVec3::new(f64::from(p.x), 1.0, f64::from(p.z)));
         let ray = Ray::new(o, Vec3::NEG_Y);
-        let Some(hit) = scene.world.closest(&ray, 0.0, &Opaque) else { continue };
-        let surface = scene.world.surface(&ray, 0.0, &hit);
+        let Some(hit) = scene.accel.intersect(&ray, 0.0, &Opaque) else { continue };
+        let surface = scene.accel.surface(&ray, 0.0, &hit);
         let f = scene.shading(&hit, &surface, 0.0).frame;
         let off = [
             f.x.length() - 1.0,

@@ -5,7 +5,7 @@ use crate::noise::Noise;
 use crate::scenes::{matte, moments, run, seen, square};
 use crate::tally::Tally;
 use dapple_integrator::geometry::shapes::Sphere;
-use dapple_integrator::geometry::{Opaque, WorldBuilder};
+use dapple_integrator::geometry::{AccelBuilder, Opaque};
 use dapple_integrator::math::Ray;
 use dapple_integrator::scene::{Scene, SceneError};
 use glam::{DVec3, Vec3};
@@ -40,15 +40,15 @@ fn spheres(effort: Effort) -> Outcome {
         [(1.0, 10.0), (1.0, 1e3), (1.0, 1e5), (1.0, 1e6), (1e-6, 1.0), (1e6f32, 1e6f64 + 1e-3)]
     {
         let sphere = Sphere { centre: Vec3::ZERO, radius: r };
-        let mut builder = WorldBuilder::default();
+        let mut builder = AccelBuilder::default();
         builder.add_sphere(sphere);
-        let world = builder.build();
+        let accel = builder.build();
         let (mut noise, mut worst, mut lost) = (Noise(21), 0.0f64, 0u64);
         for _ in 0..effort.of(2_000, 50_000, 5_000_000) {
             let o = (noise.direction().as_dvec3() * distance).as_vec3();
             let target = noise.direction() * (0.95 * r * noise.unit());
             let ray = Ray::new(o, (target - o).normalize());
-            match (root(&ray, &sphere), world.closest(&ray, 0.0, &Opaque)) {
+            match (root(&ray, &sphere), accel.intersect(&ray, 0.0, &Opaque)) {
                 (Some(t), Some(hit)) => {
                     worst = worst.max((f64::from(hit.t) - t).abs() / t.max(f64::from(r) * 1e-9))
                 }

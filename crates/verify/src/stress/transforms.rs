@@ -4,7 +4,7 @@ use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
 use crate::scenes::{ball, cube, glass, matte, of, pixels, quad, run, seen, square};
 use crate::tally::Tally;
-use dapple_integrator::geometry::{Opaque, WorldBuilder};
+use dapple_integrator::geometry::{AccelBuilder, Opaque};
 use dapple_integrator::lights::Environment;
 use dapple_integrator::math::Ray;
 use dapple_integrator::math::motion::{Channel, Interpolation, Node, Track, Trs};
@@ -90,11 +90,11 @@ fn instances(effort: Effort) -> Outcome {
         let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(size), turned, place);
         let mut flat = mesh.clone();
         flat.positions.iter_mut().for_each(|p| *p = transform.transform_point3(p.as_dvec3()).as_vec3());
-        let mut builder = WorldBuilder::default();
+        let mut builder = AccelBuilder::default();
         builder.add_mesh(flat);
         let one = builder.build();
         let shared = Arc::new(mesh.clone());
-        let mut builder = WorldBuilder::default();
+        let mut builder = AccelBuilder::default();
         builder.add_instance(shared.clone(), transform);
         builder.add_instance(shared, DAffine3::from_translation(DVec3::splat(-1e3 * size)));
         let two = builder.build();
@@ -103,7 +103,7 @@ fn instances(effort: Effort) -> Outcome {
             let o = (place + noise.direction().as_dvec3() * (3.0 * size)).as_vec3();
             let target = (place + noise.cube().as_dvec3() * (0.5 * size)).as_vec3();
             let ray = Ray::new(o, (target - o).normalize());
-            let [a, b] = [&one, &two].map(|w| w.closest(&ray, 0.0, &Opaque));
+            let [a, b] = [&one, &two].map(|w| w.intersect(&ray, 0.0, &Opaque));
             match (a, b) {
                 (Some(a), Some(b)) if a.primitive == b.primitive => {
                     // A triangle seen edge-on moves far along the ray when it is rounded.
@@ -165,11 +165,11 @@ fn eye(effort: Effort) -> Outcome {
     let keys = vec![DVec3::ONE, DVec3::ZERO, DVec3::ONE];
     if let Ok(scale) = Track::new(vec![0.0, 0.5, 1.0], keys, Interpolation::Linear) {
         let trs = Trs { scale: Channel::Track(Arc::new(scale)), ..Trs::default() };
-        let mut builder = WorldBuilder::default();
+        let mut builder = AccelBuilder::default();
         let motion = dapple_integrator::math::Motion::new(vec![Node::Trs(trs)], DAffine3::IDENTITY, 0.0);
         builder.add_moving(cube(1.0, Vec3::ZERO), motion);
-        let world = builder.build_for(0.0, 1.0);
-        let hit = world.closest(&Ray::new(Vec3::ZERO, Vec3::X), 0.5, &Opaque);
+        let accel = builder.build_for(0.0, 1.0);
+        let hit = accel.intersect(&Ray::new(Vec3::ZERO, Vec3::X), 0.5, &Opaque);
         tally.holds(
             "an object shrunk to the eye's place is not hit, or at a finite distance",
             hit.is_none_or(|h| h.t.is_finite()),

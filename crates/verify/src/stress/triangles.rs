@@ -5,8 +5,8 @@ use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
 use crate::scenes::{quad, run, seen_in_parallel, shadeless, square};
 use crate::tally::Tally;
-use dapple_integrator::geometry::bvh::{Any, Tree};
-use dapple_integrator::geometry::{Hit, Mesh, Opaque, WorldBuilder};
+use dapple_integrator::geometry::bvh::{Opaque, Tree};
+use dapple_integrator::geometry::{AccelBuilder, Hit, Mesh};
 use dapple_integrator::math::Ray;
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -63,7 +63,7 @@ fn fan(tally: &mut Tally, noise: &mut Noise, n: u32, rays: u64) {
     let (mut leaks, mut covered) = (0, 0u64);
     for _ in 0..rays {
         let p = noise.cube();
-        let hit = tree.closest(&Ray::new(Vec3::new(p.x, p.y, 2.0), -Vec3::Z), &Any).is_some();
+        let hit = tree.intersect(&Ray::new(Vec3::new(p.x, p.y, 2.0), -Vec3::Z), &Opaque).is_some();
         covered += u64::from(hit);
         leaks += u64::from(!hit && p.x.hypot(p.y) < 0.999_999);
     }
@@ -84,15 +84,15 @@ fn strip(tally: &mut Tally, noise: &mut Noise, effort: Effort) {
     }
     strip.triangles =
         (0..strips).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]]).collect();
-    let mut builder = WorldBuilder::default();
+    let mut builder = AccelBuilder::default();
     builder.add_mesh(strip);
-    let world = builder.build();
+    let accel = builder.build();
     let (mut lost, mut tilt) = (0, 0.0f64);
     for _ in 0..effort.of(5_000, 50_000, 2_000_000) {
         let p = noise.point();
         let ray = Ray::new(Vec3::new(p.x, p.y, 1.0), Vec3::new(0.0, 0.0, -1.0));
-        match world.closest(&ray, 0.0, &Opaque) {
-            Some(hit) => tilt = tilt.max(f64::from(world.surface(&ray, 0.0, &hit).ng.angle_between(Vec3::Z))),
+        match accel.intersect(&ray, 0.0, &Opaque) {
+            Some(hit) => tilt = tilt.max(f64::from(accel.surface(&ray, 0.0, &hit).ng.angle_between(Vec3::Z))),
             None => lost += 1,
         }
     }
@@ -125,7 +125,7 @@ fn invalid(effort: Effort) -> Outcome {
         [zero, half, u32::MAX],
     ]);
     let build = |mesh: &Mesh| {
-        let mut builder = WorldBuilder::default();
+        let mut builder = AccelBuilder::default();
         builder.add_mesh(mesh.clone());
         builder.build()
     };
@@ -134,7 +134,7 @@ fn invalid(effort: Effort) -> Outcome {
     let bits = |hit: Option<Hit>| hit.map(|h| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive));
     let differ = (0..effort.of(10_000, 200_000, 10_000_000)).filter(|_| {
         let ray = Ray::new(noise.cube() * 2.0, noise.direction());
-        bits(a.closest(&ray, 0.0, &Opaque)) != bits(b.closest(&ray, 0.0, &Opaque))
+        bits(a.intersect(&ray, 0.0, &Opaque)) != bits(b.intersect(&ray, 0.0, &Opaque))
     });
     tally.none("rays that see the invalid triangles", differ.count() as u64);
     // A triangle with edges of 1e-40 is small, not invalid: it must neither stop the build nor be hit from afar.
@@ -142,7 +142,7 @@ fn invalid(effort: Effort) -> Outcome {
     let c = build(&dirty);
     tally.holds(
         "a subnormal triangle does not hide the mesh",
-        c.closest(&Ray::new(Vec3::X * 0.3, Vec3::X), 0.0, &Opaque).is_some(),
+        c.intersect(&Ray::new(Vec3::X * 0.3, Vec3::X), 0.0, &Opaque).is_some(),
     );
     tally.finish()
 }
@@ -158,7 +158,7 @@ fn duplicates(effort: Effort) -> Outcome {
         let mut noise = Noise(k as u64);
         let differ = (0..200).filter(|_| {
             let ray = ray(&mut noise);
-            single.closest(&ray, &Any) != tree.closest(&ray, &Any)
+            single.intersect(&ray, &Opaque) != tree.intersect(&ray, &Opaque)
         });
         tally.none(format!("rays changed by {k} copies"), differ.count() as u64);
     }
@@ -177,7 +177,7 @@ fn duplicates(effort: Effort) -> Outcome {
         let [a, b, c] = around[noise.below(n)];
         let target = a * 0.4 + b * 0.3 + c * 0.3;
         let o = noise.direction() * 0.1;
-        tree.closest(&Ray::new(o, (target - o).normalize()), &Any).is_none_or(|h| h.t > 0.101)
+        tree.intersect(&Ray::new(o, (target - o).normalize()), &Opaque).is_none_or(|h| h.t > 0.101)
     });
     tally.none("of 100 of them not found", lost.count() as u64);
     tally.finish()

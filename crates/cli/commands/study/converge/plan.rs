@@ -11,7 +11,7 @@ use crate::uses;
 use crate::values::Size;
 use dapple_analysis::converge::Run;
 use dapple_integrator::MethodKind;
-use dapple_integrator::sampling::Plan;
+use dapple_integrator::sampling::SampleSet;
 use dapple_integrator::scene::Scene;
 use std::ffi::OsString;
 
@@ -191,7 +191,7 @@ fn of_look(o: &RenderOptions) -> RenderOptions {
     let plans =
         [&mut e.pixel, &mut e.lens, &mut e.time, &mut e.light, &mut e.glossy, &mut e.refract, &mut e.diffuse];
     for plan in plans {
-        *plan = plan.filter(|p| p.count() == 0).map(|_| Plan::OFF);
+        *plan = plan.filter(|p| p.count() == 0).map(|_| SampleSet::OFF);
     }
     look
 }
@@ -241,7 +241,7 @@ mod tests {
     #[test]
     fn all_default_runs_can_be_had() {
         let mut base = RenderOptions::default();
-        base.effects.light = Some(Plan::OFF);
+        base.effects.light = Some(SampleSet::OFF);
         let runs = default_runs(&base);
         assert_eq!(runs.len(), 6);
         for (name, text) in runs {

@@ -7,37 +7,41 @@
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use super::candidate::{Candidate, TriangleHit};
+use super::hit_filter::{HitFilter, TriangleHit};
 use super::kernel::Kernel;
 use super::lanes::Portable;
-use super::traverse::walk;
+use super::traverse::traverse;
 use super::tree::Tree;
 use dapple_math::Ray;
 
 impl Tree {
     /// The nearest triangle that counts, 0 < t < t_max; at equal t the lowest id.
     #[inline]
-    pub fn closest<C: Candidate>(&self, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
-        run::<C, false>(self, ray, candidate)
+    pub fn intersect<C: HitFilter<TriangleHit>>(&self, ray: &Ray, filter: &C) -> Option<TriangleHit> {
+        run::<C, false>(self, ray, filter)
     }
 
     /// Whether any triangle that counts lies at 0 < t < t_max.
     #[inline]
-    pub fn blocked<C: Candidate>(&self, ray: &Ray, candidate: &C) -> bool {
-        run::<C, true>(self, ray, candidate).is_some()
+    pub fn occluded<C: HitFilter<TriangleHit>>(&self, ray: &Ray, filter: &C) -> bool {
+        run::<C, true>(self, ray, filter).is_some()
     }
 }
 
 /// Runs the query on the tree's kernel.
 #[inline]
-fn run<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
+fn run<C: HitFilter<TriangleHit>, const ANY: bool>(
+    tree: &Tree,
+    ray: &Ray,
+    filter: &C,
+) -> Option<TriangleHit> {
     match tree.kernel {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: a tree's kernel is one for which `Kernel::runs` holds (`Tree::build`, `Tree::with_kernel`).
-        Kernel::Avx2 => unsafe { avx2::<C, ANY>(tree, ray, candidate) },
+        Kernel::Avx2 => unsafe { avx2::<C, ANY>(tree, ray, filter) },
         #[cfg(target_arch = "x86_64")]
-        Kernel::Sse2 => sse2::<C, ANY>(tree, ray, candidate),
-        _ => portable::<C, ANY>(tree, ray, candidate),
+        Kernel::Sse2 => sse2::<C, ANY>(tree, ray, filter),
+        _ => portable::<C, ANY>(tree, ray, filter),
     }
 }
 
@@ -45,17 +49,29 @@ fn run<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> 
 /// The machine must have AVX2, BMI1 and POPCNT.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,popcnt")]
-unsafe fn avx2<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
-    walk::<x86::Avx2, C, ANY>(tree, ray, candidate)
+unsafe fn avx2<C: HitFilter<TriangleHit>, const ANY: bool>(
+    tree: &Tree,
+    ray: &Ray,
+    filter: &C,
+) -> Option<TriangleHit> {
+    traverse::<x86::Avx2, C, ANY>(tree, ray, filter)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[inline(never)]
-fn sse2<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
-    walk::<x86::Sse2, C, ANY>(tree, ray, candidate)
+fn sse2<C: HitFilter<TriangleHit>, const ANY: bool>(
+    tree: &Tree,
+    ray: &Ray,
+    filter: &C,
+) -> Option<TriangleHit> {
+    traverse::<x86::Sse2, C, ANY>(tree, ray, filter)
 }
 
 #[inline(never)]
-fn portable<C: Candidate, const ANY: bool>(tree: &Tree, ray: &Ray, candidate: &C) -> Option<TriangleHit> {
-    walk::<Portable, C, ANY>(tree, ray, candidate)
+fn portable<C: HitFilter<TriangleHit>, const ANY: bool>(
+    tree: &Tree,
+    ray: &Ray,
+    filter: &C,
+) -> Option<TriangleHit> {
+    traverse::<Portable, C, ANY>(tree, ray, filter)
 }

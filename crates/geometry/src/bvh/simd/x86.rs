@@ -104,7 +104,7 @@ impl Lanes for Avx2 {
     avx_mask!(lt _CMP_LT_OQ, le _CMP_LE_OQ);
     #[inline(always)]
     fn splat(x: f32) -> Self {
-        // SAFETY: called from `walk` inside `avx2` only, as are all functions that make an `Avx2`.
+        // SAFETY: called from `traverse` inside `avx2` only, as are all functions that make an `Avx2`.
         unsafe { Self(_mm256_set1_ps(x)) }
     }
     #[inline(always)]

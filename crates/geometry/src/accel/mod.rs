@@ -6,12 +6,11 @@
 //! At equal distance the lowest object, then the lowest triangle wins, whatever the trees look like.
 mod builder;
 mod coincident;
-mod filter;
 mod objects;
 mod queries;
 mod second;
 
-pub use builder::WorldBuilder;
+pub use builder::AccelBuilder;
 pub use coincident::{Coincident, PlacePoint};
-pub use filter::{Filter, Opaque};
-pub use queries::World;
+
+pub use queries::Accel;

@@ -11,7 +11,7 @@ pub(crate) const FAINT: f32 = 1e-30;
 
 /// Why a path ended before the light did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Cut {
+pub(crate) enum Truncation {
     /// At `max_bounces`.
     Depth,
     /// Its throughput fell below [`FAINT`].
@@ -46,7 +46,7 @@ impl Entry {
 
 /// What altered the estimate. Non-finite samples are counted in [`crate::Stats`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ledger {
+pub struct BiasReport {
     /// Samples brighter than the clamp.
     pub clamped: Entry,
     /// Paths that ended at the largest number of bounces though they could have gone on.
@@ -71,7 +71,7 @@ pub(crate) fn culled(scene: &Scene) -> u64 {
     hidden.filter(|(_, light)| light.power(1.0) != Vec3::ZERO).count() as u64
 }
 
-impl Ledger {
+impl BiasReport {
     /// Whether nothing happened.
     pub fn is_clean(&self) -> bool {
         *self == Self::default()
@@ -82,12 +82,12 @@ impl Ledger {
         [self.clamped, self.depth, self.faint].map(|entry| entry.energy)
     }
 
-    pub(crate) fn cut(&mut self, why: Cut, throughput: Vec3) {
+    pub(crate) fn cut(&mut self, why: Truncation, throughput: Vec3) {
         match why {
-            Cut::Depth => self.depth.add(throughput),
-            Cut::Faint => self.faint.add(throughput),
-            Cut::Nested => self.nested.add(throughput),
-            Cut::Panes => self.panes.add(throughput),
+            Truncation::Depth => self.depth.add(throughput),
+            Truncation::Faint => self.faint.add(throughput),
+            Truncation::Nested => self.nested.add(throughput),
+            Truncation::Panes => self.panes.add(throughput),
         }
     }
 
@@ -120,13 +120,13 @@ mod tests {
 
     #[test]
     fn a_clamp_keeps_the_colour_and_what_it_took_is_known() {
-        let mut ledger = Ledger::default();
-        assert_eq!(ledger.clamp(Vec3::new(1.0, 2.0, 0.5), 2.0), Vec3::new(1.0, 2.0, 0.5));
-        assert!(ledger.is_clean());
-        assert_eq!(ledger.clamp(Vec3::new(8.0, 4.0, 0.0), 2.0), Vec3::new(2.0, 1.0, 0.0));
-        assert_eq!(ledger.clamped, Entry { count: 1, energy: 3.0 });
-        assert!(ledger.clamp(Vec3::NAN, 1.0).is_nan());
-        assert_eq!(ledger.clamp(Vec3::INFINITY, 1.0), Vec3::INFINITY);
-        assert_eq!(ledger.clamped.count, 1);
+        let mut bias = BiasReport::default();
+        assert_eq!(bias.clamp(Vec3::new(1.0, 2.0, 0.5), 2.0), Vec3::new(1.0, 2.0, 0.5));
+        assert!(bias.is_clean());
+        assert_eq!(bias.clamp(Vec3::new(8.0, 4.0, 0.0), 2.0), Vec3::new(2.0, 1.0, 0.0));
+        assert_eq!(bias.clamped, Entry { count: 1, energy: 3.0 });
+        assert!(bias.clamp(Vec3::NAN, 1.0).is_nan());
+        assert_eq!(bias.clamp(Vec3::INFINITY, 1.0), Vec3::INFINITY);
+        assert_eq!(bias.clamped.count, 1);
     }
 }

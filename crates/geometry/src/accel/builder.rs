@@ -1,6 +1,6 @@
 //! How does a world come about? Objects are added, then everything is decided once: what is flat, what moves.
 use super::objects::{Body, Object, Place, baked};
-use super::queries::World;
+use super::queries::Accel;
 use super::second::SecondLevel;
 use crate::Mesh;
 use crate::bvh::{Kernel, Tree};
@@ -11,11 +11,11 @@ use std::sync::Arc;
 
 /// Collects what the world is made of.
 #[derive(Debug, Default)]
-pub struct WorldBuilder {
+pub struct AccelBuilder {
     objects: Vec<(Body, Option<Motion>)>,
 }
 
-impl WorldBuilder {
+impl AccelBuilder {
     /// Static mesh, positions already in world (render) space. Returns the object's index. Triangles with indices out
     /// of range, without area or with corners that are not finite keep their ids and are never hit.
     pub fn add_mesh(&mut self, mesh: Mesh) -> u32 {
@@ -53,23 +53,23 @@ impl WorldBuilder {
     }
 
     /// The world at the instant 0, with the fastest traversal this machine has.
-    pub fn build(self) -> World {
+    pub fn build(self) -> Accel {
         self.build_with(Kernel::available()[0])
     }
 
     /// As `build`, with traversal pinned to one kernel.
-    pub fn build_with(self, kernel: Kernel) -> World {
+    pub fn build_with(self, kernel: Kernel) -> Accel {
         self.build_for_with(0.0, 0.0, kernel)
     }
 
     /// The world from `shutter_open` to `shutter_close`, in seconds.
-    pub fn build_for(self, shutter_open: f32, shutter_close: f32) -> World {
+    pub fn build_for(self, shutter_open: f32, shutter_close: f32) -> Accel {
         self.build_for_with(shutter_open, shutter_close, Kernel::available()[0])
     }
 
     /// As `build_for`, with traversal pinned to one kernel. A shutter that closes before it opens, or is not finite,
     /// is the instant of its opening, or 0.
-    pub fn build_for_with(self, shutter_open: f32, shutter_close: f32, kernel: Kernel) -> World {
+    pub fn build_for_with(self, shutter_open: f32, shutter_close: f32, kernel: Kernel) -> Accel {
         let open = if shutter_open.is_finite() { shutter_open } else { 0.0 };
         let close = if shutter_close.is_finite() { shutter_close.max(open) } else { open };
         let shutter = (open, close);
@@ -81,7 +81,7 @@ impl WorldBuilder {
         let tree = Tree::build(&corners).with_kernel(kernel);
         let triangles = objects.iter().filter_map(Object::mesh).map(|m| m.triangles.len()).sum();
         let second = SecondLevel::build(&mut objects, shutter, kernel).map(Box::new);
-        World { kernel: tree.kernel(), tree, object_of, objects, second, shutter, triangles }
+        Accel { kernel: tree.kernel(), tree, object_of, objects, second, shutter, triangles }
     }
 }
 

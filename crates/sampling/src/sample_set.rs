@@ -11,7 +11,7 @@ pub const MAX_COUNT: u32 = 1 << 24;
 
 /// The points of one integral. Count 0: the effect is off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Plan {
+pub struct SampleSet {
     /// Cells along the first coordinate.
     pub nx: u32,
     /// Cells along the second; the count is nx·ny.
@@ -22,9 +22,9 @@ pub struct Plan {
 
 /// Not a plan.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PlanError(String);
+pub struct SampleSetError(String);
 
-impl fmt::Display for PlanError {
+impl fmt::Display for SampleSetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
@@ -34,9 +34,9 @@ impl fmt::Display for PlanError {
     }
 }
 
-impl std::error::Error for PlanError {}
+impl std::error::Error for SampleSetError {}
 
-impl Plan {
+impl SampleSet {
     /// The effect is off.
     pub const OFF: Self = Self { nx: 0, ny: 0, pattern: Pattern::Stratified };
 
@@ -64,7 +64,7 @@ impl Plan {
         point_1d(self.pattern, s, self.count(), key)
     }
 
-    /// As [`Plan::point_2d`], with the order of the cells permuted by the key, for integrals that share s.
+    /// As [`SampleSet::point_2d`], with the order of the cells permuted by the key, for integrals that share s.
     pub fn padded_2d(self, s: u32, key: Key) -> Vec2 {
         match self.pattern {
             Pattern::Sobol | Pattern::Random => crate::padded_2d(self.pattern, s, self.count(), key),
@@ -72,16 +72,16 @@ impl Plan {
         }
     }
 
-    /// As [`Plan::point_1d`], with the order of the cells permuted by the key.
+    /// As [`SampleSet::point_1d`], with the order of the cells permuted by the key.
     pub fn padded_1d(self, s: u32, key: Key) -> f32 {
         padded_1d(self.pattern, s, self.count(), key)
     }
 }
 
-impl FromStr for Plan {
-    type Err = PlanError;
-    fn from_str(text: &str) -> Result<Self, PlanError> {
-        let wrong = || PlanError(text.into());
+impl FromStr for SampleSet {
+    type Err = SampleSetError;
+    fn from_str(text: &str) -> Result<Self, SampleSetError> {
+        let wrong = || SampleSetError(text.into());
         let (counts, pattern) = match text.split_once(':') {
             Some((counts, name)) => (counts, name.parse().map_err(|_| wrong())?),
             None => (text, Pattern::Stratified),
@@ -104,7 +104,7 @@ impl FromStr for Plan {
     }
 }
 
-impl fmt::Display for Plan {
+impl fmt::Display for SampleSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.count() == 0 {
             return f.write_str("0");
@@ -120,10 +120,13 @@ mod tests {
     #[test]
     fn grammar_round_trips() {
         for text in ["4x4:stratified", "6x6:grid", "16x1:random", "3x2:sobol", "0"] {
-            assert_eq!(text.parse::<Plan>().unwrap().to_string(), text);
+            assert_eq!(text.parse::<SampleSet>().unwrap().to_string(), text);
         }
-        assert_eq!("16".parse::<Plan>().unwrap(), Plan { nx: 4, ny: 4, pattern: Pattern::Stratified });
-        assert_eq!("12:random".parse::<Plan>().unwrap().count(), 12);
+        assert_eq!(
+            "16".parse::<SampleSet>().unwrap(),
+            SampleSet { nx: 4, ny: 4, pattern: Pattern::Stratified }
+        );
+        assert_eq!("12:random".parse::<SampleSet>().unwrap().count(), 12);
     }
 
     #[test]
@@ -143,7 +146,7 @@ mod tests {
             "1.5",
             "4 x4",
         ] {
-            assert!(text.parse::<Plan>().is_err(), "{text}");
+            assert!(text.parse::<SampleSet>().is_err(), "{text}");
         }
     }
 }

@@ -1,15 +1,15 @@
 //! The world, and what can be asked of it: what a ray hits, and what is there.
-use super::filter::{Filter, Opaque};
+
 use super::objects::{Body, Object};
 use super::second::SecondLevel;
-use crate::bvh::{Candidate, Kernel, Tree, TriangleHit};
+use crate::bvh::{HitFilter, Kernel, Opaque, Tree, TriangleHit};
 use crate::{Hit, Surface};
 use dapple_math::Ray;
 use glam::{DAffine3, Vec2, Vec3, Vec4};
 
 /// Everything rays can hit.
 #[derive(Debug)]
-pub struct World {
+pub struct Accel {
     pub(super) tree: Tree,
     /// Object of each triangle of the flat tree.
     pub(super) object_of: Vec<u32>,
@@ -22,33 +22,35 @@ pub struct World {
 
 /// Turns the flat tree's triangle ids into objects for the filter.
 struct Flat<'a, F> {
-    world: &'a World,
+    accel: &'a Accel,
     filter: &'a F,
 }
 
-impl<F: Filter> Candidate for Flat<'_, F> {
+impl<F: HitFilter<Hit>> HitFilter<TriangleHit> for Flat<'_, F> {
     const OPAQUE: bool = F::OPAQUE;
     fn accept(&self, hit: &TriangleHit) -> bool {
-        self.filter.accept(&self.world.flat_hit(hit))
+        self.filter.accept(&self.accel.flat_hit(hit))
     }
 }
 
-impl World {
+impl Accel {
     /// The nearest hit that counts, 0 < t < t_max. `time` in seconds within the shutter (held to it).
     #[inline]
-    pub fn closest<F: Filter>(&self, ray: &Ray, time: f32, filter: &F) -> Option<Hit> {
-        let flat = self.tree.closest(ray, &Flat { world: self, filter }).map(|hit| self.flat_hit(&hit));
+    pub fn intersect<F: HitFilter<Hit>>(&self, ray: &Ray, time: f32, filter: &F) -> Option<Hit> {
+        let flat = self.tree.intersect(ray, &Flat { accel: self, filter }).map(|hit| self.flat_hit(&hit));
         match self.second() {
             None => flat,
-            Some(second) => second.closest(&self.objects, ray, self.held(time), filter, flat),
+            Some(second) => second.intersect(&self.objects, ray, self.held(time), filter, flat),
         }
     }
 
     /// Whether anything that counts lies at 0 < t < t_max.
     #[inline]
-    pub fn blocked<F: Filter>(&self, ray: &Ray, time: f32, filter: &F) -> bool {
-        self.tree.blocked(ray, &Flat { world: self, filter })
-            || self.second().is_some_and(|second| second.blocked(&self.objects, ray, self.held(time), filter))
+    pub fn occluded<F: HitFilter<Hit>>(&self, ray: &Ray, time: f32, filter: &F) -> bool {
+        self.tree.occluded(ray, &Flat { accel: self, filter })
+            || self
+                .second()
+                .is_some_and(|second| second.occluded(&self.objects, ray, self.held(time), filter))
     }
 
     /// What is beside the flat tree.
@@ -91,7 +93,7 @@ impl World {
             let o = surface.origin_towards(up);
             let at = dapple_math::offset::offset_origin(surface.p, surface.p_error, surface.ng, up);
             let across = Ray { o, d: at - o, t_max: 2.0 };
-            across.d == Vec3::ZERO || !self.blocked(&across, time, &Opaque)
+            across.d == Vec3::ZERO || !self.occluded(&across, time, &Opaque)
         })
     }
 
@@ -126,12 +128,12 @@ impl World {
     }
 
     /// Interpolated tangent with the sign of the bitangent in w; None without tangents. For an object that moves: when
-    /// the shutter opens (see [`World::tangent_at`]).
+    /// the shutter opens (see [`Accel::tangent_at`]).
     pub fn tangent(&self, hit: &Hit) -> Option<Vec4> {
         self.tangent_at(hit, self.shutter.0)
     }
 
-    /// As [`World::tangent`], at a time.
+    /// As [`Accel::tangent`], at a time.
     pub fn tangent_at(&self, hit: &Hit, time: f32) -> Option<Vec4> {
         self.objects.get(hit.object as usize)?.tangent(hit, self.held(time))
     }
@@ -145,13 +147,13 @@ impl World {
     }
 
     /// World-space corners of a triangle; zeros for a shape. For an object that moves: when the shutter opens (see
-    /// [`World::corners_at`]).
+    /// [`Accel::corners_at`]).
     pub fn corners(&self, object: u32, primitive: u32) -> [Vec3; 3] {
         self.corners_at(object, primitive, self.shutter.0)
     }
 
-    /// As [`World::corners`], at a time. In the order of the mesh: counter-clockwise from the front, but clockwise
-    /// where [`World::placement`] mirrors.
+    /// As [`Accel::corners`], at a time. In the order of the mesh: counter-clockwise from the front, but clockwise
+    /// where [`Accel::placement`] mirrors.
     pub fn corners_at(&self, object: u32, primitive: u32, time: f32) -> [Vec3; 3] {
         let corners = |object: &Object| object.corners(primitive, self.held(time));
         self.objects.get(object as usize).map_or([Vec3::ZERO; 3], corners)

@@ -16,7 +16,7 @@ const EVEN_MANY: f64 = 1.0 / 16.0;
 
 /// None of its pmfs is 0 for a light that can contribute.
 #[derive(Clone, Debug)]
-pub struct LightChoice {
+pub struct LightSampler {
     /// The lights that can be chosen, by their number in the scene: first those without place, then the others.
     lights: Vec<u32>,
     /// Place in `lights` by number in the scene; `NEVER` for those that are not chosen.
@@ -37,7 +37,7 @@ struct Far {
     towards: Option<Vec3>,
 }
 
-impl LightChoice {
+impl LightSampler {
     /// `lights` in the order they are addressed by; lights that never need aiming at (constant environment) get pmf 0, and
     /// so do black ones. None when no light can be aimed at.
     pub fn new(lights: &[Light], scene_radius: f32) -> Option<Self> {
@@ -170,7 +170,7 @@ impl LightChoice {
     }
 }
 
-/// See [`LightChoice::here`].
+/// See [`LightSampler::here`].
 struct Here {
     far: f64,
     share: f64,

@@ -9,7 +9,7 @@ use dapple_scene::Scene;
 
 /// Decisions of the path tracer beyond the pixel's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Needs {
+pub(crate) struct DimensionsUsed {
     pub pixel: bool,
     pub lens: bool,
     pub time: bool,
@@ -22,7 +22,7 @@ pub(crate) struct Needs {
     pub roulette: bool,
 }
 
-impl Needs {
+impl DimensionsUsed {
     pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Self {
         if settings.general {
             return Self { pixel: !settings.plans.is_off(Effect::Pixel), ..Self::ALL };

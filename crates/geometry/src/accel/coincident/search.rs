@@ -6,10 +6,10 @@
 //! of their number. Where the work would still exceed a bound, everything is said to share a place: that is slower to
 //! render, and right.
 use super::outline::{Outline, Polygon, Shape as Form, are_apart};
-use super::{Coincident, NONE, WHOLE, World};
+use super::{Accel, Coincident, NONE, WHOLE};
 use crate::Hit;
+use crate::accel::objects::{Body, Object, Place};
 use crate::shapes::Shape;
-use crate::world::objects::{Body, Object, Place};
 use dapple_math::Aabb;
 use dapple_math::offset::gamma;
 use dapple_math::{Frame, Ray};
@@ -62,7 +62,7 @@ struct Node {
 }
 
 pub(super) struct Search<'a> {
-    pub world: &'a World,
+    pub accel: &'a Accel,
     points: &'a [(DVec3, DVec3)],
     origin_error: DVec3,
     /// By object.
@@ -75,7 +75,7 @@ pub(super) struct Search<'a> {
     pub result: Coincident,
 }
 
-impl World {
+impl Accel {
     /// The primitives and `points` (given as boxes that they stay in) that share a place with one that is asked about or, of
     /// points, with a surface. `group` says which objects are asked about, `shines` which of their primitives emit somewhere:
     /// primitives of one group that do not are not compared with each other. None when there are none. `origin_error`: bound
@@ -106,22 +106,22 @@ impl World {
 
 impl<'a> Search<'a> {
     fn new(
-        world: &'a World,
+        accel: &'a Accel,
         (group, shines): (impl Fn(u32) -> Option<u32>, &dyn Fn(u32, u32) -> bool),
         points: &'a [(DVec3, DVec3)],
         origin_error: Vec3,
     ) -> Self {
         let result = Coincident {
-            starts: vec![NONE; world.objects.len()],
+            starts: vec![NONE; accel.objects.len()],
             bits: Vec::new(),
             points: vec![false; points.len()],
             thickness: 0.0,
             origin_error,
         };
         let origin_error = origin_error.as_dvec3();
-        let groups: Vec<Option<u32>> = (0..world.objects.len() as u32).map(group).collect();
+        let groups: Vec<Option<u32>> = (0..accel.objects.len() as u32).map(group).collect();
         let mut search = Self {
-            world,
+            accel,
             points,
             origin_error,
             groups,
@@ -131,7 +131,7 @@ impl<'a> Search<'a> {
             budget: BUDGET,
             result,
         };
-        for object in 0..world.objects.len() as u32 {
+        for object in 0..accel.objects.len() as u32 {
             let is_asked = search.groups[object as usize].is_some();
             let primitives = if is_asked { search.primitives(object) } else { 0..0 };
             primitives.for_each(|primitive| search.add(Item { object, primitive }));
@@ -182,7 +182,7 @@ impl<'a> Search<'a> {
     }
 
     fn run(&mut self, shines: &dyn Fn(u32, u32) -> bool) {
-        for object in 0..self.world.objects.len() as u32 {
+        for object in 0..self.accel.objects.len() as u32 {
             let whole = self.object_bounds(object);
             if !(whole.is_finite() && self.is_near(0, &whole)) {
                 continue;
@@ -266,16 +266,16 @@ impl<'a> Search<'a> {
 
     /// Above the error of two points of a triangle together, along a diagonal; `largest`: its largest coordinate.
     pub(super) fn within(&self, item: Item, largest: f64) -> f64 {
-        match self.world.objects[item.object as usize].place {
+        match self.accel.objects[item.object as usize].place {
             Place::World => 4.0 * (largest * f64::from(gamma(8)) + self.origin_error.max_element()),
             _ => f64::INFINITY,
         }
     }
 
     pub(super) fn triangle(&self, item: Item) -> Option<[DVec3; 3]> {
-        let object = self.world.objects.get(item.object as usize).filter(|_| item.primitive != WHOLE)?;
+        let object = self.accel.objects.get(item.object as usize).filter(|_| item.primitive != WHOLE)?;
         object.mesh()?;
-        Some(object.corners_exact(item.primitive, self.world.shutter.0.into()))
+        Some(object.corners_exact(item.primitive, self.accel.shutter.0.into()))
     }
 
     pub(super) fn mark(&mut self, item: Item) {
@@ -292,7 +292,7 @@ impl<'a> Search<'a> {
         }
         if *start == NONE {
             *start = self.result.bits.len() as u32;
-            let count = self.world.objects[item.object as usize].mesh().map_or(1, |m| m.triangles.len());
+            let count = self.accel.objects[item.object as usize].mesh().map_or(1, |m| m.triangles.len());
             self.result.bits.resize(self.result.bits.len() + count.div_ceil(64), 0);
         }
         if *start != WHOLE {
@@ -305,12 +305,12 @@ impl<'a> Search<'a> {
     fn everything(&mut self) {
         self.result.starts.fill(WHOLE);
         self.result.points.fill(true);
-        let reach = self.world.bounds().map_or(0.0, |(lo, hi)| lo.abs().max(hi.abs()).max_element());
+        let reach = self.accel.bounds().map_or(0.0, |(lo, hi)| lo.abs().max(hi.abs()).max_element());
         self.result.thickness = reach * (8.0 * PADDING) as f32 + self.origin_error.element_sum() as f32;
     }
 
     pub(super) fn primitives(&self, object: u32) -> std::ops::Range<u32> {
-        match self.world.objects.get(object as usize) {
+        match self.accel.objects.get(object as usize) {
             None | Some(Object { place: Place::Nowhere(_), .. }) => 0..0,
             Some(object) if object.is_moving() => WHOLE..WHOLE + 1,
             Some(object) => 0..object.mesh().map_or(1, |mesh| mesh.triangles.len() as u32),
@@ -325,7 +325,7 @@ impl<'a> Search<'a> {
                 Aabb::new(lo, hi)
             }
             (object, WHOLE) => return self.object_bounds(object),
-            (object, primitive) => self.primitive_bounds(&self.world.objects[object as usize], primitive),
+            (object, primitive) => self.primitive_bounds(&self.accel.objects[object as usize], primitive),
         };
         self.padded(bounds)
     }
@@ -345,7 +345,7 @@ impl<'a> Search<'a> {
                 Aabb::new(a.min(b).min(c).as_dvec3(), a.max(b).max(c).as_dvec3())
             }
             (Body::Mesh(_), _) => object
-                .corners_exact(primitive, self.world.shutter.0.into())
+                .corners_exact(primitive, self.accel.shutter.0.into())
                 .into_iter()
                 .fold(Aabb::EMPTY, |b, p| b.union(Aabb::new(p, p))),
             (Body::Shape(shape), Place::Fixed(pose)) => pose.bounds(shape.bounds()),
@@ -354,14 +354,14 @@ impl<'a> Search<'a> {
     }
 
     pub(super) fn object_bounds(&self, object: u32) -> Aabb {
-        let of = &self.world.objects[object as usize];
+        let of = &self.accel.objects[object as usize];
         let bounds = match (&of.body, &of.place) {
             (Body::Mesh(mesh), Place::World) => {
                 let grown = |b: Aabb, p: &Vec3| b.union(Aabb::new(p.as_dvec3(), p.as_dvec3()));
                 mesh.positions.iter().fold(Aabb::EMPTY, grown)
             }
             (Body::Shape(shape), Place::World) => shape.bounds(),
-            _ => self.world.second.as_ref().and_then(|s| s.bounds_of_object(object)).unwrap_or(Aabb::EMPTY),
+            _ => self.accel.second.as_ref().and_then(|s| s.bounds_of_object(object)).unwrap_or(Aabb::EMPTY),
         };
         self.padded(bounds)
     }
@@ -381,7 +381,7 @@ impl<'a> Search<'a> {
 
     /// Of a primitive that stands still. On a triangle the error bound is greatest at a corner.
     fn surface_outline(&self, id: u32, primitive: u32) -> (Form, DVec3) {
-        let (object, time) = (&self.world.objects[id as usize], self.world.shutter.0);
+        let (object, time) = (&self.accel.objects[id as usize], self.accel.shutter.0);
         match (&object.body, &object.place) {
             (Body::Mesh(_), _) => {
                 let corners = object.corners_exact(primitive, time.into());

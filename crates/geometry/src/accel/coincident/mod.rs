@@ -2,7 +2,7 @@
 //!
 //! Positions are known up to an error bound. Two surfaces that are nearer to each other than their bounds cannot be
 //! told apart: which of them a ray meets first is rounding. Such hits are *one place*, and who asks for light decides by
-//! a rule which of the surfaces is there. [`World::coincident`] finds once, when a scene is loaded, the primitives for
+//! a rule which of the surfaces is there. [`Accel::coincident`] finds once, when a scene is loaded, the primitives for
 //! which that question can arise: those asked about (emitters, and what light passes) on which another surface lies, those
 //! surfaces, the points (of point and spot lights) that lie in a surface, and triangles of two objects that let no light
 //! through.
@@ -10,7 +10,7 @@ mod opaque;
 mod outline;
 mod search;
 
-use super::queries::World;
+use super::queries::Accel;
 use crate::{Hit, Surface};
 use glam::{DVec3, Vec3};
 
@@ -55,11 +55,11 @@ impl Coincident {
     }
 
     /// A hit's point with the bound of its error.
-    pub fn point(&self, world: &World, hit: &Hit, surface: &Surface, time: f32) -> PlacePoint {
-        let error = world
+    pub fn point(&self, accel: &Accel, hit: &Hit, surface: &Surface, time: f32) -> PlacePoint {
+        let error = accel
             .objects
             .get(hit.object as usize)
-            .map_or(surface.p_error.as_dvec3(), |object| object.coincidence_error(surface, world.held(time)));
+            .map_or(surface.p_error.as_dvec3(), |object| object.coincidence_error(surface, accel.held(time)));
         PlacePoint::new(surface.p, surface.ng, error.as_vec3(), self)
     }
 

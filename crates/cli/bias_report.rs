@@ -1,11 +1,11 @@
 //! What a render's report says of everything that altered its estimate.
 
-use dapple_integrator::ledger::Entry;
+use dapple_integrator::bias_report::Entry;
 use dapple_integrator::{Settings, Stats};
 use glam::Vec3;
 use serde::Serialize;
 
-/// Events, and mean energy of the channels that they removed; see [`dapple_integrator::ledger::Entry`] for its meaning.
+/// Events, and mean energy of the channels that they removed; see [`dapple_integrator::bias_report::Entry`] for its meaning.
 #[derive(Serialize)]
 pub struct Line {
     count: u64,
@@ -20,7 +20,7 @@ impl From<Entry> for Line {
 
 /// All that could have been done to the estimate; nothing was done in a clean render.
 #[derive(Serialize)]
-pub struct Ledger {
+pub struct BiasReport {
     clean: bool,
     /// Radiance removed from samples by `--clamp`, summed over samples.
     clamped: Line,
@@ -46,26 +46,26 @@ pub struct Ledger {
     lights_culled: u64,
 }
 
-impl Ledger {
+impl BiasReport {
     /// Of a finished render.
     pub fn new(settings: &Settings, stats: &Stats) -> Self {
         let ambient = settings.ambient != Vec3::ZERO;
         Self {
-            clean: stats.ledger.is_clean()
+            clean: stats.bias.is_clean()
                 && stats.bad_sample_count == 0
                 && !ambient
                 && !settings.transparent_shadows,
-            clamped: stats.ledger.clamped.into(),
+            clamped: stats.bias.clamped.into(),
             not_finite: Line { count: stats.bad_sample_count, energy: None },
-            depth_cut: stats.ledger.depth.into(),
-            faint: stats.ledger.faint.into(),
+            depth_cut: stats.bias.depth.into(),
+            faint: stats.bias.faint.into(),
             roulette_off: !settings.roulette(),
             ambient,
-            nested: stats.ledger.nested.into(),
-            panes: stats.ledger.panes.into(),
+            nested: stats.bias.nested.into(),
+            panes: stats.bias.panes.into(),
             transparent_shadows: settings.transparent_shadows,
-            lights_unreachable: stats.ledger.lights_unreachable,
-            lights_culled: stats.ledger.lights_culled,
+            lights_unreachable: stats.bias.lights_unreachable,
+            lights_culled: stats.bias.lights_culled,
         }
     }
 

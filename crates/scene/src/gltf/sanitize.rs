@@ -5,9 +5,9 @@ use crate::Warning;
 use serde_json::{Value, json};
 
 /// Mends what can be mended; returns whether anything was.
-pub(super) fn mend(value: &mut Value, warnings: &mut Vec<Warning>) -> bool {
+pub(super) fn sanitize(value: &mut Value, warnings: &mut Vec<Warning>) -> bool {
     let scenes = scenes_without_nodes(value);
-    let enumerations = enumerations::mend(value, warnings);
+    let enumerations = enumerations::sanitize(value, warnings);
     variants_without_names(value) || scenes || enumerations
 }
 
@@ -50,15 +50,15 @@ mod tests {
             "animations": [{ "samplers": [{ "interpolation": 1 }, { "interpolation": "LINEAR" }, {}, { "interpolation": 9 }] }],
         });
         let mut warnings = Vec::new();
-        assert!(mend(&mut value, &mut warnings));
+        assert!(sanitize(&mut value, &mut warnings));
         assert_eq!(value["scenes"], json!([{ "nodes": [] }, { "nodes": [1] }]));
         let samplers =
             json!([{ "interpolation": "STEP" }, { "interpolation": "LINEAR" }, {}, { "interpolation": 9 }]);
         assert_eq!(value["animations"][0]["samplers"], samplers);
         assert_eq!(warnings.len(), 1);
-        assert!(!mend(&mut value, &mut warnings));
+        assert!(!sanitize(&mut value, &mut warnings));
         for odd in [json!(null), json!({ "scenes": 3, "animations": {} }), json!({ "animations": [3] })] {
-            assert!(!mend(&mut odd.clone(), &mut warnings));
+            assert!(!sanitize(&mut odd.clone(), &mut warnings));
         }
     }
 }

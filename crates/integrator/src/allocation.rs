@@ -32,12 +32,12 @@ const EVEN: f64 = 0.25;
 
 /// The share of every pixel in the samples that follow the first ones; 1 on average, but for pixels that stand out alone.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spread {
+pub struct SampleAllocation {
     rect: PixelRect,
     shares: Vec<f64>,
 }
 
-impl Spread {
+impl SampleAllocation {
     /// Samples that a pixel has when it is `spp` on average: all the same up to [`PILOT`], then by share, rounded up or
     /// down by chance so that no share is lost. Never falls as `spp` grows.
     pub fn count(&self, x: u32, y: u32, spp: u32) -> u32 {
@@ -177,7 +177,7 @@ mod tests {
     const RECT: PixelRect = PixelRect { x0: 2, y0: 3, x1: 34, y1: 23 };
 
     /// Left half black, right half of deviation 1; one wild pixel at (5, 6).
-    fn spread() -> Spread {
+    fn allocation() -> SampleAllocation {
         let (mut half, mut whole) = (Film::new(RECT), Film::new(RECT));
         for (x, y) in pixels(RECT) {
             let sign = if (x + y).is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -185,32 +185,32 @@ mod tests {
             half.add(x, y, Vec3::ZERO, 1.0);
             whole.add(x, y, Vec3::splat(value), 1.0);
         }
-        Spread::decide(&half, &whole, &vec![48; RECT.area()])
+        SampleAllocation::decide(&half, &whole, &vec![48; RECT.area()])
     }
 
     /// Shares of a picture without a wild pixel add up to one each, and with one to what the others make of it.
     #[test]
     fn samples_go_where_the_changes_are_and_none_is_lost() {
-        let spread = spread();
-        let shares: f64 = spread.shares.iter().sum();
+        let allocation = allocation();
+        let shares: f64 = allocation.shares.iter().sum();
         assert!((shares / RECT.area() as f64 - 1.0).abs() < 0.01, "{shares}");
-        assert!(pixels(RECT).all(|(x, y)| (0..=PILOT).all(|n| spread.count(x, y, n) == n)));
-        let total = |spp| pixels(RECT).map(|(x, y)| f64::from(spread.count(x, y, spp))).sum::<f64>();
+        assert!(pixels(RECT).all(|(x, y)| (0..=PILOT).all(|n| allocation.count(x, y, n) == n)));
+        let total = |spp| pixels(RECT).map(|(x, y)| f64::from(allocation.count(x, y, spp))).sum::<f64>();
         for spp in [17, 20, 64, 1000] {
             let off = total(spp) / (RECT.area() as f64 * f64::from(spp)) - 1.0;
             assert!(off.abs() < 0.01, "{spp}: {off}");
         }
-        assert!(spread.count(8, 20, 1016) == 266 || spread.count(8, 20, 1016) == 267);
-        assert!(spread.count(30, 10, 116) > spread.count(8, 20, 116));
-        assert!((16..2000).all(|n| spread.count(30, 10, n) <= spread.count(30, 10, n + 1)));
+        assert!(allocation.count(8, 20, 1016) == 266 || allocation.count(8, 20, 1016) == 267);
+        assert!(allocation.count(30, 10, 116) > allocation.count(8, 20, 116));
+        assert!((16..2000).all(|n| allocation.count(30, 10, n) <= allocation.count(30, 10, n + 1)));
     }
 
     /// A wild pixel calls samples to its neighbours, not to itself.
     #[test]
     fn no_pixel_decides_about_itself() {
-        let spread = spread();
-        assert!(spread.count(6, 6, 1016) > 2000 && spread.count(5, 8, 1016) > 2000);
-        assert!(spread.count(8, 6, 1016) <= 267);
+        let allocation = allocation();
+        assert!(allocation.count(6, 6, 1016) > 2000 && allocation.count(5, 8, 1016) > 2000);
+        assert!(allocation.count(8, 6, 1016) <= 267);
     }
 
     /// Whatever a pixel's own samples and rays are, its share is the same to the last bit; those of others are not.
@@ -236,12 +236,13 @@ mod tests {
     #[test]
     fn where_nothing_changes_all_get_the_same() {
         let film = Film::new(RECT);
-        let spread = Spread::decide(&film, &film, &vec![16; RECT.area()]);
-        assert!(pixels(RECT).all(|(x, y)| spread.count(x, y, 500) == 500));
+        let allocation = SampleAllocation::decide(&film, &film, &vec![16; RECT.area()]);
+        assert!(pixels(RECT).all(|(x, y)| allocation.count(x, y, 500) == 500));
         for (x1, y1) in [(1, 1), (2, 1), (1, 2), (3, 1)] {
             let few = PixelRect { x0: 0, y0: 0, x1, y1 };
-            let spread = Spread::decide(&Film::new(few), &Film::new(few), &vec![16; few.area()]);
-            assert!(pixels(few).all(|(x, y)| spread.count(x, y, 99) == 99));
+            let allocation =
+                SampleAllocation::decide(&Film::new(few), &Film::new(few), &vec![16; few.area()]);
+            assert!(pixels(few).all(|(x, y)| allocation.count(x, y, 99) == 99));
         }
     }
 }

@@ -1,8 +1,8 @@
 //! What stands beside the flat tree, and how does a ray get there? Shapes, instances, moving objects.
-use super::filter::Filter;
+
 use super::objects::{Body, Object, Place};
 use crate::boxes::BoxTree;
-use crate::bvh::{Candidate, Kernel, Tree, TriangleHit};
+use crate::bvh::{HitFilter, Kernel, Tree, TriangleHit};
 use crate::shapes::{Line, Shape};
 use crate::{Hit, Mesh};
 use dapple_math::Aabb;
@@ -27,7 +27,7 @@ struct Of<'a, F> {
     filter: &'a F,
 }
 
-impl<F: Filter> Candidate for Of<'_, F> {
+impl<F: HitFilter<Hit>> HitFilter<TriangleHit> for Of<'_, F> {
     const OPAQUE: bool = F::OPAQUE;
     fn accept(&self, hit: &TriangleHit) -> bool {
         self.filter.accept(&self.hit(hit))
@@ -65,7 +65,7 @@ impl SecondLevel {
 
     /// The best of `best` and what is hit here.
     #[inline(never)]
-    pub fn closest<F: Filter>(
+    pub fn intersect<F: HitFilter<Hit>>(
         &self,
         objects: &[Object],
         ray: &Ray,
@@ -74,7 +74,7 @@ impl SecondLevel {
         mut best: Option<Hit>,
     ) -> Option<Hit> {
         let limit = best.map_or(ray.t_max, |b| b.t);
-        self.boxes.walk::<()>(ray, f64::from(limit), |item, limit| {
+        self.boxes.traverse::<()>(ray, f64::from(limit), |item, limit| {
             let id = self.items[item as usize];
             // Ties count: at equal t the lower object wins.
             let t_max = best.map_or(ray.t_max, |b| b.t.next_up().min(ray.t_max));
@@ -91,7 +91,7 @@ impl SecondLevel {
     }
 
     #[inline(never)]
-    pub fn blocked<F: Filter>(&self, objects: &[Object], ray: &Ray, time: f64, filter: &F) -> bool {
+    pub fn occluded<F: HitFilter<Hit>>(&self, objects: &[Object], ray: &Ray, time: f64, filter: &F) -> bool {
         let visit = |item: u32, _: &mut f64| {
             let id = self.items[item as usize];
             match self.blocks(&objects[id as usize], id, ray, time, filter) {
@@ -99,10 +99,10 @@ impl SecondLevel {
                 false => ControlFlow::Continue(()),
             }
         };
-        self.boxes.walk(ray, f64::from(ray.t_max), visit).is_some()
+        self.boxes.traverse(ray, f64::from(ray.t_max), visit).is_some()
     }
 
-    fn hit_object<F: Filter>(
+    fn hit_object<F: HitFilter<Hit>>(
         &self,
         object: &Object,
         id: u32,
@@ -116,18 +116,18 @@ impl SecondLevel {
             Body::Shape(shape) => hit_shape(shape, id, &line, ray.t_max, filter),
             Body::Mesh(_) => {
                 let tree = &self.trees[object.tree as usize];
-                tree.closest(&rounded(&line, ray.t_max)?, &of).map(|hit| of.hit(&hit))
+                tree.intersect(&rounded(&line, ray.t_max)?, &of).map(|hit| of.hit(&hit))
             }
         }
     }
 
-    fn blocks<F: Filter>(&self, object: &Object, id: u32, ray: &Ray, time: f64, filter: &F) -> bool {
+    fn blocks<F: HitFilter<Hit>>(&self, object: &Object, id: u32, ray: &Ray, time: f64, filter: &F) -> bool {
         let Some(line) = object.line(ray, time) else { return false };
         match &object.body {
             Body::Shape(shape) => hit_shape(shape, id, &line, ray.t_max, filter).is_some(),
             Body::Mesh(_) => {
                 let tree = &self.trees[object.tree as usize];
-                rounded(&line, ray.t_max).is_some_and(|ray| tree.blocked(&ray, &Of { object: id, filter }))
+                rounded(&line, ray.t_max).is_some_and(|ray| tree.occluded(&ray, &Of { object: id, filter }))
             }
         }
     }
@@ -160,7 +160,13 @@ impl SecondLevel {
 }
 
 /// The first crossing that counts.
-fn hit_shape<F: Filter>(shape: &Shape, object: u32, line: &Line, t_max: f32, filter: &F) -> Option<Hit> {
+fn hit_shape<F: HitFilter<Hit>>(
+    shape: &Shape,
+    object: u32,
+    line: &Line,
+    t_max: f32,
+    filter: &F,
+) -> Option<Hit> {
     let counts = |t: f32| {
         let c = shape.coordinates(line, t);
         let hit = Hit { t, u: c.x, v: c.y, primitive: 0, object };

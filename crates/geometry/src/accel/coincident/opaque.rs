@@ -104,7 +104,7 @@ struct Pairs<'a, 'w> {
 }
 
 impl Search<'_> {
-    /// Marks the triangles of two objects that share a place; `solid` as in [`super::World::coincident`]. Where this takes
+    /// Marks the triangles of two objects that share a place; `solid` as in [`super::Accel::coincident`]. Where this takes
     /// too long, nothing more is marked than was: which of two such surfaces is seen is then up to rounding.
     pub(super) fn solids(&mut self, solid: impl Fn(u32) -> bool) {
         let boxes = self.standing(solid);
@@ -112,7 +112,7 @@ impl Search<'_> {
             return;
         }
         let near = Near::new(self, self.asked(&boxes));
-        let most = BUDGET + PER_TRIANGLE * self.world.triangles as u64;
+        let most = BUDGET + PER_TRIANGLE * self.accel.triangles as u64;
         let items = self.crowded(&boxes, &near, most);
         let budget = most.saturating_sub(near.looks.get());
         if items.is_empty() || budget == 0 {
@@ -132,11 +132,11 @@ impl Search<'_> {
     /// The objects that stand still and let no light through, with their boxes; others are empty.
     fn standing(&self, solid: impl Fn(u32) -> bool) -> Vec<Aabb> {
         let of = |o: u32| {
-            let object = &self.world.objects[o as usize];
+            let object = &self.accel.objects[o as usize];
             let stands = solid(o) && !object.is_moving() && object.mesh().is_some();
             if stands { self.object_bounds(o) } else { Aabb::EMPTY }
         };
-        (0..self.world.objects.len() as u32).map(of).collect()
+        (0..self.accel.objects.len() as u32).map(of).collect()
     }
 
     /// The triangles to be compared, near each other in space where they are so in order.
@@ -167,7 +167,7 @@ impl Search<'_> {
     /// The objects whose triangles are compared with all others: those of few triangles, as walls, panels and boxes are, as
     /// many as cost little beside building the trees.
     fn asked(&self, boxes: &[Aabb]) -> Vec<bool> {
-        let count = |o: usize| self.world.objects[o].mesh().map_or(0, |mesh| mesh.triangles.len());
+        let count = |o: usize| self.accel.objects[o].mesh().map_or(0, |mesh| mesh.triangles.len());
         let total: usize = (0..boxes.len()).map(count).sum();
         let up_to = |most: usize| (0..boxes.len()).filter(move |&o| boxes[o].is_finite() && count(o) <= most);
         let most =
@@ -339,7 +339,7 @@ impl Pairs<'_, '_> {
     fn are_back_to_back(&self, (a, own): (Item, &[DVec3; 3]), (b, other): (Item, &[DVec3; 3])) -> bool {
         let front = |item: Item, [p, q, r]: &[DVec3; 3]| {
             let n = (*q - *p).cross(*r - *p);
-            if self.search.world.objects[item.object as usize].is_mirrored() { -n } else { n }
+            if self.search.accel.objects[item.object as usize].is_mirrored() { -n } else { n }
         };
         front(a, own).dot(front(b, other)) < 0.0
     }
