@@ -1,4 +1,5 @@
-//! Casts rays with geometry alone: a sphere on a plane, drawn in letters by the slope of what is hit.
+//! Casts rays at a sphere on a plane and prints the image as text, shaded by the cosine to one light. Uses only this
+//! crate.
 //! `cargo run --release --example cast -p dapple-geometry`
 
 use dapple_geometry::shapes::Sphere;

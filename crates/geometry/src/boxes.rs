@@ -1,14 +1,14 @@
-//! Which of a few boxes does a ray enter? A small binary tree over boxes, for what stands beside the flat tree:
-//! shapes, instances, moving objects. Any number of them, none included.
+//! A small binary BVH over any number of boxes, including none, for the shapes, instances and moving objects of the
+//! second level.
 //!
-//! The slab test runs in f64 on f32 rays, widens the exit by 2γ₃ [Ize 2013] and drops the NaN of a ray that runs in
-//! a box face, so it never misses a box that the ray touches. Every box is tested by itself too: what is visited does
-//! not depend on how the tree groups it.
+//! The slab test computes in f64 on f32 rays, widens the exit by 2γ₃ [Ize 2013] and discards the NaN of a ray that lies
+//! in the plane of a face, so that no intersected box is missed. Each box is also tested individually, so that the set
+//! of visited boxes does not depend on the structure of the tree.
 use dapple_math::{Aabb, Ray};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// A ray made ready for slab tests.
+/// A ray prepared for slab tests.
 pub(crate) struct Slabs {
     o: DVec3,
     inverse: DVec3,
@@ -22,14 +22,14 @@ impl Slabs {
         Self { o: ray.o.as_dvec3(), inverse: ray.d.as_dvec3().recip() }
     }
 
-    /// Where the ray enters the box; None when it misses it or enters beyond `limit`.
+    /// The distance at which the ray enters the box; None when it misses the box or enters it beyond `limit`.
     fn enter(&self, bounds: &Aabb, limit: f64) -> Option<f64> {
         let (mut near, mut far) = (0.0f64, f64::INFINITY);
         for k in 0..3 {
             let inverse = self.inverse[k];
             let (first, last) =
                 if inverse < 0.0 { (bounds.hi[k], bounds.lo[k]) } else { (bounds.lo[k], bounds.hi[k]) };
-            // `max` and `min` drop a NaN operand: 0·∞, the ray lies in that face.
+            // `max` and `min` discard a NaN operand, which is 0·∞ for a ray in the plane of that face.
             near = near.max((first - self.o[k]) * inverse);
             far = far.min((last - self.o[k]) * inverse);
         }
@@ -40,13 +40,13 @@ impl Slabs {
 #[derive(Clone, Copy, Debug)]
 struct Node {
     bounds: Aabb,
-    /// Inner: index of the second child (the first follows its parent). Leaf: first place in `order`.
+    /// Inner node: index of the second child (the first child follows its parent). Leaf: first position in `order`.
     at: u32,
-    /// Boxes of a leaf; 0 for an inner node.
+    /// Number of boxes in a leaf; 0 for an inner node.
     count: u32,
 }
 
-/// A tree over boxes.
+/// A BVH over boxes.
 #[derive(Debug, Default)]
 pub(crate) struct BoxTree {
     nodes: Vec<Node>,
@@ -54,14 +54,15 @@ pub(crate) struct BoxTree {
     boxes: Vec<Aabb>,
 }
 
-/// Boxes per leaf.
+/// Maximum number of boxes per leaf.
 const LEAF: usize = 4;
-/// Below this depth boxes are halved by number, so that the depth stays under `STACK`.
+/// Below this depth the boxes are split into halves by count, which keeps the depth below `STACK`.
 const SAH_DEPTH: usize = 48;
 const STACK: usize = 96;
 
 impl BoxTree {
-    /// Over `boxes`, by surface-area sweeps along the longest axis of the centroids. Empty boxes are never entered.
+    /// Builds the tree over `boxes` by surface-area sweeps along the longest axis of the centroids. Empty boxes are
+    /// never entered.
     pub fn build(boxes: Vec<Aabb>) -> Self {
         let mut order: Vec<u32> =
             (0..boxes.len() as u32).filter(|&i| boxes[i as usize].is_finite()).collect();
@@ -72,8 +73,8 @@ impl BoxTree {
         Self { nodes, order, boxes }
     }
 
-    /// Calls `visit` with the index of every box that is entered before `limit`, nearer branches first; `visit` may
-    /// lower the limit, or end the walk.
+    /// Calls `visit` with the index of every box that the ray enters before `limit`, nearer branches first. `visit` may
+    /// lower the limit or end the traversal.
     pub fn traverse<B>(
         &self,
         ray: &Ray,
@@ -117,7 +118,7 @@ impl BoxTree {
         None
     }
 
-    /// Whether a box with an index that `counts` meets `bounds`.
+    /// Whether `bounds` overlaps any box whose index satisfies `counts`.
     pub fn meets(&self, bounds: &Aabb, counts: &impl Fn(u32) -> bool) -> bool {
         !self.nodes.is_empty() && self.meets_below(0, bounds, counts)
     }
@@ -139,12 +140,12 @@ impl BoxTree {
         slabs.enter(&self.nodes[node as usize].bounds, limit)
     }
 
-    /// Box around everything.
+    /// The bounding box of all boxes; None when there are none.
     pub fn bounds(&self) -> Option<Aabb> {
         self.nodes.first().map(|n| n.bounds)
     }
 
-    /// The box with an index.
+    /// The box with the given index.
     pub fn bounds_of(&self, index: usize) -> Option<Aabb> {
         self.boxes.get(index).copied()
     }
@@ -154,7 +155,7 @@ impl BoxTree {
     }
 }
 
-/// Writes the subtree over `order`, whose first box stands at place `first`.
+/// Writes the subtree over `order`; `first` is the position of its first box.
 fn split(nodes: &mut Vec<Node>, boxes: &[Aabb], order: &mut [u32], first: usize, depth: usize) {
     let bounds = order.iter().fold(Aabb::EMPTY, |b, &i| b.union(boxes[i as usize]));
     let index = nodes.len();
@@ -163,7 +164,7 @@ fn split(nodes: &mut Vec<Node>, boxes: &[Aabb], order: &mut [u32], first: usize,
         return;
     }
     let axis = longest_axis(boxes, order);
-    // By centroid, ties by index: the same tree for the same input.
+    // Sorts by centroid and breaks ties by index, so that equal input gives an equal tree.
     let key = |i: u32| boxes[i as usize].centroid(axis);
     order.sort_unstable_by(|&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
     let middle = if depth < SAH_DEPTH { cheapest_split(boxes, order) } else { order.len() / 2 };
@@ -190,7 +191,7 @@ fn longest_axis(boxes: &[Aabb], order: &[u32]) -> usize {
     }
 }
 
-/// Where to cut the sorted boxes so that Σ area × count is least; never at an end.
+/// The position at which splitting the sorted boxes minimises Σ area × count; never at either end.
 fn cheapest_split(boxes: &[Aabb], order: &[u32]) -> usize {
     let mut cost = vec![0.0; order.len()];
     let mut sweep = Aabb::EMPTY;
@@ -270,7 +271,7 @@ mod tests {
             if i % 5 == 0 {
                 d[i as usize % 3] = 0.0;
             }
-            // Exactly through `inside`: the origin is a multiple of d away, all of it in f64.
+            // The ray passes exactly through `inside`: its origin is a multiple of d away, all computed in f64.
             let o = inside.as_dvec3() - d.as_dvec3() * (scale as f64 * 4.0);
             let slabs = Slabs { o, inverse: d.as_dvec3().recip() };
             let slack = 4.0 * f64::EPSILON * (o.abs().max_element() + scale as f64);

@@ -1,8 +1,8 @@
-//! What a ray hits, and what is there.
+//! Ray intersection with triangle meshes, exact spheres and exact disks, including instances and motion blur.
 //!
-//! Two queries, [`Accel::intersect`] and [`Accel::occluded`], return ids and barycentrics; positions, normals and
-//! attributes are asked for later, only where they are needed. There is no epsilon: hit points carry the bound of
-//! their own rounding error, and rays start outside it.
+//! The two queries [`Accel::intersect`] and [`Accel::occluded`] return ids and barycentric coordinates only; positions,
+//! normals and attributes are computed on request. No epsilon is used: hit points carry a bound of their rounding
+//! error, and rays start outside that bound.
 #![deny(unsafe_code)]
 
 pub mod accel;

@@ -1,20 +1,20 @@
-//! What is a triangle mesh? Corners by index, and what is interpolated over them.
+//! Indexed triangle meshes with interpolated attributes.
 //!
-//! Front side: the one from which the corners run counter-clockwise. A mesh may come from anywhere, so every
-//! accessor is total: an index out of range gives a degenerate triangle (never hit), an attribute of another
-//! length than `positions` counts as absent where it has no entry.
+//! The front side is the one from which the corners are counter-clockwise. All accessors are total, so that a mesh from
+//! any source is safe: a triangle with an index out of range is degenerate (never hit), and an attribute whose length
+//! differs from that of `positions` counts as absent where it has no entry.
 use glam::{Vec2, Vec3, Vec4};
 
-/// Indexed triangles. Attribute vectors are empty when absent, else one entry per position.
+/// Indexed triangles. Attribute vectors are empty when absent, else they have one entry per position.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Corner positions.
     pub positions: Vec<Vec3>,
     /// Indices into `positions`, counter-clockwise from the front.
     pub triangles: Vec<[u32; 3]>,
-    /// Shading normals, unit.
+    /// Unit shading normals.
     pub normals: Vec<Vec3>,
-    /// xyz tangent, w = ±1 sign of the bitangent.
+    /// Tangents: direction in xyz, sign of the bitangent (±1) in w.
     pub tangents: Vec<Vec4>,
     /// Two sets of texture coordinates.
     pub uv: [Vec<Vec2>; 2],
@@ -23,12 +23,12 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Corners of a triangle; three zeros when there is no such triangle or an index is out of range.
+    /// The corners of a triangle; three zeros when the triangle does not exist or an index is out of range.
     pub fn corners(&self, primitive: u32) -> [Vec3; 3] {
         self.values(&self.positions, primitive).unwrap_or([Vec3::ZERO; 3])
     }
 
-    /// The three corner values of an attribute; None when it is absent at any corner.
+    /// The values of an attribute at the three corners; None when it is absent at any corner.
     pub fn values<T: Copy>(&self, attribute: &[T], primitive: u32) -> Option<[T; 3]> {
         if attribute.is_empty() {
             return None;
@@ -37,7 +37,7 @@ impl Mesh {
         Some([*attribute.get(a as usize)?, *attribute.get(b as usize)?, *attribute.get(c as usize)?])
     }
 
-    /// Texture coordinates of set 0 or 1 at barycentrics (u, v); zero when absent.
+    /// Texture coordinates of set 0 or 1 at barycentric coordinates (u, v); zero when absent.
     pub fn uv_at(&self, set: usize, primitive: u32, u: f32, v: f32) -> Vec2 {
         let Some(values) = self.uv.get(set).and_then(|uv| self.values(uv, primitive)) else {
             return Vec2::ZERO;
@@ -46,7 +46,7 @@ impl Mesh {
         a * (1.0 - u - v) + b * u + c * v
     }
 
-    /// Interpolated tangent (not normalised) with corner 0's bitangent sign; None when absent.
+    /// Interpolated tangent (not normalised), with the bitangent sign of corner 0; None when absent.
     pub fn tangent_at(&self, primitive: u32, u: f32, v: f32) -> Option<Vec4> {
         let [a, b, c] = self.values(&self.tangents, primitive)?;
         let t = a.truncate() * (1.0 - u - v) + b.truncate() * u + c.truncate() * v;
@@ -61,7 +61,7 @@ impl Mesh {
         }
     }
 
-    /// Bytes held on the heap.
+    /// Heap memory in bytes.
     pub fn memory_bytes(&self) -> usize {
         fn bytes<T>(v: &[T]) -> usize {
             std::mem::size_of_val(v)

@@ -1,32 +1,32 @@
-//! Where does a ray meet an exact sphere or disk? Solved in f64 with forms that do not cancel \[Haines 2019\].
+//! Ray intersection with exact spheres and disks, solved in f64 with formulas that avoid cancellation \[Haines 2019\].
 //!
-//! Shapes are surfaces, not solids: they are hit from both sides, and a ray may start on or inside them.
-//! A shape with a non-finite number or a radius that is not positive is never hit.
+//! Shapes are surfaces, not solids: they are hit from both sides, and a ray may start on or inside them. A shape with a
+//! non-finite parameter or a radius that is not positive is never hit.
 use dapple_math::{Aabb, vector::unit_or};
 use dapple_math::{Frame, Ray, offset::gamma};
 use glam::{DVec3, Vec2, Vec3};
 
-/// All points at distance `radius` from `centre`; front side outward.
+/// The points at distance `radius` from `centre`; the front side faces outward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// Middle.
+    /// The centre.
     pub centre: Vec3,
-    /// Radius, greater than zero.
+    /// The radius, greater than zero.
     pub radius: f32,
 }
 
-/// The points of a plane within `radius` of `centre`; front side where `normal` points.
+/// The points of a plane within `radius` of `centre`; the front side is the one that `normal` points to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disk {
-    /// Middle.
+    /// The centre.
     pub centre: Vec3,
-    /// Any length but zero.
+    /// The normal, of any length except zero.
     pub normal: Vec3,
-    /// Radius, greater than zero.
+    /// The radius, greater than zero.
     pub radius: f32,
 }
 
-/// One of the exact surfaces.
+/// An exact surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A sphere.
@@ -35,7 +35,7 @@ pub enum Shape {
     Disk(Disk),
 }
 
-/// Points `o + t·d` in the shape's space.
+/// The line of points `o + t·d` in the shape's space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
     pub o: DVec3,
@@ -48,11 +48,11 @@ impl From<&Ray> for Line {
     }
 }
 
-/// Nearer than this part of the sizes involved, f64 cannot tell an origin from the surface.
+/// Relative distance below which f64 cannot distinguish a ray origin from the surface.
 const ON_SURFACE: f64 = 1.0 / (1u64 << 48) as f64;
 
 impl Shape {
-    /// Distances t > 0 along the line, near first.
+    /// Distances t > 0 of the intersections along the line, in increasing order.
     pub(crate) fn roots(&self, line: &Line) -> [Option<f32>; 2] {
         match self {
             Self::Sphere(s) => s.roots(line),
@@ -60,7 +60,7 @@ impl Shape {
         }
     }
 
-    /// The point at `t` put back onto the surface, and the unit normal of the front side there.
+    /// The point at `t` projected onto the surface, and the unit normal of the front side there.
     pub(crate) fn point(&self, line: &Line, t: f32) -> (DVec3, DVec3) {
         match self {
             Self::Sphere(s) => s.point(line, t),
@@ -80,8 +80,8 @@ impl Shape {
         }
     }
 
-    /// Texture coordinates: on a sphere longitude ½ + atan2(nₓ, −n_z)/2π and colatitude acos(n_y)/π, as on an
-    /// environment; on a disk the angle about the normal in turns and the distance from the centre in radii.
+    /// Texture coordinates. Sphere: longitude ½ + atan2(nₓ, −n_z)/2π and colatitude acos(n_y)/π, as in an environment
+    /// map. Disk: the angle about the normal in turns and the distance from the centre in radii.
     pub(crate) fn uv(&self, u: f32, v: f32) -> Vec2 {
         use std::f32::consts::{PI, TAU};
         match self {
@@ -96,7 +96,7 @@ impl Shape {
         }
     }
 
-    /// Bound per axis of what the rounding of its own numbers moves its surface by.
+    /// Error bound per axis of the surface due to the rounding of the shape's parameters.
     pub(crate) fn coordinate_error(&self) -> DVec3 {
         let (centre, radius) = match self {
             Self::Sphere(s) => (s.centre, s.radius),
@@ -105,7 +105,7 @@ impl Shape {
         (centre.as_dvec3().abs() + DVec3::splat(radius.into())) * f64::from(gamma(4))
     }
 
-    /// Surface coordinates for `u` in \[0, 1\]², even in area.
+    /// Maps `u` in \[0, 1\]² to surface coordinates, uniformly in area.
     pub(crate) fn even_coordinates(&self, u: Vec2) -> Vec2 {
         let (sin, cos) = libm::sincosf(std::f32::consts::TAU * u.x);
         match self {
@@ -118,7 +118,7 @@ impl Shape {
         }
     }
 
-    /// Box around it; empty when it can never be hit.
+    /// The bounding box; empty for a shape that is never hit.
     pub(crate) fn bounds(&self) -> Aabb {
         let (centre, half) = match self {
             Self::Sphere(s) if s.is_valid() => (s.centre, DVec3::splat(s.radius.into())),
@@ -137,13 +137,13 @@ impl Sphere {
         let (a, b, length) = (d.length_squared(), -f.dot(d), f.length());
         let l = (f + d * (b / a)).length();
         let delta = (r - l) * (r + l);
-        // Also false for NaN: what is not a number is not hit.
+        // The condition is also false for NaN, so that a NaN is not a hit.
         if !(a > 0.0 && r > 0.0 && delta >= 0.0) {
             return [None; 2];
         }
         let q = b + (a * delta).sqrt().copysign(b);
         let outside = length - r;
-        // On the surface within rounding: that root is the origin itself.
+        // If the origin is on the surface within rounding, that root is the origin itself.
         let c = if outside.abs() <= ON_SURFACE * r { 0.0 } else { outside * (length + r) };
         let (t0, t1) = if q == 0.0 { (0.0, 0.0) } else { (c / q, q / a) };
         [ahead(t0.min(t1)), ahead(t0.max(t1))]
@@ -161,7 +161,7 @@ impl Sphere {
 }
 
 impl Disk {
-    /// t = n·(c − o)/n·d where the plane is crossed within the radius; none for a line in the plane.
+    /// t = n·(c − o)/n·d if the line crosses the plane within the radius; None for a line in the plane.
     fn root(&self, line: &Line) -> Option<f32> {
         let (n, f) = (self.unit_normal(), line.o - self.centre.as_dvec3());
         let height = -n.dot(f);
@@ -196,13 +196,13 @@ impl Disk {
     }
 }
 
-/// `t` as f32 when it lies ahead of the origin.
+/// `t` as f32 if it is positive and finite.
 fn ahead(t: f64) -> Option<f32> {
     let t = t as f32;
     (t > 0.0 && t.is_finite()).then_some(t)
 }
 
-/// Unit vector to the square \[−1, 1\]² \[Cigolle 2014\]: cheap, and without poles.
+/// Maps a unit vector to the square \[−1, 1\]² \[Cigolle 2014\], which is cheap and has no poles.
 fn octahedral(n: DVec3) -> Vec2 {
     let s = n.abs().element_sum();
     let (x, y) = (n.x / s, n.y / s);
@@ -211,7 +211,7 @@ fn octahedral(n: DVec3) -> Vec2 {
     Vec2::new(x as f32, y as f32)
 }
 
-/// Inverse of [`octahedral`].
+/// The inverse of [`octahedral`].
 fn from_octahedral(u: f32, v: f32) -> Vec3 {
     let z = 1.0 - u.abs() - v.abs();
     let fold = (-z).max(0.0);

@@ -1,7 +1,7 @@
-//! Where exactly did the ray hit, and which way does the surface face there? Position with error bound, normals.
+//! The surface at a hit: position with error bound, geometric and shading normal.
 //!
-//! A position is never `o + t·d`: it is rebuilt from the surface itself, so its error does not grow with the
-//! length or the slant of the ray.
+//! A position is never computed as `o + t·d`. It is reconstructed from the surface, so that its error does not grow
+//! with the length or the grazing angle of the ray.
 use dapple_math::Ray;
 use dapple_math::motion::Pose;
 use dapple_math::offset::{UNIT_ROUNDOFF, gamma, offset_origin};
@@ -11,41 +11,42 @@ use glam::{DVec3, Vec3};
 /// Position and normals of a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Position, render space.
+    /// Position in render space.
     pub p: Vec3,
-    /// Where rays start: the position, but clear of the edges of its triangle ([`crate::Accel::surface`]: of those at
-    /// which something stands).
+    /// Origin for rays that leave the surface: the position, moved away from the edges of its triangle where other
+    /// geometry is adjacent ([`crate::Accel::surface`]).
     pub start: Vec3,
     /// Bound of |computed − exact| per axis.
     pub p_error: Vec3,
-    /// Unit geometric normal of the front side (counter-clockwise winding; sphere: outward; disk: its normal).
+    /// Unit geometric normal of the front side (triangle: counter-clockwise winding; sphere: outward; disk: its
+    /// normal).
     pub ng: Vec3,
-    /// Unit shading normal, in the hemisphere of `ng`; equals `ng` on flat geometry.
+    /// Unit shading normal, in the hemisphere of `ng`; equal to `ng` on flat geometry.
     pub ns: Vec3,
 }
 
 impl Surface {
-    /// Where a ray towards `d` may start from here: see [`offset_origin`].
+    /// Origin of a ray from this point in direction `d`: see [`offset_origin`].
     pub fn origin_towards(&self, d: Vec3) -> Vec3 {
         offset_origin(self.start, self.p_error, self.ng, d)
     }
 
-    /// The ray to another surface point. It starts and ends outside the error boxes of the two, so that neither surface
-    /// stops it; its direction has the length of the way.
+    /// The ray to another surface point. It starts and ends outside the error boxes of the two points, so that neither
+    /// surface occludes it; the length of its direction is the distance between its ends.
     pub fn ray_to(&self, to: &Self) -> Ray {
         let way = to.start - self.start;
         let (o, target) = (self.origin_towards(way), to.origin_towards(-way));
         Ray { o, d: target - o, t_max: 1.0 - 16.0 * UNIT_ROUNDOFF }
     }
 
-    /// Whether shading and geometric normal differ by more than normals in f32, interpolated, are rounded by.
+    /// Whether shading and geometric normal differ by more than the rounding of interpolated f32 normals.
     pub fn is_smooth(&self) -> bool {
         self.ns != self.ng && (self.ns - self.ng).abs().max_element() > gamma(8)
     }
 
-    /// The point with barycentrics (u, v) of a triangle: p = Σ bᵢpᵢ, summed in f64 and rounded once. The bound
-    /// γ₇ Σ|bᵢpᵢ| [Pharr, Jakob & Humphreys 2023, §6.8.4] is wider than that rounding: it also covers what the intersection
-    /// test can see of the triangle from nearby (and is never zero for a triangle that has an extent). `ng` is
+    /// The point with barycentric coordinates (u, v) of a triangle: p = Σ bᵢpᵢ, summed in f64 and rounded once. The
+    /// bound γ₇ Σ|bᵢpᵢ| [Pharr, Jakob & Humphreys 2023, §6.8.4] is wider than that rounding: it also covers the error
+    /// of the intersection test for nearby ray origins, and it is never zero for a triangle that has an extent. `ng` is
     /// the f64 cross product of two edges; `ns` interpolates `normals`.
     pub fn on_triangle(corners: [Vec3; 3], normals: Option<[Vec3; 3]>, u: f32, v: f32) -> Self {
         let (p, size) = weighted(corners, u, v);
@@ -63,8 +64,8 @@ impl Surface {
         }
     }
 
-    /// As [`Surface::on_triangle`], of a triangle in object space. A ray is brought there and rounded, so the bound
-    /// holds |M| times an object-space bound (one rounding more than above) and the rounding of `p`.
+    /// As [`Surface::on_triangle`], for a triangle in object space. A ray is transformed to object space and rounded,
+    /// so the bound is |M| times an object-space bound (with one rounding more than above) plus the rounding of `p`.
     pub(crate) fn on_posed_triangle(
         pose: &Pose,
         corners: [Vec3; 3],
@@ -75,26 +76,26 @@ impl Surface {
         let (local, size) = weighted(corners, u, v);
         let map = pose.normals();
         let ng = unit_or(map.apply(winding(corners)), DVec3::Z);
-        // Corner by corner, as if the mesh had been transformed.
+        // Transforms each vertex normal, as if the mesh had been transformed.
         let turned = |n: Vec3| map.apply(n.as_dvec3()).as_vec3();
         let ns = normals.map_or(ng, |n| facing(unit_or(weighted(n.map(turned), u, v).0, ng), ng));
         let mut surface = Self::posed(pose, local, test_error(size, 8), ng, ns);
         let placed = corners.map(|c| pose.to_world.transform_point3(c.as_dvec3()));
-        // That of the placed mesh, were it flattened.
+        // The position and error bound that the flattened mesh would have.
         let p = pose.to_world.transform_point3(local);
         let error = pose.error(test_error(size, 7)).max(p.abs() * f64::from(gamma(7)));
         surface.start = (p + clear_of_edges(placed, cross(placed), u, v, error)).as_vec3();
         surface
     }
 
-    /// A point of an exact shape; `local` is known to f64, so what is left is rounding to f32: γ₂|p|.
+    /// A point of an exact shape. `local` is accurate to f64, so that only the rounding to f32 remains: γ₂|p|.
     pub(crate) fn on_shape(p: DVec3, n: DVec3) -> Self {
         let ng = n.as_vec3();
         let p_error = round_up(p.abs() * f64::from(gamma(2)));
         Self { p: p.as_vec3(), start: p.as_vec3(), p_error, ng, ns: ng }
     }
 
-    /// As [`Surface::on_shape`], in object space.
+    /// As [`Surface::on_shape`], for a shape in object space.
     pub(crate) fn on_posed_shape(pose: &Pose, local: DVec3, n: DVec3) -> Self {
         let n = unit_or(pose.normals().apply(n), DVec3::Z);
         Self::posed(pose, local, local.abs() * f64::from(gamma(2)), n, n)
@@ -103,7 +104,7 @@ impl Surface {
     fn posed(pose: &Pose, local: DVec3, local_error: DVec3, ng: DVec3, ns: DVec3) -> Self {
         let p = pose.to_world.transform_point3(local);
         let error = pose.error(local_error) + p.abs() * f64::from(gamma(2));
-        // On all axes alike: what flattens or mixes the axes leaves none of them exact.
+        // The same amount on all axes: a transform that flattens or mixes the axes leaves none of them exact.
         let reach = pose.error(DVec3::splat(local.abs().max_element())) + pose.to_world.translation.abs();
         let error = error + DVec3::splat(reach.max_element() * MIXED);
         let at = p.as_vec3();
@@ -111,7 +112,7 @@ impl Surface {
     }
 }
 
-/// Σ bᵢxᵢ and Σ|bᵢxᵢ|, with barycentrics that sum to one in f64.
+/// Σ bᵢxᵢ and Σ|bᵢxᵢ|, with barycentric coordinates that sum to one in f64.
 fn weighted(x: [Vec3; 3], u: f32, v: f32) -> (DVec3, DVec3) {
     let (u, v) = (f64::from(u), f64::from(v));
     let [a, b, c] = x.map(|x| x.as_dvec3());
@@ -119,7 +120,8 @@ fn weighted(x: [Vec3; 3], u: f32, v: f32) -> (DVec3, DVec3) {
     (a + b + c, a.abs() + b.abs() + c.abs())
 }
 
-/// Position of barycentrics (1 − u − v, u, v), with the bound γ₇ Σ|bᵢpᵢ| of its error; see [`Surface::on_triangle`].
+/// The position with barycentric coordinates (1 − u − v, u, v) and its error bound γ₇ Σ|bᵢpᵢ|; see
+/// [`Surface::on_triangle`].
 pub fn interpolate(corners: &[Vec3; 3], u: f32, v: f32) -> (Vec3, Vec3) {
     let (p, size) = weighted(*corners, u, v);
     (p.as_vec3(), round_up(test_error(size, 7)))
@@ -130,10 +132,11 @@ pub fn geometric_normal(corners: &[Vec3; 3]) -> Vec3 {
     unit_or(winding(*corners), DVec3::ZERO).as_vec3()
 }
 
-/// From the point with barycentrics (u, v) of a facet to the smooth surface that the normals of its corners span above it:
-/// Σ bᵢ·max(0, (vᵢ − p)·nᵢ)·nᵢ [Hanika 2021]. Zero where the normals span nothing above the facet, as they do on a flat or
-/// a hollow one, and where they lean one way without spreading: Σ bᵢ(vᵢ − p)·nᵢ, which a common lean leaves as it is, must
-/// exceed the rounding of normals in f32. `up` is a normal of the facet on the side that is asked about.
+/// Offset from the point with barycentric coordinates (u, v) of a facet to the smooth surface that the normals of its
+/// corners span above it: Σ bᵢ·max(0, (vᵢ − p)·nᵢ)·nᵢ [Hanika 2021]. It is zero where the normals span nothing above
+/// the facet, as on a flat or concave one, and where they are tilted together without diverging: Σ bᵢ(vᵢ − p)·nᵢ, which
+/// a common tilt does not change, must exceed the rounding of f32 normals. `up` is a normal of the facet on the side of
+/// interest.
 pub(crate) fn lift(corners: [DVec3; 3], normals: [DVec3; 3], u: f32, v: f32, up: DVec3) -> DVec3 {
     let (u, v) = (f64::from(u), f64::from(v));
     let b = [1.0 - u - v, u, v];
@@ -158,21 +161,23 @@ fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// How far within its triangle a position is kept, in lengths of its error bound; less where a quarter of the triangle's
-/// height is less, down to [`LEAST_CLEAR`].
+/// Minimum distance of a ray origin from the edges of its triangle, in units of its error bound. It is reduced to a
+/// quarter of the height of the triangle where that is less, down to [`LEAST_CLEAR`].
 const CLEAR: f64 = 4.0;
 const LEAST_CLEAR: f64 = 0.5;
 
-/// What brings a point with barycentrics (u, v) within its triangle clear of the edges by [`CLEAR`] times its error
-/// bound, measured along the triangle; zero where it is. `winding`: of the same corners.
+/// The offset that moves a point with barycentric coordinates (u, v) within its triangle to a distance of [`CLEAR`]
+/// times its error bound from the edges, measured in the plane of the triangle; zero where the point is that far away.
+/// `winding` is the cross product of the same corners.
 ///
-/// A point that rounds onto an edge lies on the neighbouring wall as well, or behind it: where they meet in a concave edge
-/// the offset along one normal does not leave the other wall, and the next ray would start outside the room. Between two
-/// edges both ways are added, which leaves the share 1 − cos of their angle of the clearance. An offset of one error bound
-/// then stays before any neighbour at more than 20° (a wider angle where only less clearance is left); nearer to a sharper
-/// concave edge, a ray can still be let out. *Approximation*: rays from that near to an edge start up to eight error bounds
-/// beside their position, in its plane; the position itself stays. On a triangle too thin for it, so do they. Seen in a
-/// mirror, a light no wider than that would lose flux, so [`crate::Accel::surface`] takes back what no wall calls for.
+/// A point that is rounded onto an edge also lies on the neighbouring wall or behind it. At a concave edge, the offset
+/// along one normal does not leave the other wall, and the next ray would start outside the room. At a corner the
+/// offsets from both edges are added, which leaves a fraction 1 − cos of their angle of the clearance. An offset of one
+/// error bound then remains in front of any neighbour at more than 20° (a wider angle where the clearance had to be
+/// reduced); closer to a sharper concave edge, a ray can still leak. *Approximation*: rays from points this close to an
+/// edge start up to eight error bounds away from their position, in its plane; the position itself is not moved. On a
+/// triangle that is too thin for this, ray origins are not moved either. In a mirror, a light no wider than the offset
+/// would lose flux, so [`crate::Accel::surface`] undoes offsets that no adjacent geometry requires.
 #[inline(always)]
 fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DVec3) -> DVec3 {
     let [a, b, c] = corners;
@@ -182,7 +187,7 @@ fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DV
     let bary = [1.0 - u - v, u, v];
     let nearest = bary[0].min(u).min(v).max(0.0);
     let (area, bound) = (winding.length_squared(), error.length_squared());
-    // Negated so that what is not a number is left alone.
+    // Negated so that NaN results in no offset.
     let is_near = nearest * nearest * area < CLEAR * CLEAR * bound * longest;
     if !(is_near && area >= 16.0 * LEAST_CLEAR * LEAST_CLEAR * bound * longest) {
         return DVec3::ZERO;
@@ -191,7 +196,7 @@ fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DV
     inward(edges, bary, winding, (CLEAR * bound.sqrt()).min(0.25 * height))
 }
 
-/// The sum of the ways from each edge to a distance of `margin` from it.
+/// The sum of the offsets from each edge to a distance of `margin` from it.
 #[cold]
 fn inward(edges: [DVec3; 3], bary: [f64; 3], winding: DVec3, margin: f64) -> DVec3 {
     let area = winding.length();
@@ -203,17 +208,17 @@ fn inward(edges: [DVec3; 3], bary: [f64; 3], winding: DVec3, margin: f64) -> DVe
     edges.into_iter().zip(bary).map(way).sum()
 }
 
-/// Part of the largest coordinate that bounds hold on every axis. A plane x = 0 has no error along x, but the f64 part of
-/// the intersection test mixes the axes, the more the longer the triangle (measured: up to 2⁻⁴² on slivers of aspect
-/// 1e6).
+/// Fraction of the largest coordinate that the error bounds include on every axis. A plane x = 0 has no error along x,
+/// but the f64 part of the intersection test mixes the axes, more so for longer triangles (measured: up to 2⁻⁴² on
+/// slivers of aspect ratio 1e6).
 const MIXED: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// γₙ·size, with a trace of the largest axis on all.
+/// γₙ·size, plus a small fraction of the largest axis on all axes.
 fn test_error(size: DVec3, n: u32) -> DVec3 {
     size * f64::from(gamma(n)) + DVec3::splat(size.max_element() * MIXED)
 }
 
-/// `n` turned into the hemisphere of `ng`.
+/// `n`, negated if necessary to be in the hemisphere of `ng`.
 fn facing(n: DVec3, ng: DVec3) -> DVec3 {
     if n.dot(ng) < 0.0 { -n } else { n }
 }
@@ -246,9 +251,9 @@ mod tests {
         let s = Surface::on_triangle(t, None, u, v);
         let bound = s.p_error.as_dvec3().length();
         let moved = s.start.as_dvec3() - weighted(t, u, v).0;
-        // Rounded to f32 on the way, by up to 1/14 of the bound.
+        // The position is rounded to f32, by up to 1/14 of the bound.
         assert!(moved.y > 3.9 * bound && moved.length() < 4.15 * bound, "{moved:?} {bound}");
-        // At a right angle and at an acute one.
+        // At a right-angled corner and at an acute one.
         for (u, v, least) in [(0.0, 0.0, 3.9), (1.0, 0.0, 4.0 * (1.0 - 0.6) - 0.1)] {
             let s = Surface::on_triangle(t, None, u, v);
             let (p, bound) = (s.start.as_dvec3(), s.p_error.as_dvec3().length());
@@ -257,27 +262,27 @@ mod tests {
         }
         assert_eq!(Surface::on_triangle(t, None, 0.3, 0.3).start, weighted(t, 0.3, 0.3).0.as_vec3());
         assert_eq!(Surface::on_triangle(t, None, 0.0, 0.0).p, t[0]);
-        // Thin: a quarter of its height.
+        // A thin triangle: the offset is a quarter of its height.
         let thin = [t[0], t[1], Vec3::new(5.0, 1.0 + 2e-5, 2.0)];
         let height = f64::from(thin[2].y - 1.0);
         let moved = Surface::on_triangle(thin, None, 0.4, 0.0).start.as_dvec3().y - 1.0;
         assert!((moved / height - 0.25).abs() < 0.02, "{moved} {height}");
-        // Too thin to move in.
+        // A triangle too thin for an offset.
         let thin = [t[0], t[1], Vec3::new(5.0, 1.0 + 1e-6, 2.0)];
         assert_eq!(Surface::on_triangle(thin, None, 0.4, 0.0).start.y, 1.0);
     }
 
     #[test]
     fn a_facet_is_lifted_to_the_planes_of_its_corners_and_on_the_round_side_only() {
-        // Of the octahedron: the planes x = 1, y = 1, z = 1 are each 2/3 from the middle.
+        // A face of the octahedron: the planes x = 1, y = 1, z = 1 are each 2/3 from the centre of the face.
         let corners = [DVec3::X, DVec3::Y, DVec3::Z];
         let third = 1.0f32 / 3.0;
         let up = lift(corners, corners, third, third, DVec3::ONE);
         assert!((up - DVec3::splat(2.0 / 9.0)).length() < 1e-7, "{up}");
-        // Which way the normals point does not matter.
+        // The orientation of the normals does not matter.
         assert_eq!(lift(corners, corners.map(|n| -n), third, third, DVec3::ONE), up);
         assert_eq!(lift(corners, corners, third, third, DVec3::NEG_ONE), DVec3::ZERO);
-        // Corners are on the surface, and an edge does not know the third corner.
+        // Corners are on the surface, and the offset on an edge does not depend on the third corner.
         assert_eq!(lift(corners, corners, 0.0, 0.0, DVec3::ONE), DVec3::ZERO);
         let other = [DVec3::X, DVec3::Y, DVec3::NEG_Z];
         assert_eq!(lift(corners, corners, 0.5, 0.0, DVec3::ONE), lift(other, other, 0.5, 0.0, DVec3::ONE));

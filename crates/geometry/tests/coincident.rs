@@ -1,4 +1,5 @@
-//! Which primitives share a place with an emitter: those that lie in its plane over an area, and no neighbours.
+//! Tests which primitives share a place with an emitter: those that lie in its plane over an area, but not its
+//! neighbours.
 
 use dapple_geometry::shapes::{Disk, Sphere};
 use dapple_geometry::{Accel, AccelBuilder, Coincident, Mesh};
@@ -7,7 +8,7 @@ use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::sync::Arc;
 
-/// A square of half side `half` about the origin at height z, of `n`² cells of two triangles.
+/// A square of half side `half` about the origin at height `z`, made of `n`² cells of two triangles.
 fn square(z: f32, half: f32, n: u32, turn: DQuat) -> Mesh {
     let at = |i: u32| half * (2.0 * i as f32 / n as f32 - 1.0);
     let place = |p: Vec3| (turn * p.as_dvec3()).as_vec3();
@@ -20,7 +21,7 @@ fn square(z: f32, half: f32, n: u32, turn: DQuat) -> Mesh {
     Mesh { positions, triangles, ..Mesh::default() }
 }
 
-/// The objects from `emitters` on emit.
+/// The coincident primitives if the objects from index `emitters` on emit.
 fn found(accel: &Accel, emitters: u32, points: &[DVec3]) -> Option<Box<Coincident>> {
     let points: Vec<_> = points.iter().map(|p| (*p, *p)).collect();
     accel.coincident(
@@ -53,7 +54,7 @@ fn of_a_wall_the_triangles_behind_the_lamp_are_found_and_no_others() {
         let coincident = found(&accel(2.0), 2, &[]).expect("the lamp lies in the wall");
         let count = |object: u32| (0..200).filter(|&p| coincident.contains(object, p)).count();
         assert_eq!((count(1), coincident.contains(2, 0), coincident.contains(2, 1)), (0, true, true));
-        // About the middle, where the lamp covers parts of four cells.
+        // At the centre, where the lamp covers parts of four cells.
         assert!((6..=8).contains(&count(0)), "{}", count(0));
         assert!(coincident.thickness() > 0.0 && coincident.thickness() < 1e-4);
         assert!(!coincident.contains(7, 0) && !coincident.contains(0, 9999));
@@ -86,7 +87,7 @@ fn many_emitters_in_one_place_are_found_without_the_square_of_their_number() {
     let coincident = found(&accel, 0, &[]).unwrap();
     assert!((0..2 * copies).all(|p| coincident.contains(0, p)));
     assert!(coincident.memory_bytes() < 10_000);
-    // Dark all over, they need not be told apart.
+    // Primitives of one group that emit no light need not be distinguished.
     assert!(accel.coincident(Some, |_, _| false, &[], Vec3::ZERO, |_| false).is_none());
 }
 

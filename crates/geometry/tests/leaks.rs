@@ -1,11 +1,11 @@
-//! Closed meshes let no ray out (watertight test of [Woop 2013] plus conservative boxes), on every kernel, and all
-//! kernels agree bit for bit.
+//! Tests that no ray leaves a closed mesh (watertight test of [Woop 2013] plus conservative boxes) on any kernel, and
+//! that all kernels agree bit for bit.
 
 use dapple_geometry::bvh::{Kernel, Opaque, Tree, TriangleHit};
 use dapple_math::Ray;
 use glam::Vec3;
 
-/// SplitMix64 as numbers in [−1, 1).
+/// SplitMix64, converted to numbers in [−1, 1).
 struct Noise(u64);
 
 impl Noise {
@@ -21,7 +21,7 @@ impl Noise {
     }
 }
 
-/// Icosphere by subdivision; corners shared exactly.
+/// Icosphere by subdivision; shared corners are exactly equal.
 fn icosphere(level: u32, scale: f32, offset: Vec3) -> Vec<[Vec3; 3]> {
     let p = (1.0 + 5f32.sqrt()) / 2.0;
     let v = |x: f32, y: f32, z: f32| Vec3::new(x, y, z).normalize();
@@ -63,20 +63,21 @@ fn icosphere(level: u32, scale: f32, offset: Vec3) -> Vec<[Vec3; 3]> {
         triangles = triangles
             .iter()
             .flat_map(|[a, b, c]| {
-                // Midpoints from the sum are the same for both triangles of an edge.
+                // Midpoints computed from the sum are equal for both triangles of an edge.
                 let [ab, bc, ca] = [(*a + *b).normalize(), (*b + *c).normalize(), (*c + *a).normalize()];
                 [[*a, ab, ca], [*b, bc, ab], [*c, ca, bc], [ab, bc, ca]]
             })
             .collect();
     }
-    // A little lumpy, so that no symmetry hides an error.
+    // Slightly uneven, so that no symmetry hides an error.
     triangles
         .iter()
         .map(|t| t.map(|p| p * (1.0 + 0.1 * (p.x * 7.0).sin() * (p.y * 5.0).cos()) * scale + offset))
         .collect()
 }
 
-/// Rays from inside, 40 % random, 40 % at edges, 15 % at vertices, 5 % along axes; how many escape, and a digest.
+/// Casts rays from inside: 40 % random, 40 % at edges, 15 % at vertices, 5 % along axes. Returns how many escape, and a
+/// digest of the hits.
 fn escapes(tree: &Tree, triangles: &[[Vec3; 3]], scale: f32, offset: Vec3, rays: u64) -> (u64, u64) {
     let mut noise = Noise(7);
     let (mut missed, mut digest) = (0, 0u64);
@@ -135,7 +136,7 @@ fn ten_million_rays_and_none_escapes() {
     check(4, 10_000_000, &[(1.0, 0.0)]);
 }
 
-/// Rays from inside of a sphere of triangles, in directions of unit length, and what they hit.
+/// Rays with unit directions from inside a tessellated sphere, and their hits.
 fn from_inside(rays: usize) -> (Tree, Vec<(Ray, TriangleHit)>) {
     let tree = Tree::build(&icosphere(3, 1.0, Vec3::ZERO));
     let mut noise = Noise(3);
@@ -192,7 +193,7 @@ fn coincident_and_degenerate_triangles_end() {
 
 #[test]
 fn rays_in_face_planes_and_along_axes_hit() {
-    // A closed axis-aligned box, orthographic rays straight through its edges and faces.
+    // A closed axis-aligned box, with orthographic rays through its edges and faces.
     let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles: Vec<[Vec3; 3]> =
@@ -215,8 +216,9 @@ fn rays_in_face_planes_and_along_axes_hit() {
     }
 }
 
-/// Strips of a wall, cut along an axis, and rays from near by to beside the cuts. The edge test knows a cut to within
-/// roundings of the strips' length, the box test to within roundings of the ray's: only padded boxes hold both.
+/// Strips of a wall, cut along an axis, with rays from nearby to points beside the cuts. The edge test locates a cut to
+/// within roundings of the length of the strips, the box test to within roundings of the length of the ray; only padded
+/// boxes contain both.
 #[test]
 fn rays_to_the_cuts_of_a_wall_from_near_by_hit() {
     for turn in 0..3 {

@@ -1,5 +1,5 @@
-//! Objects that move: at every time they are where their keys put them, closed meshes stay closed, boxes hold all
-//! through the shutter, and transforms that mirror or flatten do no harm
+//! Tests moving objects: at every time they are where their keyframes place them, closed meshes have no leaks, bounding
+//! boxes are valid over the whole shutter interval, and mirroring and flattening transforms cause no errors
 //! (docs/science.md, "Turning wedge" and "Transforms").
 mod solids;
 
@@ -16,7 +16,7 @@ fn about_z(angle: f64) -> DQuat {
     DQuat::from_xyzw(0.0, 0.0, libm::sin(angle / 2.0), libm::cos(angle / 2.0))
 }
 
-/// Turns by `total` about z within one second, keys at most a quarter turn apart.
+/// Rotation by `total` about z within one second, with keyframes at most a quarter turn apart.
 fn spin(total: f64) -> Channel<DQuat> {
     let n = (total / (PI / 2.0)).ceil() as usize;
     let times = (0..=n).map(|i| i as f64 / n as f64).collect();
@@ -95,7 +95,7 @@ fn the_box_holds_all_through_the_shutter() {
 
 #[test]
 fn the_box_of_a_spin_is_tight() {
-    // A bar reaching from 1 to 2 on the x axis, many turns: the box is the disk's.
+    // A bar from 1 to 2 on the x axis with many turns: its bounding box is that of the disk.
     let bar = Mesh {
         positions: vec![Vec3::X, Vec3::new(2.0, 0.0, 0.0), Vec3::new(2.0, 1e-3, 0.0)],
         triangles: vec![[0, 1, 2]],
@@ -107,13 +107,13 @@ fn the_box_of_a_spin_is_tight() {
         assert!(hi.x >= 2.0 && hi.x < 2.02 && lo.y <= -2.0 && lo.y > -2.02, "{turns}: {lo} {hi}");
         assert!(hi.z - lo.z < 0.05, "{turns}: {lo} {hi}");
     }
-    // A quarter turn sweeps a quarter.
+    // A quarter turn covers a quarter of the disk.
     let accel = accel_of(bar, moved(Trs { rotation: spin(PI / 2.0), ..Trs::default() }));
     let (lo, hi) = accel.bounds().unwrap();
     assert!(lo.x > -0.05 && lo.y > -0.05 && hi.x < 2.02 && hi.y < 2.02, "{lo} {hi}");
 }
 
-/// A18: a wedge of angle β turning by Θ covers the polar angle φ exactly when (φ − τ) mod 2π ∈ [0, β].
+/// A18: a wedge of angle β rotating by Θ covers the polar angle φ exactly when (φ − τ) mod 2π ∈ [0, β].
 #[test]
 fn a_wedge_turns_by_any_angle() {
     let beta = 0.35;
@@ -213,7 +213,7 @@ fn a_moving_object_equals_its_transformed_mesh() {
                     continue;
                 };
                 let (s, e) = (accel.surface(&ray, time, &a), expected.surface(&ray, 0.0, &b));
-                // Beside an edge the two may take different faces.
+                // Beside an edge the two may hit different faces.
                 if a.primitive == b.primitive && s.ng.dot(d).abs() > 0.1 {
                     assert!((a.t / b.t - 1.0).abs() < 1e-4, "{a:?} {b:?}");
                     assert!((s.p - e.p).length() < 1e-4 * (hi - lo).length());
@@ -286,7 +286,7 @@ fn moving_bodies_are_left_and_entered_once() {
             let ray = Ray::new(target - d * 8.0, d);
             let hit = accel.intersect(&ray, time, &Opaque).expect("aimed at the body");
             let s = accel.surface(&ray, time, &hit);
-            assert!(s.ng.dot(d) < 0.0, "fronts face outward, mirrored or not");
+            assert!(s.ng.dot(d) < 0.0, "front sides face outward, mirrored or not");
             let bad = leave(accel, &mut noise, &ray, time, &hit, 40);
             out += bad.0;
             into += bad.1;
@@ -295,7 +295,7 @@ fn moving_bodies_are_left_and_entered_once() {
     }
 }
 
-/// A19, in three ways: flattened into the static tree, as one of two instances, and while moving.
+/// A19, in three variants: flattened into the static tree, as one of two instances, and as a moving object.
 fn placed(scale: DVec3, rotation: DQuat) -> [Accel; 3] {
     let m = DAffine3::from_scale_rotation_translation(scale, rotation, DVec3::ZERO);
     let mesh = Arc::new(cube(1.0, Vec3::ZERO));
@@ -319,11 +319,12 @@ fn mirrored_uneven_and_flat_cubes_look_right() {
     let mut noise = Noise(6);
     for (scale, turn) in scales.iter().flat_map(|s| turns.map(|t| (DVec3::from(*s), t))) {
         for (way, accel) in placed(scale, turn).iter().enumerate() {
-            // Corners that are rounded 1e6 away hold no thickness of 1e-6, unless along an axis.
+            // Corners that are rounded at a distance of 1e6 cannot represent a thickness of 1e-6, except along an axis.
             if way == 0 && scale.y > 1.0 && turn != DQuat::IDENTITY {
                 continue;
             }
-            // Seen from in front and behind, a little slanted, at points inside and beside the square |x|, |y| < 1.
+            // Rays from the front and from the back, slightly tilted, to points inside and outside of the square |x|,
+            // |y| < 1.
             for i in 0..2000 {
                 let inside = noise.unit() < 0.7;
                 let (x, y) =
@@ -332,7 +333,7 @@ fn mirrored_uneven_and_flat_cubes_look_right() {
                 let (tilt_x, tilt_y) = (noise.next() * 0.3, noise.next() * 0.3);
                 let target = turn * DVec3::new(x.into(), y.into(), 0.0);
                 let d = turn * DVec3::new(tilt_x.into(), tilt_y.into(), -side);
-                // A cube with depth is looked at along its axis.
+                // A cube with depth is viewed along its axis.
                 let d = if scale.z.abs() > 0.1 { turn * DVec3::new(0.0, 0.0, -side) } else { d };
                 let ray = Ray::new((target - d * 3.0).as_vec3(), d.as_vec3());
                 let hit = accel.intersect(&ray, 0.0, &Opaque);
@@ -344,7 +345,10 @@ fn mirrored_uneven_and_flat_cubes_look_right() {
                     s.ng.dot(n).abs() > 0.999 && s.p.is_finite() && s.p_error.is_finite(),
                     "{scale} {s:?}"
                 );
-                assert!(scale.z.abs() < 0.1 || s.ng.dot(ray.d) < 0.0, "{scale} way {way}: front outward");
+                assert!(
+                    scale.z.abs() < 0.1 || s.ng.dot(ray.d) < 0.0,
+                    "{scale} way {way}: the front faces outward"
+                );
                 let off = (s.p.as_dvec3() - target).length();
                 assert!(off < 1e-6 * scale.max_element() || scale.z.abs() > 0.1, "{scale} {}", s.p);
                 let d = noise.about(s.ng * s.ng.dot(ray.d).signum() * -1.0, 0.01);

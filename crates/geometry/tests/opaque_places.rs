@@ -1,10 +1,10 @@
-//! Which triangles of two objects that let no light through share a place, and that looking for them stays cheap.
+//! Tests which triangles of two opaque objects share a place, and that the search remains cheap.
 
 use dapple_geometry::{Accel, AccelBuilder, Coincident, Mesh};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::sync::Arc;
 
-/// A horizontal square of half side `half` at a height, of `n`² cells of two triangles; its front is above or below.
+/// A horizontal square of half side `half` at height `y`, made of `n`² cells of two triangles, facing up or down.
 fn square(y: f32, half: f32, n: u32, up: bool) -> Mesh {
     let at = |i: u32| half * (2.0 * i as f32 / n as f32 - 1.0);
     let positions = (0..=n).flat_map(|j| (0..=n).map(move |i| Vec3::new(at(i), y, at(j)))).collect();
@@ -27,7 +27,7 @@ fn found(accel: &Accel) -> Option<Box<Coincident>> {
     accel.coincident(|_| None, |_, _| false, &[], Vec3::ZERO, |_| true)
 }
 
-/// Of the first `triangles` of an object, those that share a place.
+/// The number of coincident triangles among the first `triangles` of an object.
 fn count(coincident: &Coincident, object: u32, triangles: u32) -> usize {
     (0..triangles).filter(|&primitive| coincident.contains(object, primitive)).count()
 }
@@ -40,9 +40,9 @@ fn a_panel_and_what_lies_behind_it_are_found_in_either_order() {
             meshes.rotate_left(wall);
             of(meshes)
         };
-        assert!(found(&accel(0.01)).is_none(), "before the wall");
-        let coincident = found(&accel(0.0)).expect("in the wall");
-        // About the middle, where the panel covers parts of four cells.
+        assert!(found(&accel(0.01)).is_none(), "in front of the wall");
+        let coincident = found(&accel(0.0)).expect("the panel lies in the wall");
+        // At the centre, where the panel covers parts of four cells.
         let behind = count(&coincident, wall as u32, 200);
         assert!((6..=8).contains(&behind) && count(&coincident, panel, 2) == 2, "{behind}");
     }

@@ -1,5 +1,5 @@
-//! A ray that leaves a surface does not hit it again, and one that enters does not miss the other side: origins are
-//! moved out of their error bound and no farther (docs/science.md, "Leaving a surface").
+//! Tests that a ray leaving a surface does not hit it again, and that a ray entering a body hits its other side:
+//! origins are moved just out of their error bound (docs/science.md, "Leaving a surface").
 mod solids;
 
 use dapple_geometry::shapes::{Disk, Sphere};
@@ -8,8 +8,8 @@ use dapple_math::Ray;
 use glam::Vec3;
 use solids::{Noise, cube, is_convex, leave, sphere};
 
-/// Radius and offset; a body of less than 1e5 ulp of its coordinates (1e-3 at 1e3) is left out: there the error bound
-/// itself reaches through it.
+/// Radius and offset. A body smaller than 1e5 ulp of its coordinates (1e-3 at 1e3) is omitted, because the error bound
+/// extends through it.
 const CASES: [(f32, f32); 7] =
     [(1e-3, 0.0), (1.0, 0.0), (1e3, 0.0), (1.0, 1e3), (1e3, 1e3), (1.0, 1e5), (1e3, 1e5)];
 
@@ -26,7 +26,7 @@ fn check(accel: &Accel, r: f32, offset: Vec3, name: &str) {
         let d = noise.direction();
         let ray = Ray::new(offset + noise.vec() * (0.3 * r) - d * (4.0 * r), d);
         let hit = accel.intersect(&ray, 0.0, &Opaque).expect("aimed at the body");
-        // In a coordinate that rounds to the neighbouring wall the point lies on both: no side is wrong then.
+        // If a coordinate is rounded to the neighbouring wall, the point lies on both walls, and neither side is wrong.
         let q = (accel.surface(&ray, 0.0, &hit).p - offset).abs();
         if name == "cube" && [q.x == r, q.y == r, q.z == r].iter().filter(|&&on| on).count() != 1 {
             continue;
@@ -66,7 +66,8 @@ fn no_leak_beside_a_concave_edge() {
             let (u, v) = [(tiny, s), (s, tiny), (s, 1.0 - s - tiny)][(i % 3) as usize];
             let hit = Hit { t: 1.0, u, v: v.max(0.0), primitive: i % 12, object: 0 };
             let surface = accel.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
-            // In a coordinate that rounds to the neighbouring wall the point lies on both: no side is wrong then.
+            // If a coordinate is rounded to the neighbouring wall, the point lies on both walls, and neither side is
+            // wrong.
             let q = (surface.p - offset).abs();
             if [q.x == r, q.y == r, q.z == r].iter().filter(|&&on| on).count() != 1 {
                 continue;
@@ -82,7 +83,7 @@ fn no_leak_beside_a_concave_edge() {
 
 #[test]
 fn a_grazing_hit_lies_on_its_plane() {
-    // A square of side 1e6 under a tilted horizon, seen from height 1 at down to 1e-4 rad.
+    // A square of side 1e6 with a tilted horizon, seen from height 1 at angles down to 1e-4 rad.
     let (x, z) = (Vec3::new(0.96, 0.28, 0.0), Vec3::new(-0.168, 0.576, 0.8));
     let up = x.cross(z) * -1.0;
     let corner = |a: f32, b: f32| x * (a * 5e5) + z * (b * 5e5);
@@ -103,7 +104,7 @@ fn a_grazing_hit_lies_on_its_plane() {
         let n = (b - a).cross(c - a).normalize();
         let residual = n.dot(s.p.as_dvec3() - a).abs();
         assert!(residual <= n.abs().dot(s.p_error.as_dvec3()), "{residual} at {below}");
-        // And the next ray leaves it, however flat.
+        // The next ray leaves the surface at any grazing angle.
         let d = noise.about(s.ng, 1e-6);
         assert!(!accel.occluded(&Ray::new(s.origin_towards(d), d), 0.0, &Opaque));
     }

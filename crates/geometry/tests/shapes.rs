@@ -1,5 +1,5 @@
-//! Exact spheres and disks: right at any size and distance (docs/science.md, "Spheres"), in any number, with ties and
-//! filters.
+//! Tests exact spheres and disks: accuracy at any size and distance (docs/science.md, "Spheres"), large numbers of
+//! shapes, equal distances, and filters.
 mod solids;
 
 use dapple_geometry::shapes::{Disk, Shape, Sphere};
@@ -17,7 +17,7 @@ fn accel_with(spheres: &[Sphere]) -> Accel {
     builder.build()
 }
 
-/// Nearest crossing by bisection in f64, from the point nearest to the centre outward.
+/// Nearest intersection by bisection in f64, from the point nearest to the centre outward.
 fn bisected(ray: &Ray, sphere: &Sphere, near: bool) -> f64 {
     let (o, d, c) = (ray.o.as_dvec3(), ray.d.as_dvec3(), sphere.centre.as_dvec3());
     let middle = (c - o).dot(d) / d.length_squared();
@@ -39,7 +39,7 @@ fn small_far_spheres() {
         for _ in 0..2000 {
             let target = noise.direction() * (0.99 * noise.unit());
             let ray = Ray::new(Vec3::ZERO, (sphere.centre + target) / distance);
-            // The f32 direction itself may miss by the time it is there.
+            // The rounding of the f32 direction alone may cause a miss at this distance.
             let closest = ray.d.as_dvec3() * f64::from(distance) - sphere.centre.as_dvec3();
             if closest.truncate().length() > 0.999 {
                 continue;
@@ -65,7 +65,7 @@ fn a_huge_sphere_under_the_eye() {
         let ray = Ray::new(o, d);
         let hit = accel.intersect(&ray, 0.0, &Opaque).expect("looking down");
         let exact = bisected(&ray, &sphere, true);
-        // The bisection itself knows the surface to 1e-10, seen at a slant.
+        // The bisection has an error of 1e-10 perpendicular to the surface, which is larger along a grazing ray.
         let slant = f64::from(-d.y / d.length());
         let tolerance = 1.2e-7 * exact + 1e-9 / slant;
         assert!((f64::from(hit.t) - exact).abs() < tolerance, "{d}: {} {exact}", hit.t);
@@ -125,7 +125,7 @@ fn the_lowest_object_wins_a_tie() {
     }
 }
 
-/// Only this object.
+/// Accepts only this object.
 struct Only(u32);
 impl HitFilter<Hit> for Only {
     const OPAQUE: bool = false;
@@ -134,7 +134,7 @@ impl HitFilter<Hit> for Only {
     }
 }
 
-/// Far halves only: refuses the front of a sphere.
+/// Rejects the front of a sphere and accepts its back.
 struct Back(Vec3);
 impl HitFilter<Hit> for Back {
     const OPAQUE: bool = false;

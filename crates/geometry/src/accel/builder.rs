@@ -1,4 +1,5 @@
-//! How does a world come about? Objects are added, then everything is decided once: what is flat, what moves.
+//! The builder of the acceleration structure: collects objects, then decides which are flattened, which are instances
+//! and which move.
 use super::objects::{Body, Object, Place, baked};
 use super::queries::Accel;
 use super::second::SecondLevel;
@@ -9,40 +10,43 @@ use dapple_math::motion::{Motion, Pose};
 use glam::{DAffine3, Vec3};
 use std::sync::Arc;
 
-/// Collects what the world is made of.
+/// Collects the objects of an acceleration structure.
 #[derive(Debug, Default)]
 pub struct AccelBuilder {
     objects: Vec<(Body, Option<Motion>)>,
 }
 
 impl AccelBuilder {
-    /// Static mesh, positions already in world (render) space. Returns the object's index. Triangles with indices out
-    /// of range, without area or with corners that are not finite keep their ids and are never hit.
+    /// Adds a static mesh whose positions are already in world (render) space and returns the index of the object.
+    /// Triangles with indices out of range, without area or with corners that are not finite keep their ids and are
+    /// never hit.
     pub fn add_mesh(&mut self, mesh: Mesh) -> u32 {
         self.push(Body::Mesh(Arc::new(mesh)), None)
     }
 
-    /// A mesh that stands somewhere, possibly shared with other objects; a mesh used once is flattened.
+    /// Adds a placed mesh, which other objects may share; a mesh that is used once is flattened into world space.
     pub fn add_instance(&mut self, mesh: impl Into<Arc<Mesh>>, transform: DAffine3) -> u32 {
         self.push(Body::Mesh(mesh.into()), Some(Motion::fixed(transform)))
     }
 
-    /// A mesh that may move; flattened if it stands still while the shutter is open (and no other object shares it).
+    /// Adds a mesh that may move; it is flattened if it does not move while the shutter is open and no other object
+    /// shares it.
     pub fn add_moving(&mut self, mesh: impl Into<Arc<Mesh>>, motion: Motion) -> u32 {
         self.push(Body::Mesh(mesh.into()), Some(motion))
     }
 
-    /// An exact sphere.
+    /// Adds an exact sphere.
     pub fn add_sphere(&mut self, sphere: Sphere) -> u32 {
         self.push(Body::Shape(Shape::Sphere(sphere)), None)
     }
 
-    /// An exact disk.
+    /// Adds an exact disk.
     pub fn add_disk(&mut self, disk: Disk) -> u32 {
         self.push(Body::Shape(Shape::Disk(disk)), None)
     }
 
-    /// An exact sphere or disk of its own space; an uneven transform makes it an exact ellipsoid or ellipse.
+    /// Adds an exact sphere or disk in its own object space; a non-uniform scale makes it an exact ellipsoid or
+    /// ellipse.
     pub fn add_moving_shape(&mut self, shape: Shape, motion: Motion) -> u32 {
         self.push(Body::Shape(shape), Some(motion))
     }
@@ -52,23 +56,23 @@ impl AccelBuilder {
         self.objects.len() as u32 - 1
     }
 
-    /// The world at the instant 0, with the fastest traversal this machine has.
+    /// Builds the acceleration structure for the instant 0, with the fastest traversal kernel of this machine.
     pub fn build(self) -> Accel {
         self.build_with(Kernel::available()[0])
     }
 
-    /// As `build`, with traversal pinned to one kernel.
+    /// As `build`, with the given traversal kernel.
     pub fn build_with(self, kernel: Kernel) -> Accel {
         self.build_for_with(0.0, 0.0, kernel)
     }
 
-    /// The world from `shutter_open` to `shutter_close`, in seconds.
+    /// Builds the acceleration structure for the shutter interval from `shutter_open` to `shutter_close`, in seconds.
     pub fn build_for(self, shutter_open: f32, shutter_close: f32) -> Accel {
         self.build_for_with(shutter_open, shutter_close, Kernel::available()[0])
     }
 
-    /// As `build_for`, with traversal pinned to one kernel. A shutter that closes before it opens, or is not finite,
-    /// is the instant of its opening, or 0.
+    /// As `build_for`, with the given traversal kernel. A shutter that closes before it opens, or whose closing time is
+    /// not finite, is the instant of its opening; an opening time that is not finite is 0.
     pub fn build_for_with(self, shutter_open: f32, shutter_close: f32, kernel: Kernel) -> Accel {
         let open = if shutter_open.is_finite() { shutter_open } else { 0.0 };
         let close = if shutter_close.is_finite() { shutter_close.max(open) } else { open };
@@ -85,7 +89,7 @@ impl AccelBuilder {
     }
 }
 
-/// Which objects share their mesh with another one.
+/// Whether each object shares its mesh with another one.
 fn shared(objects: &[(Body, Option<Motion>)]) -> Vec<bool> {
     let address = |body: &Body| match body {
         Body::Mesh(mesh) => Arc::as_ptr(mesh) as usize,
@@ -97,7 +101,7 @@ fn shared(objects: &[(Body, Option<Motion>)]) -> Vec<bool> {
     objects.iter().map(|(body, _)| uses(address(body)) > 1).collect()
 }
 
-/// Decides where an object stands; a mesh of its own that does not move goes into world space.
+/// Decides the placement of an object; a static mesh that is not shared is transformed to world space.
 fn place(body: Body, motion: Option<Motion>, shared: bool, (open, close): (f32, f32)) -> Object {
     let (open, close) = (f64::from(open), f64::from(close));
     let (body, place) = match (body, motion) {
@@ -117,7 +121,7 @@ fn place(body: Body, motion: Option<Motion>, shared: bool, (open, close): (f32, 
     Object { body, place, first: 0, tree: 0 }
 }
 
-/// Corners of everything that is a mesh in world space, and the object of each triangle.
+/// The corners of all triangles in world space, and the object of each triangle.
 fn flatten(objects: &mut [Object]) -> (Vec<[Vec3; 3]>, Vec<u32>) {
     let (mut corners, mut object_of) = (Vec::new(), Vec::new());
     for (id, object) in objects.iter_mut().enumerate() {

@@ -1,9 +1,10 @@
-//! Everything rays can hit, behind two queries.
+//! The acceleration structure over all objects, with two queries.
 //!
-//! Static meshes share one flattened tree. Beside it, in a second level that exists only when it is needed, stand
-//! exact shapes, instances and whatever moves: a tree over boxes that hold for the whole shutter; the ray goes into
-//! each object's own space with the transform at the ray's time, its direction not made unit, so that t is shared.
-//! At equal distance the lowest object, then the lowest triangle wins, whatever the trees look like.
+//! Static meshes share one flattened BVH. Exact shapes, instances and moving objects are in a second level, which
+//! exists only when it is needed: a BVH over bounding boxes that are valid for the whole shutter interval. A ray is
+//! transformed into the space of each object at the ray's time; its direction is not normalised, so that t is the same
+//! in both spaces. At equal distance the lowest object, then the lowest triangle is hit, independently of the structure
+//! of the trees.
 mod builder;
 mod coincident;
 mod objects;

@@ -1,4 +1,4 @@
-//! What is one object: a body, and where it stands.
+//! Objects of the acceleration structure: a mesh or shape with its placement in the world.
 use crate::shapes::{Line, Shape};
 use crate::{Hit, Mesh, Surface};
 use dapple_math::Ray;
@@ -12,15 +12,15 @@ pub(super) enum Body {
     Shape(Shape),
 }
 
-/// How an object's own space lies in the world.
+/// The placement of an object's space in the world.
 #[derive(Debug)]
 pub(super) enum Place {
-    /// It is the world's.
+    /// Object space is world space.
     World,
-    /// The same through the shutter.
+    /// The transform is constant over the shutter interval.
     Fixed(Box<Pose>),
     Moving(Box<Motion>),
-    /// Flattened to a line or a point through the shutter: never hit.
+    /// The transform flattens the object to a line or a point during the whole shutter interval; it is never hit.
     Nowhere(DAffine3),
 }
 
@@ -28,14 +28,14 @@ pub(super) enum Place {
 pub(super) struct Object {
     pub body: Body,
     pub place: Place,
-    /// Mesh in the flat tree: its first triangle there.
+    /// For a mesh in the flat tree: index of its first triangle there.
     pub first: u32,
-    /// Mesh in the second level: its tree there.
+    /// For a mesh in the second level: index of its tree there.
     pub tree: u32,
 }
 
 impl Object {
-    /// The transform at `time`; None for the identity, and for what cannot be hit then.
+    /// The transform at `time`; None for the identity, and for objects that cannot be hit at that time.
     fn pose(&self, time: f64) -> Option<Pose> {
         match &self.place {
             _ if cfg!(without = "second_level") => None,
@@ -45,7 +45,7 @@ impl Object {
         }
     }
 
-    /// The ray in the object's own space, same t; None when the object cannot be hit then.
+    /// The ray in object space, with the same t; None when the object cannot be hit at that time.
     pub fn line(&self, ray: &Ray, time: f64) -> Option<Line> {
         let line = Line::from(ray);
         if let Place::World = self.place {
@@ -66,13 +66,13 @@ impl Object {
                 Surface::on_triangle(corners, normals, hit.u, hit.v)
             }
             _ if cfg!(without = "second_level") => Surface::on_shape(DVec3::ZERO, DVec3::Z),
-            _ => self.surface_beside(ray, time, hit),
+            _ => self.second_level_surface(ray, time, hit),
         }
     }
 
-    /// Of what is not in the flat tree.
+    /// Surface data of objects that are not in the flat tree.
     #[inline(never)]
-    fn surface_beside(&self, ray: &Ray, time: f64, hit: &Hit) -> Surface {
+    fn second_level_surface(&self, ray: &Ray, time: f64, hit: &Hit) -> Surface {
         let pose = self.pose(time);
         match &self.body {
             Body::Mesh(mesh) => {
@@ -93,7 +93,7 @@ impl Object {
         }
     }
 
-    /// Surface coordinates of the place on a shape that is nearest to `p`; None for a mesh.
+    /// Surface coordinates of the point of a shape that is nearest to `p`; None for a mesh.
     pub fn coordinates_at(&self, p: Vec3, time: f64) -> Option<Vec2> {
         let Body::Shape(shape) = &self.body else { return None };
         let p = p.as_dvec3();
@@ -132,7 +132,7 @@ impl Object {
         }
     }
 
-    /// As [`Object::corners`], not rounded.
+    /// As [`Object::corners`], without rounding to f32.
     pub fn corners_exact(&self, primitive: u32, time: f64) -> [DVec3; 3] {
         let Body::Mesh(mesh) = &self.body else { return [DVec3::ZERO; 3] };
         let corners = mesh.corners(primitive).map(Vec3::as_dvec3);
@@ -142,8 +142,8 @@ impl Object {
         }
     }
 
-    /// Bound per axis of the error of a point of the surface against other surfaces. A shape counts as exact where rays
-    /// meet it, but its numbers were rounded: centre and radius, by up to half an ulp of each.
+    /// Bound per axis of the error of a surface point relative to other surfaces. A shape is exact for ray queries, but
+    /// its parameters were rounded: centre and radius, by up to half an ulp of each.
     pub fn coincidence_error(&self, surface: &Surface, time: f64) -> DVec3 {
         let p_error = surface.p_error.as_dvec3();
         let Body::Shape(shape) = &self.body else { return p_error };
@@ -151,8 +151,8 @@ impl Object {
         p_error + self.pose(time).map_or(error, |pose| pose.error(error))
     }
 
-    /// The front stays the image of the front, so the question can be asked in the object's own space: with d' the
-    /// direction there, n·d has the sign of n'·d'.
+    /// Transforms map the front side to the front side, so the test can be done in object space: with d' the direction
+    /// there, n·d has the sign of n'·d'.
     pub fn is_from_behind(&self, primitive: u32, d: Vec3, time: f64) -> bool {
         let Body::Mesh(mesh) = &self.body else { return false };
         let [a, b, c] = mesh.corners(primitive);
@@ -174,7 +174,7 @@ impl Object {
         }
     }
 
-    /// Whether the front of a triangle that stands still is where its corners come clockwise.
+    /// Whether a static instance is mirrored, so that its corners are clockwise when seen from the front.
     pub fn is_mirrored(&self) -> bool {
         matches!(&self.place, Place::Fixed(pose) if pose.is_mirrored())
     }
@@ -197,15 +197,15 @@ fn triangle(mesh: &Mesh, hit: &Hit) -> ([Vec3; 3], Option<[Vec3; 3]>) {
     (mesh.corners(hit.primitive), mesh.values(&mesh.normals, hit.primitive))
 }
 
-/// A tangent goes with the surface; a mirror turns the sign of the bitangent w·(n × t).
+/// Transforms a tangent with the surface; a mirroring transform inverts the sign of the bitangent w·(n × t).
 fn posed_tangent(pose: &Pose, tangent: Vec4) -> Vec4 {
     let along: DVec3 = pose.to_world.transform_vector3(tangent.truncate().as_dvec3());
     let sign = if pose.is_mirrored() { -tangent.w } else { tangent.w };
     dapple_math::vector::unit_or(along, DVec3::ZERO).as_vec3().extend(sign)
 }
 
-/// `mesh` put into the world: positions, normals and tangents transformed, winding reversed by a mirror so that the
-/// front stays the front.
+/// `mesh` transformed to world space: positions, normals and tangents are transformed, and a mirroring transform
+/// reverses the winding so that the front side is preserved.
 pub(super) fn baked(mesh: &Mesh, pose: &Pose) -> Mesh {
     let mirrored = pose.is_mirrored();
     let point = |p: &Vec3| pose.to_world.transform_point3(p.as_dvec3()).as_vec3();

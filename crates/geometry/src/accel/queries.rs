@@ -1,4 +1,4 @@
-//! The world, and what can be asked of it: what a ray hits, and what is there.
+//! The acceleration structure and its queries: intersection, occlusion, and surface data of hits.
 
 use super::objects::{Body, Object};
 use super::second::SecondLevel;
@@ -7,11 +7,11 @@ use crate::{Hit, Surface};
 use dapple_math::Ray;
 use glam::{DAffine3, Vec2, Vec3, Vec4};
 
-/// Everything rays can hit.
+/// The acceleration structure over all objects of a scene.
 #[derive(Debug)]
 pub struct Accel {
     pub(super) tree: Tree,
-    /// Object of each triangle of the flat tree.
+    /// The object of each triangle of the flat tree.
     pub(super) object_of: Vec<u32>,
     pub(super) objects: Vec<Object>,
     pub(super) second: Option<Box<SecondLevel>>,
@@ -20,13 +20,13 @@ pub struct Accel {
     pub(super) kernel: Kernel,
 }
 
-/// Turns the flat tree's triangle ids into objects for the filter.
-struct Flat<'a, F> {
+/// Converts triangle ids of the flat tree to object hits for the filter.
+struct FlatFilter<'a, F> {
     accel: &'a Accel,
     filter: &'a F,
 }
 
-impl<F: HitFilter<Hit>> HitFilter<TriangleHit> for Flat<'_, F> {
+impl<F: HitFilter<Hit>> HitFilter<TriangleHit> for FlatFilter<'_, F> {
     const OPAQUE: bool = F::OPAQUE;
     fn accept(&self, hit: &TriangleHit) -> bool {
         self.filter.accept(&self.accel.flat_hit(hit))
@@ -34,26 +34,28 @@ impl<F: HitFilter<Hit>> HitFilter<TriangleHit> for Flat<'_, F> {
 }
 
 impl Accel {
-    /// The nearest hit that counts, 0 < t < t_max. `time` in seconds within the shutter (held to it).
+    /// The nearest hit with 0 < t < t_max that the filter accepts. `time` is in seconds and is clamped to the shutter
+    /// interval.
     #[inline]
     pub fn intersect<F: HitFilter<Hit>>(&self, ray: &Ray, time: f32, filter: &F) -> Option<Hit> {
-        let flat = self.tree.intersect(ray, &Flat { accel: self, filter }).map(|hit| self.flat_hit(&hit));
+        let flat =
+            self.tree.intersect(ray, &FlatFilter { accel: self, filter }).map(|hit| self.flat_hit(&hit));
         match self.second() {
             None => flat,
-            Some(second) => second.intersect(&self.objects, ray, self.held(time), filter, flat),
+            Some(second) => second.intersect(&self.objects, ray, self.clamped(time), filter, flat),
         }
     }
 
-    /// Whether anything that counts lies at 0 < t < t_max.
+    /// Whether the filter accepts any hit with 0 < t < t_max.
     #[inline]
     pub fn occluded<F: HitFilter<Hit>>(&self, ray: &Ray, time: f32, filter: &F) -> bool {
-        self.tree.occluded(ray, &Flat { accel: self, filter })
+        self.tree.occluded(ray, &FlatFilter { accel: self, filter })
             || self
                 .second()
-                .is_some_and(|second| second.occluded(&self.objects, ray, self.held(time), filter))
+                .is_some_and(|second| second.occluded(&self.objects, ray, self.clamped(time), filter))
     }
 
-    /// What is beside the flat tree.
+    /// The second level; None when all objects are in the flat tree.
     #[inline]
     fn second(&self) -> Option<&SecondLevel> {
         self.second.as_deref().filter(|_| cfg!(not(without = "second_level")))
@@ -66,17 +68,17 @@ impl Accel {
         Hit { t: hit.t, u: hit.u, v: hit.v, primitive, object }
     }
 
-    /// `time` held to the shutter the world was built for, for which its boxes are good.
-    pub(super) fn held(&self, time: f32) -> f64 {
-        // Not `clamp`: NaN becomes the opening.
+    /// `time` clamped to the shutter interval, for which the bounding boxes are valid.
+    pub(super) fn clamped(&self, time: f32) -> f64 {
+        // `clamp` would keep NaN; this maps it to the opening of the shutter.
         f64::from(time.max(self.shutter.0).min(self.shutter.1))
     }
 
-    /// Position, error bound and normals of a hit: on triangles from barycentrics, on shapes put back onto the
-    /// surface, never o + t·d.
+    /// Position, error bound and normals of a hit. The position is computed from barycentric coordinates on triangles,
+    /// and projected onto the surface on shapes; it is never o + t·d.
     pub fn surface(&self, ray: &Ray, time: f32, hit: &Hit) -> Surface {
         let mut surface = match self.objects.get(hit.object as usize) {
-            Some(object) => object.surface(ray, self.held(time), hit),
+            Some(object) => object.surface(ray, self.clamped(time), hit),
             None => Surface { p: ray.o, start: ray.o, p_error: Vec3::ZERO, ng: Vec3::Z, ns: Vec3::Z },
         };
         if surface.start != surface.p && self.is_clear(&surface, time) {
@@ -85,8 +87,9 @@ impl Accel {
         surface
     }
 
-    /// Whether nothing stands about the edge from which a start was moved, on either side: not at a diagonal of a flat
-    /// quad, at a free edge, or outside of a convex one. Asked from the start across the position, as far again beyond.
+    /// Whether there is no geometry on either side of the edge from which the ray origin was moved, as at the diagonal
+    /// of a flat quad, at a free edge, or on the outside of a convex edge. Tests occlusion from the moved origin
+    /// through the position and as far again beyond it.
     #[cold]
     fn is_clear(&self, surface: &Surface, time: f32) -> bool {
         [surface.ng, -surface.ng].into_iter().all(|up| {
@@ -97,15 +100,15 @@ impl Accel {
         })
     }
 
-    /// From a hit to the smooth surface that the normals of its triangle's corners span above it, on the side that `up`
-    /// points to; zero where they span none, and on shapes. An *approximation* of the surface that the triangles stand
-    /// for [Hanika 2021].
+    /// Offset from a hit to the smooth surface that the vertex normals of its triangle span above it, on the side of
+    /// `up`. Zero where they span none, and on shapes. An *approximation* of the surface that the triangles represent
+    /// [Hanika 2021].
     pub fn lift(&self, hit: &Hit, up: Vec3, time: f32) -> Vec3 {
         let object = self.objects.get(hit.object as usize);
-        object.map_or(Vec3::ZERO, |object| object.lift(hit, up, self.held(time)))
+        object.map_or(Vec3::ZERO, |object| object.lift(hit, up, self.clamped(time)))
     }
 
-    /// Interpolated texture coordinates; zero when the mesh has none. Shapes have their own.
+    /// Interpolated texture coordinates; zero when the mesh has none. Shapes have coordinates of their own.
     pub fn uv(&self, hit: &Hit, set: usize) -> Vec2 {
         match self.body(hit.object) {
             Some(Body::Mesh(mesh)) => mesh.uv_at(set, hit.primitive, hit.u, hit.v),
@@ -114,12 +117,13 @@ impl Accel {
         }
     }
 
-    /// Surface coordinates ([`Hit::u`] and [`Hit::v`]) of the place on a shape nearest to `p` at a time; None for a mesh.
+    /// Surface coordinates ([`Hit::u`] and [`Hit::v`]) of the point of a shape that is nearest to `p` at the given
+    /// time; None for a mesh.
     pub fn coordinates_at(&self, object: u32, p: Vec3, time: f32) -> Option<Vec2> {
-        self.objects.get(object as usize)?.coordinates_at(p, self.held(time))
+        self.objects.get(object as usize)?.coordinates_at(p, self.clamped(time))
     }
 
-    /// Surface coordinates on a shape for `u` in \[0, 1\]², even in area in its own space; zero for a mesh.
+    /// Maps `u` in \[0, 1\]² to surface coordinates on a shape, uniformly in area in its object space; zero for a mesh.
     pub fn even_coordinates(&self, object: u32, u: Vec2) -> Vec2 {
         match self.body(object) {
             Some(Body::Shape(shape)) => shape.even_coordinates(u),
@@ -127,15 +131,15 @@ impl Accel {
         }
     }
 
-    /// Interpolated tangent with the sign of the bitangent in w; None without tangents. For an object that moves: when
-    /// the shutter opens (see [`Accel::tangent_at`]).
+    /// Interpolated tangent with the sign of the bitangent in w; None without tangents. For a moving object, the
+    /// tangent at shutter opening (see [`Accel::tangent_at`]).
     pub fn tangent(&self, hit: &Hit) -> Option<Vec4> {
         self.tangent_at(hit, self.shutter.0)
     }
 
-    /// As [`Accel::tangent`], at a time.
+    /// As [`Accel::tangent`], at the given time.
     pub fn tangent_at(&self, hit: &Hit, time: f32) -> Option<Vec4> {
-        self.objects.get(hit.object as usize)?.tangent(hit, self.held(time))
+        self.objects.get(hit.object as usize)?.tangent(hit, self.clamped(time))
     }
 
     /// Interpolated vertex colour; white when the mesh has none.
@@ -146,20 +150,20 @@ impl Accel {
         }
     }
 
-    /// World-space corners of a triangle; zeros for a shape. For an object that moves: when the shutter opens (see
+    /// World-space corners of a triangle; zeros for a shape. For a moving object, the corners at shutter opening (see
     /// [`Accel::corners_at`]).
     pub fn corners(&self, object: u32, primitive: u32) -> [Vec3; 3] {
         self.corners_at(object, primitive, self.shutter.0)
     }
 
-    /// As [`Accel::corners`], at a time. In the order of the mesh: counter-clockwise from the front, but clockwise
-    /// where [`Accel::placement`] mirrors.
+    /// As [`Accel::corners`], at the given time. The order is that of the mesh: counter-clockwise from the front, but
+    /// clockwise where [`Accel::placement`] mirrors.
     pub fn corners_at(&self, object: u32, primitive: u32, time: f32) -> [Vec3; 3] {
-        let corners = |object: &Object| object.corners(primitive, self.held(time));
+        let corners = |object: &Object| object.corners(primitive, self.clamped(time));
         self.objects.get(object as usize).map_or([Vec3::ZERO; 3], corners)
     }
 
-    /// Corners of a triangle in the object's own space (which is the world's for what is flat); zeros for a shape.
+    /// Object-space corners of a triangle (equal to world space in the flat tree); zeros for a shape.
     pub fn own_corners(&self, object: u32, primitive: u32) -> [Vec3; 3] {
         match self.body(object) {
             Some(Body::Mesh(mesh)) => mesh.corners(primitive),
@@ -167,24 +171,25 @@ impl Accel {
         }
     }
 
-    /// Whether a ray along `d` comes to the triangle from behind, at a time; never for a shape.
+    /// Whether a ray with direction `d` reaches the triangle from its back side at the given time; always false for a
+    /// shape.
     pub fn is_from_behind(&self, hit: &Hit, d: Vec3, time: f32) -> bool {
         let object = self.objects.get(hit.object as usize);
-        object.is_some_and(|o| o.is_from_behind(hit.primitive, d, self.held(time)))
+        object.is_some_and(|o| o.is_from_behind(hit.primitive, d, self.clamped(time)))
     }
 
-    /// Transform from an object's own space to the world's at a time; None for what was put into the world as it is
-    /// (there it is the identity).
+    /// The transform from object space to world space at the given time; None for objects that were added in world
+    /// space or flattened into it (their transform is the identity).
     pub fn placement(&self, object: u32, time: f32) -> Option<DAffine3> {
-        self.objects.get(object as usize)?.placement(self.held(time))
+        self.objects.get(object as usize)?.placement(self.clamped(time))
     }
 
-    /// Whether an object moves while the shutter is open.
+    /// Whether the object moves while the shutter is open.
     pub fn is_moving(&self, object: u32) -> bool {
         self.objects.get(object as usize).is_some_and(Object::is_moving)
     }
 
-    /// Whether anything moves while the shutter is open.
+    /// Whether any object moves while the shutter is open.
     pub fn has_motion(&self) -> bool {
         self.objects.iter().any(Object::is_moving)
     }
@@ -193,12 +198,12 @@ impl Accel {
         self.objects.get(object as usize).map(|o| &o.body)
     }
 
-    /// Triangles of all objects, as seen: a mesh counts once per instance.
+    /// The number of triangles of all objects; a shared mesh counts once per instance.
     pub fn triangle_count(&self) -> usize {
         self.triangles
     }
 
-    /// Triangles of one object; none of a shape.
+    /// The number of triangles of one object; 0 for a shape.
     pub fn triangles_of(&self, object: u32) -> usize {
         match self.body(object) {
             Some(Body::Mesh(mesh)) => mesh.triangles.len(),
@@ -206,12 +211,12 @@ impl Accel {
         }
     }
 
-    /// Objects added.
+    /// The number of objects.
     pub fn object_count(&self) -> usize {
         self.objects.len()
     }
 
-    /// Box around everything, at all times of the shutter; None when there is nothing.
+    /// The bounding box of all objects over the whole shutter interval; None when there are none.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let second = self.second.as_ref().and_then(|s| s.bounds());
         self.tree.bounds().into_iter().chain(second).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
@@ -222,7 +227,7 @@ impl Accel {
         self.kernel
     }
 
-    /// Pinned to one traversal kernel; hits stay the same to the last bit.
+    /// Selects one traversal kernel; hits are the same to the last bit.
     pub fn with_kernel(mut self, kernel: Kernel) -> Self {
         self.tree = self.tree.with_kernel(kernel);
         self.kernel = self.tree.kernel();
@@ -232,12 +237,12 @@ impl Accel {
         self
     }
 
-    /// Objects beside the flat tree: shapes, instances, what moves.
+    /// The number of objects in the second level: shapes, instances and moving objects.
     pub fn second_level(&self) -> usize {
         self.second.as_ref().map_or(0, |second| second.len())
     }
 
-    /// Bytes of trees and meshes; a shared mesh counts once.
+    /// Memory of trees and meshes in bytes; a shared mesh counts once.
     pub fn memory_bytes(&self) -> usize {
         let mut meshes: Vec<_> = self.objects.iter().filter_map(Object::mesh).collect();
         meshes.sort_unstable_by_key(|m| std::sync::Arc::as_ptr(m) as usize);

@@ -1,4 +1,4 @@
-//! What stands beside the flat tree, and how does a ray get there? Shapes, instances, moving objects.
+//! The second level of the acceleration structure, which contains shapes, instances and moving objects.
 
 use super::objects::{Body, Object, Place};
 use crate::boxes::BoxTree;
@@ -15,36 +15,36 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(super) struct SecondLevel {
     boxes: BoxTree,
-    /// Object of each box.
+    /// The object of each box.
     items: Vec<u32>,
-    /// One per mesh, in its own space.
+    /// One tree per mesh, in object space.
     trees: Vec<Tree>,
 }
 
-/// Gives the tree's triangles their object for the filter.
-struct Of<'a, F> {
+/// Converts triangle hits of one tree to object hits for the filter.
+struct OfObject<'a, F> {
     object: u32,
     filter: &'a F,
 }
 
-impl<F: HitFilter<Hit>> HitFilter<TriangleHit> for Of<'_, F> {
+impl<F: HitFilter<Hit>> HitFilter<TriangleHit> for OfObject<'_, F> {
     const OPAQUE: bool = F::OPAQUE;
     fn accept(&self, hit: &TriangleHit) -> bool {
         self.filter.accept(&self.hit(hit))
     }
 }
 
-impl<F> Of<'_, F> {
+impl<F> OfObject<'_, F> {
     fn hit(&self, hit: &TriangleHit) -> Hit {
         Hit { t: hit.t, u: hit.u, v: hit.v, primitive: hit.triangle, object: self.object }
     }
 }
 
 impl SecondLevel {
-    /// None when everything is flat.
+    /// Builds the second level; None when all objects are in the flat tree.
     pub fn build(objects: &mut [Object], (open, close): (f32, f32), kernel: Kernel) -> Option<Self> {
         let (mut items, mut boxes, mut trees) = (Vec::new(), Vec::new(), Vec::new());
-        // By address; only looked up, so its order does not matter.
+        // The key is the address of the mesh. The map is not iterated, so its order has no effect.
         let mut known = HashMap::new();
         for (id, object) in objects.iter_mut().enumerate() {
             let local = match (&object.body, &object.place) {
@@ -63,7 +63,7 @@ impl SecondLevel {
         (!items.is_empty()).then(|| Self { boxes: BoxTree::build(boxes), items, trees })
     }
 
-    /// The best of `best` and what is hit here.
+    /// The nearer of `best` and the nearest hit in the second level.
     #[inline(never)]
     pub fn intersect<F: HitFilter<Hit>>(
         &self,
@@ -76,7 +76,7 @@ impl SecondLevel {
         let limit = best.map_or(ray.t_max, |b| b.t);
         self.boxes.traverse::<()>(ray, f64::from(limit), |item, limit| {
             let id = self.items[item as usize];
-            // Ties count: at equal t the lower object wins.
+            // The ray includes equal distances, because at equal t the lower object is hit.
             let t_max = best.map_or(ray.t_max, |b| b.t.next_up().min(ray.t_max));
             let hit = self.hit_object(&objects[id as usize], id, &Ray { t_max, ..*ray }, time, filter);
             if let Some(hit) = hit
@@ -111,7 +111,7 @@ impl SecondLevel {
         filter: &F,
     ) -> Option<Hit> {
         let line = object.line(ray, time)?;
-        let of = Of { object: id, filter };
+        let of = OfObject { object: id, filter };
         match &object.body {
             Body::Shape(shape) => hit_shape(shape, id, &line, ray.t_max, filter),
             Body::Mesh(_) => {
@@ -127,7 +127,8 @@ impl SecondLevel {
             Body::Shape(shape) => hit_shape(shape, id, &line, ray.t_max, filter).is_some(),
             Body::Mesh(_) => {
                 let tree = &self.trees[object.tree as usize];
-                rounded(&line, ray.t_max).is_some_and(|ray| tree.occluded(&ray, &Of { object: id, filter }))
+                rounded(&line, ray.t_max)
+                    .is_some_and(|ray| tree.occluded(&ray, &OfObject { object: id, filter }))
             }
         }
     }
@@ -136,18 +137,18 @@ impl SecondLevel {
         self.boxes.bounds().map(|b| (b.lo.as_vec3(), b.hi.as_vec3()))
     }
 
-    /// Box of an object through the shutter; None for what cannot be hit.
+    /// The bounding box of an object over the shutter interval; None for an object that cannot be hit.
     pub fn bounds_of_object(&self, object: u32) -> Option<Aabb> {
         let item = self.items.binary_search(&object).ok()?;
         self.boxes.bounds_of(item)
     }
 
-    /// Objects in it.
+    /// The number of objects.
     pub fn len(&self) -> usize {
         self.items.len()
     }
 
-    /// Pins every tree to one kernel.
+    /// Selects one traversal kernel for every tree.
     pub fn pin(&mut self, kernel: Kernel) {
         let pinned = std::mem::take(&mut self.trees).into_iter().map(|tree| tree.with_kernel(kernel));
         self.trees = pinned.collect();
@@ -159,7 +160,7 @@ impl SecondLevel {
     }
 }
 
-/// The first crossing that counts.
+/// The first intersection with a shape that the filter accepts.
 fn hit_shape<F: HitFilter<Hit>>(
     shape: &Shape,
     object: u32,
@@ -175,7 +176,7 @@ fn hit_shape<F: HitFilter<Hit>>(
     shape.roots(line).into_iter().flatten().filter(|&t| t < t_max).find_map(counts)
 }
 
-/// The line as a ray in f32; None where that overflows.
+/// The line as a ray in f32; None on overflow.
 fn rounded(line: &Line, t_max: f32) -> Option<Ray> {
     let (o, d) = (line.o.as_vec3(), line.d.as_vec3());
     (o.is_finite() && d.is_finite()).then_some(Ray { o, d, t_max })
@@ -194,8 +195,9 @@ fn bounds_of(tree: &Tree) -> Aabb {
     tree.bounds().map_or(Aabb::EMPTY, |(lo, hi)| Aabb::new(lo.as_dvec3(), hi.as_dvec3()))
 }
 
-/// Box of the object in the world through the shutter; padded by the rounding of the ray on its way into the object's
-/// space and back, a few f32 ulp of everything involved. What overflows f32 ends at its largest number.
+/// The world-space bounding box of an object over the shutter interval. It is padded for the rounding of the ray's
+/// transform to object space and back, a few f32 ulp of the largest coordinate. Coordinates beyond the range of f32 are
+/// clamped to its largest number.
 fn swept(local: Aabb, place: &Place, open: f64, close: f64) -> Aabb {
     let bounds = match place {
         Place::World | Place::Nowhere(_) => local,

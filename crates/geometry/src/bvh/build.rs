@@ -1,4 +1,5 @@
-//! From triangles to the binary tree: which triangles count, their boxes, and how much is spent on the tree.
+//! Construction of the BVH: selects the valid triangles, computes their bounding boxes, and chooses the builder by
+//! quality.
 
 use super::collapse::collapse;
 use super::kernel::Kernel;
@@ -11,14 +12,14 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
-/// Coordinates beyond this are taken for mistakes: beside them nothing else could be told apart.
+/// Larger coordinates are treated as errors: their magnitude would leave no precision for the rest of the mesh.
 const LARGEST: f32 = (1u128 << 96) as f32;
 
-/// Box padding, relative to the box: what the edge tests of a triangle accept lies within 6 roundings of its extent
-/// (and 4 of its distance, which the slab test allows for) of it.
+/// Box padding, relative to the size of the box: any point that the edge tests of a triangle accept is within 6
+/// roundings of its extent from the triangle (plus 4 roundings of its distance, which the slab test allows for).
 const PAD: f32 = 8.0 * f32::EPSILON;
 
-/// How much work goes into a tree. Hits do not depend on it.
+/// The effort spent on building a tree. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quality {
     /// For previews and edits: about 0.4 µs per triangle.
@@ -30,7 +31,7 @@ pub enum Quality {
 }
 
 impl Quality {
-    /// The best that a mesh of this many triangles gets within about a second.
+    /// The highest quality for which a mesh of this many triangles builds within about a second.
     pub fn for_count(triangles: usize) -> Self {
         match triangles {
             0..=250_000 => Self::High,
@@ -41,16 +42,16 @@ impl Quality {
 }
 
 impl Tree {
-    /// Triangles by corner. Those with a corner that is not finite or beyond 2^96, or without area (cross product in
-    /// f64), are never hit, and keep their ids.
+    /// Builds a tree over triangles given by their corners. Triangles with a corner that is not finite or beyond 2^96,
+    /// or without area (cross product in f64), keep their ids and are never hit.
     ///
     /// # Panics
-    /// If nodes and blocks take more than 32 GiB, which no [`Tree::MOST_TRIANGLES`] do.
+    /// If nodes and blocks take more than 32 GiB, which does not happen for up to [`Tree::MOST_TRIANGLES`].
     pub fn build(triangles: &[[Vec3; 3]]) -> Self {
         Self::build_with(triangles, Quality::for_count(triangles.len()))
     }
 
-    /// As [`Tree::build`], with the effort chosen by the caller.
+    /// As [`Tree::build`], with the given quality.
     ///
     /// # Panics
     /// As [`Tree::build`].
@@ -82,7 +83,7 @@ fn build(triangles: &[[Vec3; 3]], quality: Quality, kernel: Kernel) -> Tree {
     tree
 }
 
-/// Finite, not absurd, and not without area.
+/// Whether a triangle has finite coordinates of at most `LARGEST` and a non-zero area.
 fn can_be_hit(t: &[Vec3; 3]) -> bool {
     let [a, b, c] = t.map(|p| p.as_dvec3());
     t.iter().all(|p| p.is_finite() && p.abs().max_element() <= LARGEST) && (b - a).cross(c - a) != DVec3::ZERO
@@ -93,7 +94,7 @@ fn bounds(ids: &[u32], triangles: &[[Vec3; 3]]) -> Option<(Vec3, Vec3)> {
     corners.map(|&p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
-/// The power of two that brings `x` > 0 into [1, 2), or as near as f32 can.
+/// The power of two that scales `x` > 0 into [1, 2), or as near as f32 can.
 fn unit_scale(x: f32) -> f32 {
     f32::from_bits((254 - (x.to_bits() >> 23).clamp(1, 253)) << 23)
 }
@@ -115,19 +116,19 @@ fn binary_tree(boxes: &[Aabb], quality: Quality) -> Bvh2 {
     }
 }
 
-/// Boxes that a line through all of them meets, from where on looking for better places among them takes longer than the
-/// sweep does: every box is then a neighbour of every other, and bottom-up building takes quadratic time.
+/// Above this many boxes on a line that intersects all of them, the bottom-up search takes longer than the sweep: every
+/// box is then a neighbour of every other, and bottom-up building takes quadratic time.
 const CROWDED: f64 = 16384.0;
 
-/// How many of the boxes a random line meets that meets their hull (Cauchy's formula: areas are to each other as
-/// the lines that meet convex bodies).
+/// The expected number of boxes intersected by a random line that intersects their common bounding box. By Cauchy's
+/// formula, surface areas are proportional to the measure of lines that intersect convex bodies.
 fn crowding(boxes: &[Aabb]) -> f64 {
     let hull = boxes.iter().skip(1).fold(boxes[0], |hull, b| hull.union(b));
     let all: f64 = boxes.iter().map(|b| f64::from(b.half_area())).sum();
     all / f64::from(hull.half_area())
 }
 
-/// PLOC, then the given share of the nodes reinserted where they cost least.
+/// Builds a tree by PLOC, then reinserts the given fraction of the nodes where they cost least.
 fn bottom_up(boxes: &[Aabb], search: PlocSearchDistance, effort: f32) -> Bvh2 {
     let order = (0..boxes.len() as u32).collect();
     let distinct: Vec<Aabb> = (0..).zip(boxes).map(|(i, b)| jittered(i, b)).collect();
@@ -138,8 +139,9 @@ fn bottom_up(boxes: &[Aabb], search: PlocSearchDistance, effort: f32) -> Bvh2 {
     tree
 }
 
-/// A box enlarged a little, each by another amount. PLOC joins boxes that choose each other as cheapest neighbours;
-/// among equal ones all choose the one before, one pair is joined per pass, and building takes quadratic time.
+/// A slightly enlarged box, by a different amount for each index. PLOC joins boxes that choose each other as cheapest
+/// neighbours; among equal boxes all choose the previous one, one pair is joined per pass, and building takes quadratic
+/// time.
 fn jittered(i: u32, b: &Aabb) -> Aabb {
     let mut x = i.wrapping_mul(0x9E37_79B9);
     x = (x ^ (x >> 15)).wrapping_mul(0x85EB_CA6B);
@@ -148,7 +150,7 @@ fn jittered(i: u32, b: &Aabb) -> Aabb {
     Aabb::new(b.min - grow, b.max + grow)
 }
 
-/// The true boxes again, from the leaves up: children stand behind their parents.
+/// Restores the original boxes, from the leaves up; children are stored after their parents.
 fn restore(tree: &mut Bvh2, boxes: &[Aabb]) {
     for i in (0..tree.nodes.len()).rev() {
         let node = tree.nodes[i];
@@ -180,7 +182,7 @@ mod tests {
         let cube = |p: Vec3A, r: f32| Aabb::new(p - r, p + r);
         let nested: Vec<Aabb> = (0..100).map(|_| cube(Vec3A::ONE, 2.0)).collect();
         assert_eq!(crowding(&nested), 100.0);
-        // 10 × 10 × 10 cubes without gaps: a line along an axis meets 10, any other more.
+        // 10 × 10 × 10 cubes without gaps: a line along an axis intersects 10, any other line more.
         let at = |i: u32| Vec3A::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32);
         let grid: Vec<Aabb> = (0..1000).map(|i| cube(at(i), 0.5)).collect();
         assert_eq!(crowding(&grid), 10.0);

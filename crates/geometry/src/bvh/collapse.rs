@@ -1,29 +1,29 @@
-//! From the binary tree to the 8-wide one.
+//! Conversion of the binary BVH to the 8-wide one.
 //!
-//! Which binary nodes become children of one wide node, and which subtrees become leaves, is the cheapest choice by
-//! surface area, found by the dynamic programme of [Ylitie, Karras, Laine 2017, §3].
+//! The dynamic programme of [Ylitie, Karras, Laine 2017, §3] finds the choice of minimal surface-area cost: which
+//! binary nodes become children of one wide node, and which subtrees become leaves.
 
 use super::node::{Block, Child, Line, Node};
 use glam::Vec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 
-/// Most triangles in a leaf: one block.
+/// Maximum number of triangles in a leaf: one block.
 const LEAF_SIZE: u32 = 8;
-/// Cost of testing a block, in node tests.
+/// Cost of testing a block, in units of node tests.
 const LEAF_COST: f32 = 0.7;
-/// Subtrees smaller than this are not worth a thread.
+/// Subtrees smaller than this are not processed on another thread.
 #[cfg(feature = "parallel")]
 const PARALLEL: usize = 1 << 14;
 
 /// The wide tree; its root is the node at line 0.
 pub(super) struct Wide {
     pub lines: Vec<Line>,
-    /// Nodes on the longest way down.
+    /// Number of nodes on the longest path from the root.
     pub depth: usize,
 }
 
-/// `binary` over the triangles `triangles` with one triangle per leaf, at least two of them, made wide.
+/// Converts `binary`, which has one triangle per leaf and at least two of them, to a wide tree.
 pub(super) fn collapse(binary: &Bvh2, ids: &[u32], triangles: &[[Vec3; 3]]) -> Wide {
     let flat = preorder(binary);
     let mut plans = vec![CollapseCost::LEAF; flat.len()];
@@ -46,7 +46,7 @@ impl Flat {
     }
 }
 
-/// Nodes before their children, left before right, so that every subtree is one piece of the list.
+/// The nodes in preorder (parents before children, left before right), so that every subtree is contiguous.
 fn preorder(tree: &Bvh2) -> Vec<Flat> {
     let mut list: Vec<Flat> = Vec::with_capacity(tree.nodes.len());
     let mut open = vec![(0u32, None)];
@@ -73,13 +73,13 @@ fn preorder(tree: &Bvh2) -> Vec<Flat> {
     list
 }
 
-/// The cheapest ways to show a subtree as at most 1, 2, … 7 children of a wide node.
+/// The cheapest ways to represent a subtree as at most 1, 2, … 7 children of a wide node.
 #[derive(Clone, Copy)]
 struct CollapseCost {
     cost: [f32; 7],
-    /// How many of i + 2 children come from the left, for i + 2 = 2 … 8; 0: one child fewer is no worse.
+    /// How many of i + 2 children come from the left subtree, for i + 2 = 2 … 8; 0 if one child fewer is no worse.
     left: [u8; 7],
-    /// A single child is a block, not a node.
+    /// Whether a single child is a block rather than a node.
     block: bool,
 }
 
@@ -110,7 +110,7 @@ impl CollapseCost {
     }
 }
 
-/// Cheapest way to share 2 … 8 children between two subtrees, and how many the left one gets.
+/// The cheapest way to divide 2 … 8 children between two subtrees: its cost, and how many the left one gets.
 #[inline]
 fn share(left: &CollapseCost, right: &CollapseCost, children: usize) -> (f32, u8) {
     let mut best = (f32::INFINITY, 1);
@@ -123,7 +123,7 @@ fn share(left: &CollapseCost, right: &CollapseCost, children: usize) -> (f32, u8
     best
 }
 
-/// Plans for a subtree and all below it. `levels` of recursion may go to other threads.
+/// Computes the plans of a subtree and all its descendants. Up to `levels` levels of recursion may use other threads.
 fn solve(flat: &[Flat], plans: &mut [CollapseCost], levels: u32) {
     #[cfg(feature = "parallel")]
     if levels > 0 && flat.len() > PARALLEL {
@@ -166,8 +166,8 @@ fn emit(flat: &[Flat], plans: &[CollapseCost], ids: &[u32], triangles: &[[Vec3; 
             };
             placed.push((&flat[child].hull, reference));
         }
-        // Where order is open, small boxes first: shadow rays end sooner in what is near them than in what is large. Boxes
-        // of like size stay as they lie in space.
+        // For unordered traversal, small boxes come first: occlusion rays terminate sooner at nearby small objects than
+        // at large ones. Boxes of similar size keep their spatial order.
         placed.sort_by_key(|(hull, _)| hull.half_area().to_bits() >> 23);
         let mut made = Node::NONE;
         for (i, (hull, reference)) in placed.iter().enumerate() {
@@ -202,7 +202,7 @@ fn gather(flat: &[Flat], plans: &[CollapseCost], node: usize, children: &mut Vec
     }
 }
 
-/// The triangles of a subtree, by rising id.
+/// The triangles of a subtree in increasing order of id.
 fn block(subtree: &[Flat], ids: &[u32], triangles: &[[Vec3; 3]]) -> Block {
     let count = subtree[0].count() as usize;
     let mut members: Vec<u32> =

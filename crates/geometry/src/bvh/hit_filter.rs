@@ -1,9 +1,9 @@
-//! Hits with triangles, and filters that accept or reject a hit during traversal.
+//! Hits on triangles, and filters that accept or reject a hit during traversal.
 
-/// A hit with a triangle of a [`Tree`](super::Tree).
+/// A hit on a triangle of a [`Tree`](super::Tree).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
-    /// Distance in lengths of the ray's direction.
+    /// Distance along the ray, in units of the length of its direction.
     pub t: f32,
     /// Barycentric coordinate of corner 1.
     pub u: f32,
@@ -18,7 +18,7 @@ pub struct TriangleHit {
 pub trait HitFilter<H> {
     /// Whether all hits are accepted. The test is then compiled out of the traversal.
     const OPAQUE: bool;
-    /// Whether this hit counts.
+    /// Whether the hit is accepted.
     fn accept(&self, hit: &H) -> bool;
 }
 

@@ -1,18 +1,18 @@
-//! Which instruction sets traversal has kernels for, and which of them this machine runs.
+//! The instruction sets for which traversal has kernels, and the detection of those that this machine supports.
 
-/// Which instructions traversal uses. All give the same bits.
+/// The instruction set used by traversal. All kernels give bit-identical results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
     /// 8 lanes in one register.
     Avx2,
-    /// 8 lanes in two registers; every x86-64 has it.
+    /// 8 lanes in two registers; available on every x86-64.
     Sse2,
-    /// Plain arrays, any machine.
+    /// Plain arrays; available on any machine.
     Portable,
 }
 
 impl Kernel {
-    /// Kernels this machine can run, fastest first; never empty.
+    /// The kernels that this machine can run, fastest first; never empty.
     pub fn available() -> Vec<Self> {
         [Self::Avx2, Self::Sse2, Self::Portable].into_iter().filter(|&kernel| kernel.runs()).collect()
     }
@@ -21,7 +21,7 @@ impl Kernel {
         [Self::Avx2, Self::Sse2].into_iter().find(|&kernel| kernel.runs()).unwrap_or(Self::Portable)
     }
 
-    /// Name for reports.
+    /// The name used in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Avx2 => "avx2",
@@ -30,7 +30,7 @@ impl Kernel {
         }
     }
 
-    /// Whether this machine can run a kernel.
+    /// Whether this machine can run the kernel.
     pub(super) fn runs(self) -> bool {
         match self {
             #[cfg(target_arch = "x86_64")]

@@ -1,5 +1,5 @@
-//! Eight floats at a time. Every operation is one IEEE operation per lane in every implementation (no fused
-//! multiply-add), so all of them give the same bits.
+//! Operations on eight floats. Every operation is one IEEE operation per lane in every implementation (no fused
+//! multiply-add), so that all implementations give identical bits.
 
 use super::node::{Child, Children};
 use super::stack::Stack;
@@ -25,24 +25,24 @@ pub(super) trait Lanes: Copy {
     fn min(self, o: Self) -> Self;
     /// self > o ? self : o
     fn max(self, o: Self) -> Self;
-    /// As `max`, if either is ≥ 0; else anything below 0.
+    /// As `max` if either operand is ≥ 0; otherwise any value below 0.
     #[inline(always)]
     fn later(self, o: Self) -> Self {
         self.max(o)
     }
-    /// As `min`, if both are ≥ 0; else anything below 0.
+    /// As `min` if both operands are ≥ 0; otherwise any value below 0.
     #[inline(always)]
     fn earlier(self, o: Self) -> Self {
         self.min(o)
     }
     fn lt(self, o: Self) -> u32;
     fn le(self, o: Self) -> u32;
-    /// The nearest child entered, self < `far`; the others that are entered go on the stack, the farthest first.
-    /// `self` are entry distances (≥ 0, never NaN); on the stack, and in the order, the lane stands in place of their
-    /// lowest three bits. `ahead` hears of the one that comes next.
+    /// Returns the nearest entered child (self < `far`) and puts the other entered children on the stack, the farthest
+    /// first. `self` contains the entry distances (≥ 0, never NaN). On the stack and for the order, the lane index
+    /// replaces their lowest three bits. `ahead` is called with the child that will be popped next.
     fn nearest(self, far: Self, child: &Children, stack: &mut Stack, ahead: impl Fn(Child)) -> Option<Child>;
-    /// One of the children entered, self < `far`; the others that are entered go on the stack, without distances.
-    /// `ahead` hears of the one that comes next.
+    /// Returns one of the entered children (self < `far`) and puts the others on the stack, without distances. `ahead`
+    /// is called with the child that will be popped next.
     #[inline(always)]
     fn any(self, far: Self, child: &Children, stack: &mut Stack, _: impl Fn(Child)) -> Option<Child> {
         let mut mask = self.lt(far);
@@ -56,7 +56,7 @@ pub(super) trait Lanes: Copy {
     }
 }
 
-/// Plain arrays, which the compiler may turn into whatever the machine has.
+/// Plain arrays, which the compiler may vectorise.
 #[derive(Clone, Copy)]
 pub(super) struct Portable(pub [f32; 8]);
 
@@ -124,7 +124,7 @@ pub(super) fn lowest(mask: u32, child: &Children) -> Option<Child> {
     (mask != 0).then(|| child[mask.trailing_zeros() as usize & 7])
 }
 
-/// [`Lanes::nearest`] one lane after the other.
+/// [`Lanes::nearest`], implemented one lane at a time.
 #[inline(always)]
 pub(super) fn nearest(near: &[f32; 8], mut mask: u32, child: &Children, stack: &mut Stack) -> Option<Child> {
     if mask & mask.wrapping_sub(1) == 0 {

@@ -1,15 +1,16 @@
-//! The memory of a tree, and how it is read. Rays jump about in it, and the machine remembers the addresses of only so many
-//! pages: of 4 KiB, those of a few MB. Large trees ask for pages of 2 MiB, which the system gives if it has any.
+//! The memory of a tree and its access. Rays access it at random, and the TLB holds the addresses of a limited number
+//! of pages: with pages of 4 KiB, of a few MB. Large trees therefore request pages of 2 MiB, which the system provides
+//! if available.
 //!
-//! References are checked once, when the tree is built, and then followed without a look: the address of the next node is
-//! what traversal waits for. A [`Child`] is used with the memory it was read from only.
+//! References are checked once, when the tree is built, and then followed without bounds checks, because traversal
+//! waits for the address of the next node. A [`Child`] must be used only with the memory from which it was read.
 
 use super::node::{Block, Child, Children, Line, Node};
 use std::mem::offset_of;
 
-/// Nodes and blocks, and where to begin.
+/// Nodes and blocks, with a reference to the root.
 ///
-/// Invariant: all references that can be reached from the root lead to nodes and blocks within the lines.
+/// Invariant: all references that can be reached from the root refer to nodes and blocks within the lines.
 #[derive(Debug)]
 pub(super) struct Memory {
     lines: Vec<Line>,
@@ -17,13 +18,14 @@ pub(super) struct Memory {
 }
 
 impl Memory {
-    /// Nothing to be hit.
+    /// The memory of a tree without triangles.
     pub const EMPTY: Self = Self { lines: Vec::new(), root: None };
 
-    /// The lines in memory of just their size, in pages of 2 MiB if there is at least one and the system has them.
+    /// Copies the lines to an allocation of exactly their size, in pages of 2 MiB if it contains at least one and the
+    /// system provides them.
     ///
     /// # Panics
-    /// If a reference leads outside of the lines, or a node does not lie behind its parent.
+    /// If a reference is out of range, or a node does not come after its parent.
     pub fn new(lines: Vec<Line>, root: Child) -> Self {
         check(&lines, root);
         let mut settled = Vec::with_capacity(lines.len());
@@ -52,7 +54,7 @@ impl Memory {
     #[allow(unsafe_code)]
     pub fn children(&self, node: Child) -> &Children {
         self.debug_check(node.node_offset(), size_of::<Node>());
-        // SAFETY: the invariants: there is a node, and its children are at this place in it.
+        // SAFETY: by the invariants, there is a node at this offset, and its children are at this place in it.
         unsafe { &*self.start().add(node.node_offset() + offset_of!(Node, child)).cast() }
     }
 
@@ -60,11 +62,12 @@ impl Memory {
     #[allow(unsafe_code)]
     pub fn block(&self, block: Child) -> &Block {
         self.debug_check(block.block_offset(), size_of::<Block>());
-        // SAFETY: the invariants: there is a block.
+        // SAFETY: by the invariants, there is a block at this offset.
         unsafe { &*self.start().add(block.block_offset()).cast() }
     }
 
-    /// Asks for the first four lines of a child: of a block, not to the byte.
+    /// Prefetches the first four lines of a child. The offset is that of a node; for a block it is off by the marker
+    /// bit.
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     #[allow(unsafe_code)]
@@ -77,7 +80,7 @@ impl Memory {
         }
     }
 
-    /// Elsewhere there is no such request in stable Rust.
+    /// Stable Rust has no prefetch for other architectures.
     #[cfg(not(target_arch = "x86_64"))]
     #[inline(always)]
     pub fn prefetch(&self, _: Child) {}
@@ -93,13 +96,13 @@ impl Memory {
     }
 }
 
-/// Bytes of a row of eight.
+/// Size in bytes of a row of eight values.
 const ROW: usize = size_of::<[f32; 8]>();
 
 /// One row of the bounds of every node.
 #[derive(Clone, Copy)]
 pub(super) struct BoundsRow<'a> {
-    /// That of a node at the start of the memory.
+    /// The address of the row in a node at the start of the memory.
     first: *const u8,
     memory: &'a Memory,
 }
@@ -109,12 +112,13 @@ impl<'a> BoundsRow<'a> {
     #[allow(unsafe_code)]
     pub fn of(self, node: Child) -> &'a [f32; 8] {
         self.memory.debug_check(node.node_offset(), size_of::<Node>());
-        // SAFETY: the invariants: there is a node, and `first` is a place in a node's bounds away from the start.
+        // SAFETY: by the invariants, there is a node at this offset, and `first` is the offset of a row of bounds from
+        // its start.
         unsafe { &*self.first.wrapping_add(node.node_offset()).cast() }
     }
 }
 
-/// Panics if a reference leads outside of `lines`, or a node does not lie behind its parent.
+/// Panics if a reference leads outside of `lines`, or a node does not come after its parent.
 fn check(lines: &[Line], root: Child) {
     let mut open = vec![root];
     while let Some(child) = open.pop() {
@@ -125,7 +129,7 @@ fn check(lines: &[Line], root: Child) {
         let node: &Node = bytemuck::cast_ref(part::<{ Node::LINES }>(lines, child.node_offset()));
         let used = node.child.iter().zip(&node.bounds[0]).filter(|(_, low)| low.is_finite());
         open.extend(used.map(|(below, _)| {
-            assert!(below.block_offset() > child.node_offset(), "a child before its parent");
+            assert!(below.block_offset() > child.node_offset(), "a child comes before its parent");
             *below
         }));
     }
@@ -144,16 +148,17 @@ mod huge {
     use std::mem::MaybeUninit;
 
     const HUGE: usize = 2 << 20;
-    /// No smaller than any page in use, so that a multiple of it begins a page.
+    /// At least the size of any page in use, so that a multiple of it is the start of a page.
     const PAGE: usize = 1 << 16;
 
-    /// Asks for large pages for memory that nothing was written to yet.
+    /// Requests large pages for memory that has not been written to.
     pub fn ask(memory: &mut [MaybeUninit<Line>]) {
         let range = memory.as_mut_ptr_range();
         let (begin, end) = (range.start.addr().next_multiple_of(PAGE), range.end.addr() / PAGE * PAGE);
         if begin + HUGE <= end {
             let begin = range.start.with_addr(begin);
-            // SAFETY: whole pages of memory that is ours alone; the request changes no content. Refused, nothing is lost.
+            // SAFETY: whole pages of memory that is ours alone; the request changes no content. A refusal has no
+            // effect.
             unsafe { libc::madvise(begin.cast(), end - begin.addr(), libc::MADV_HUGEPAGE) };
         }
     }
@@ -165,7 +170,7 @@ mod tests {
     use crate::bvh::node::Node;
     use glam::Vec3;
 
-    /// A chain of nodes, each with the number of the next.
+    /// A chain of nodes, each of which contains the number of the next.
     fn chain(nodes: usize) -> Vec<Line> {
         let mut lines = Vec::new();
         for i in 0..nodes {
@@ -192,7 +197,7 @@ mod tests {
         }
     }
 
-    /// A root whose one child is `child`.
+    /// A root with the single child `child`.
     fn root_of(child: Child) -> Memory {
         let mut node = Node::NONE;
         node.set(3, Vec3::ZERO, Vec3::ONE, child);
@@ -206,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "a child before its parent")]
+    #[should_panic(expected = "a child comes before its parent")]
     fn no_reference_leads_back() {
         root_of(Child::node(0));
     }

@@ -1,10 +1,11 @@
-//! The wide tree over triangles: 8 children per node, 8 triangles per leaf block, watertight, the same bits from every
-//! kernel.
+//! The 8-wide BVH over triangles: 8 children per node and 8 triangles per leaf block, watertight, with bit-identical
+//! results from all kernels.
 //!
-//! `sweep` builds a binary tree from the top down, or for large meshes `obvhs` one from the bottom up (PLOC [Benthin et
-//! al. 2024] with reinsertion [Meister & Bittner 2018]); `collapse` makes it 8 wide by the dynamic programme of [Ylitie, Karras, Laine 2017]; `traverse` walks it with one of three
-//! instruction sets. The tree works in units of its own, a power of two times the caller's, in which the largest
-//! coordinate lies in [1, 2); so neither the scale of the scene nor the length of a direction changes what is hit.
+//! A binary BVH is built top-down by `sweep`, or for large meshes bottom-up by `obvhs` (PLOC [Benthin et al. 2024] with
+//! reinsertion [Meister & Bittner 2018]). `collapse` converts it to 8 children per node by the dynamic programme of
+//! [Ylitie, Karras, Laine 2017], and `traverse` traverses it with one of three instruction sets. The tree uses its own
+//! unit of length, a power of two times the caller's, in which the largest coordinate is in [1, 2), so that neither the
+//! scale of the scene nor the length of a ray direction affects the hits.
 
 mod build;
 mod collapse;

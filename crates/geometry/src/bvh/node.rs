@@ -1,11 +1,11 @@
-//! What the tree is made of in memory: nodes of eight boxes and blocks of eight triangles, by coordinate, so that one
-//! instruction takes a row of eight.
+//! Memory layout of the tree: nodes of eight boxes and blocks of eight triangles, stored per coordinate so that one
+//! instruction loads a row of eight.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Where a child lies, a node or a block: its place in the memory of the tree in units of eight bytes, so that an address
-/// is one scaled sum. The lowest bit, which no place needs, marks blocks.
+/// A reference to a child, which is a node or a block: its position in the memory of the tree in units of eight bytes,
+/// so that an address is one scaled sum. The lowest bit, which is unused in a position, marks blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub(super) struct Child(u32);
@@ -30,13 +30,13 @@ impl Child {
         self.0 & Self::BLOCK != 0
     }
 
-    /// Bytes from the start of the tree's memory to a node.
+    /// The offset of a node in bytes from the start of the tree's memory.
     #[inline(always)]
     pub fn node_offset(self) -> usize {
         self.0 as usize * Self::UNIT
     }
 
-    /// Bytes from the start of the tree's memory to a block.
+    /// The offset of a block in bytes from the start of the tree's memory.
     #[inline(always)]
     pub fn block_offset(self) -> usize {
         (self.0 & !Self::BLOCK) as usize * Self::UNIT
@@ -53,15 +53,15 @@ impl Child {
     }
 }
 
-/// Those of a node.
+/// The children of a node.
 pub(super) type Children = [Child; 8];
 
-/// What the memory of a tree is counted in: a cache line. Nodes and blocks lie side by side, near their parents.
+/// The unit of the tree's memory: a cache line. Nodes and blocks are stored contiguously, near their parents.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct Line([u32; 16]);
 
-/// Eight boxes and where they lead.
+/// Eight bounding boxes and references to the children.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct Node {
@@ -74,13 +74,13 @@ pub(super) struct Node {
 impl Node {
     pub const LINES: usize = size_of::<Self>() / size_of::<Line>();
 
-    /// No children: boxes that no ray enters.
+    /// A node without children: its boxes are never entered.
     pub const NONE: Self = {
         let (low, high) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
         Self { bounds: [low, high, low, high, low, high], child: [Child(0); 8], unused: [0; 8] }
     };
 
-    /// As a piece of the tree's memory.
+    /// The node as lines of the tree's memory.
     pub fn lines(&self) -> &[Line; Self::LINES] {
         bytemuck::cast_ref(self)
     }
@@ -108,7 +108,7 @@ impl Block {
 
     pub const NONE: Self = Self { corner: [[[f32::NAN; 8]; 3]; 3], id: [u32::MAX; 8] };
 
-    /// As a piece of the tree's memory.
+    /// The block as lines of the tree's memory.
     pub fn lines(&self) -> &[Line; Self::LINES] {
         bytemuck::cast_ref(self)
     }

@@ -1,14 +1,14 @@
-//! A ray as traversal takes it: in the units of the tree, and of a length that arithmetic can bear.
+//! The ray as used by traversal: in the units of the tree, with a direction of moderate length.
 
 use super::tree::Tree;
 use dapple_math::Ray;
 use glam::Vec3A;
 
-/// Stands for 1/0. The padding alone takes a ray longer to cross than anything is away, unless that is 1e27 times
-/// further than the triangle is large.
+/// Replaces 1/0. With this inverse, crossing the padding of a box takes a larger t than reaching any geometry, unless
+/// that is 1e27 times as far away as the triangle is large.
 const STEEPEST: f32 = f32::MAX / 2.0;
 
-/// Directions are taken as they are if their largest coordinate lies between this and its inverse.
+/// Directions are used unchanged if their largest coordinate lies between this and its inverse.
 const LONG: f32 = (1u32 << 16) as f32;
 
 /// A ray in the tree's units, such that no product of the traversal leaves the range of f32.
@@ -22,7 +22,7 @@ pub(super) struct Query {
 }
 
 impl Query {
-    /// The ray with its direction as it is; None where nothing can be hit, or the direction is too long or too short.
+    /// The ray with its direction unchanged; None if it can hit nothing, or if the direction is too long or too short.
     #[inline(always)]
     pub fn new(tree: &Tree, ray: &Ray) -> Option<Self> {
         let (o, d) = (Vec3A::from(ray.o) * tree.scale, Vec3A::from(ray.d));
@@ -36,8 +36,8 @@ impl Query {
         })
     }
 
-    /// The ray with a direction near unit length, which differs by a power of two: that changes no bit of a hit. None where
-    /// nothing can be hit.
+    /// The ray with its direction scaled by a power of two to nearly unit length, which changes no bit of a hit. None
+    /// if it can hit nothing.
     #[cold]
     pub fn shortened(tree: &Tree, ray: &Ray) -> Option<Self> {
         let o = ray.o * tree.scale;

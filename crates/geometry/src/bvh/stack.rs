@@ -4,13 +4,14 @@
 use super::node::Child;
 use std::mem::MaybeUninit;
 
-/// Entries of a stack that fits any tree of reasonable depth.
+/// Number of entries of a stack that suffices for any tree of reasonable depth.
 pub(super) const SMALL_STACK: usize = 264;
 
-/// Nodes still to visit, each with the bits of its entry distance (none where order does not matter).
+/// Nodes still to be visited, each with the bits of its entry distance (absent where the order does not matter).
 ///
-/// Invariant: the first `len` slots are initialised; in a stack on which `push` or [`Lanes::any`](super::lanes::Lanes::any) was used, only those of
-/// `child`, and `pop` and `insert` are not.
+/// Invariant: the first `len` slots are initialised. On a stack on which `push` or
+/// [`Lanes::any`](super::lanes::Lanes::any) was used, only those of `child` are initialised, and `pop` and `insert`
+/// must not be used.
 pub(super) struct Stack<'a> {
     near: &'a mut [MaybeUninit<u32>],
     child: &'a mut [MaybeUninit<u32>],
@@ -18,7 +19,7 @@ pub(super) struct Stack<'a> {
 }
 
 impl<'a> Stack<'a> {
-    /// An empty stack in `memory`, half of it for distances.
+    /// An empty stack in `memory`, half of which is used for distances.
     #[inline(always)]
     pub fn new(memory: &'a mut [MaybeUninit<u32>]) -> Self {
         let half = memory.len() / 2;
@@ -31,7 +32,7 @@ impl<'a> Stack<'a> {
         self.len
     }
 
-    /// The entry last pushed.
+    /// Removes and returns the last entry.
     #[inline(always)]
     pub fn pop(&mut self) -> Option<(u32, Child)> {
         if self.len == 0 {
@@ -47,23 +48,23 @@ impl<'a> Stack<'a> {
         })
     }
 
-    /// The child last pushed; there must be one.
+    /// The last child; the stack must not be empty.
     #[inline(always)]
     #[cfg(target_arch = "x86_64")]
     pub fn last(&self) -> Child {
         debug_assert!(self.len > 0);
-        // SAFETY: as `pop_child`.
+        // SAFETY: as in `pop_child`.
         Child::from_bits(unsafe { self.child[self.len - 1].assume_init() })
     }
 
-    /// Puts a child on top, without a distance.
+    /// Adds a child without a distance.
     #[inline(always)]
     pub fn push(&mut self, child: Child) {
         self.child[self.len] = MaybeUninit::new(child.bits());
         self.len += 1;
     }
 
-    /// The child last pushed.
+    /// Removes and returns the last child.
     #[inline(always)]
     pub fn pop_child(&mut self) -> Option<Child> {
         if self.len == 0 {
@@ -74,7 +75,7 @@ impl<'a> Stack<'a> {
         Some(Child::from_bits(unsafe { self.child.get_unchecked(self.len).assume_init() }))
     }
 
-    /// Inserts an entry above `base`, below those with a smaller `near`.
+    /// Inserts an entry above `base`, below the entries with a smaller `near`.
     #[inline(always)]
     pub fn insert(&mut self, base: usize, near: u32, child: Child) {
         assert!(self.len < self.near.len() && self.len < self.child.len());
@@ -90,7 +91,7 @@ impl<'a> Stack<'a> {
         self.len += 1;
     }
 
-    /// Where the next eight entries go. There must be room for them.
+    /// Pointers to the slots of the next eight entries, for which there must be room.
     #[inline(always)]
     #[cfg(target_arch = "x86_64")]
     pub fn top(&mut self) -> (*mut u32, *mut u32) {
@@ -98,10 +99,11 @@ impl<'a> Stack<'a> {
         (self.near[self.len..end].as_mut_ptr().cast(), self.child[self.len..end].as_mut_ptr().cast())
     }
 
-    /// Takes the first `n` of the entries at [`Self::top`].
+    /// Adds the first `n` of the entries at [`Self::top`] to the stack.
     ///
     /// # Safety
-    /// They were written, there or, where `pop` and `insert` are not used, the children alone.
+    /// The caller must have written these entries: distances and children, or only the children on a stack on which
+    /// `pop` and `insert` are not used.
     #[inline(always)]
     #[cfg(target_arch = "x86_64")]
     pub unsafe fn grow(&mut self, n: usize) {

@@ -1,16 +1,17 @@
-//! A binary tree from the top down: at every node the best of all splits of the boxes sorted along each axis.
+//! Top-down construction of the binary BVH: each node uses the best of all splits of its boxes sorted along each axis.
 //!
-//! Sweep builder of the surface area heuristic [MacDonald & Booth 1990], with one change: a side of n triangles is
-//! taken to cost n^0.6875 times its area, not n. The linear cost would hold if each side became a leaf; a side that is
-//! split further costs less the more there is in it. Where boxes overlap much, that takes off one at a time: below a
-//! depth that no other tree needs, costs are linear. Rays then visit a tenth fewer nodes and blocks of a terrain, and
-//! no more of a room, than in a bottom-up tree with reinsertion (`benches/README.md`).
+//! This is a sweep builder with the surface area heuristic [MacDonald & Booth 1990], with one change: the cost of a
+//! side with n triangles is n^0.6875 times its area, not n times. The linear cost would be right if each side became a
+//! leaf; a side that is split further costs less per triangle the more triangles it has. Where boxes overlap much, the
+//! sublinear cost splits off one triangle at a time, so the cost is linear below a depth that other trees do not reach.
+//! Compared with a bottom-up tree with reinsertion, rays visit a tenth fewer nodes and blocks in a terrain, and no more
+//! in a room (`benches/README.md`).
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 
-/// The tree over `boxes`, at least one, with one of them per leaf.
+/// Builds the tree over `boxes` (at least one), with one box per leaf.
 pub(super) fn sweep(boxes: &[Aabb]) -> Bvh2 {
     let mut sweep = Sweep::new(boxes);
     let mut tree = Bvh2::default();
@@ -42,12 +43,13 @@ pub(super) fn sweep(boxes: &[Aabb]) -> Bvh2 {
     tree
 }
 
-/// Where a node is split.
+/// The criterion by which a node is split.
 #[derive(Clone, Copy, PartialEq)]
 enum Rule {
     Sublinear,
     Linear,
-    /// In the middle of the longest row of centres: coincident boxes make no other rule end soon.
+    /// Split in the middle of the axis on which the centroids extend furthest. This bounds the depth for coincident
+    /// boxes, for which the other criteria do not.
     Middle,
 }
 
@@ -61,13 +63,13 @@ struct Range {
 
 struct Sweep<'a> {
     boxes: &'a [Aabb],
-    /// Boxes by their centre along each axis.
+    /// Box indices sorted by centroid along each axis.
     order: [Vec<u32>; 3],
-    /// By count: what a side of so many boxes costs per area.
+    /// Per count: the cost per unit of area of a side with that many boxes.
     cost: Vec<f32>,
-    /// By place in an order: cost of what lies from there to the end of the part.
+    /// Per position in an order: the cost of the boxes from there to the end of the range.
     beyond: Vec<f32>,
-    /// By box: whether it goes to the right.
+    /// Per box: whether it belongs to the right side.
     right: Vec<bool>,
     moved: Vec<u32>,
 }
@@ -99,7 +101,8 @@ impl<'a> Sweep<'a> {
         (part.first + 1..part.end).fold(*self.at(0, part.first), |hull, i| hull.union(self.at(0, i)))
     }
 
-    /// Brings the boxes of the left side to the front of every order and says where the right side begins.
+    /// Moves the boxes of the left side to the front in every order and returns the position at which the right side
+    /// begins.
     fn split(&mut self, part: &Range, rule: Rule) -> usize {
         let (axis, middle) = match rule {
             Rule::Sublinear => self.cheapest(part, |cost, n| cost[n]),
@@ -157,7 +160,7 @@ mod tests {
         Aabb::new(Vec3A::splat(x), Vec3A::splat(x + 0.5))
     }
 
-    /// Every box once, in a leaf of its own, and every node around its children.
+    /// Checks that every box is in exactly one leaf of its own and that every node encloses its children.
     fn check(boxes: &[Aabb], deepest: usize) {
         let tree = sweep(boxes);
         let mut seen: Vec<u32> = tree.primitive_indices.clone();

@@ -1,16 +1,18 @@
-//! Walking the tree: nearest child first, with the entry distance on the stack.
+//! Traversal of the tree: nearest child first, with the entry distance on the stack.
 //!
-//! The slab test needs no epsilon: (plane − o)·(1/d) has a relative error of 3 roundings on either side, and a triangle
-//! that f32 accepts may be passed at a distance of 4 roundings relative to plane − o (the rest is in the padding of the
-//! boxes), so the exit is widened by more than their sum. A ray in the plane of a face gives 0·∞ = NaN there, which
-//! min and max would drop [Ize 2013]; with 1/0 held to a finite number it is 0, which shuts the ray out only where the
-//! plane bounds the far side of the box, and there is nothing on it but padding. Boxes entered at the best distance, or
-//! a little beyond, are visited still: a triangle of lower id at the same t may lie there. A box is met where its entry
-//! lies before its exit, not at it: as exits are widened, the two are equal only for a box whose end the ray starts on,
-//! which leaves it with nothing but padding before it, and for one further away than f32 reaches.
+//! The slab test needs no epsilon. (plane − o)·(1/d) has a relative error of 3 roundings on either side, and a ray may
+//! pass a triangle that f32 accepts at a distance of 4 roundings relative to plane − o (the remaining error is in the
+//! padding of the boxes), so the exit is widened by more than their sum. A ray in the plane of a face gives 0·∞ = NaN,
+//! which min and max would discard [Ize 2013]. Because 1/0 is clamped to a finite number, the result is 0 instead,
+//! which excludes the ray only where the plane bounds the far side of the box, and only padding is there. Boxes entered
+//! at the nearest distance so far, or slightly beyond it, are still visited, because a triangle of lower id at the same
+//! t may be in them. A box is entered if its entry is strictly before its exit. As exits are widened, the two are equal
+//! only for a box at whose end the ray starts, which has only padding in front of the ray, and for a box further away
+//! than the range of f32.
 //!
-//! The time is spent waiting: from a reference to the planes of its node, through the slab test to the mask of the boxes
-//! that are met, and from the mask to the next reference. Every cycle on that way counts, instructions beside it hardly do.
+//! Traversal is bound by latency: from a reference to the planes of its node, through the slab test to the mask of the
+//! entered boxes, and from the mask to the next reference. Every cycle on this critical path matters; other
+//! instructions hardly do.
 
 use super::hit_filter::{HitFilter, TriangleHit};
 use super::lanes::Lanes;
@@ -27,7 +29,7 @@ use std::mem::MaybeUninit;
 /// 1 + 16 ulp.
 const WIDEN: f32 = 1.0 + 16.0 * f32::EPSILON;
 
-/// What the slab test needs of a ray, and of the tree the planes that the ray meets first on each axis, and last.
+/// The operands of the slab test: the ray, and for each axis the rows of the planes that the ray meets first and last.
 struct Slabs<'a, L> {
     o: [L; 3],
     near: [L; 3],
@@ -52,7 +54,7 @@ impl<'a, L: Lanes> Slabs<'a, L> {
         }
     }
 
-    /// Entry and exit distances of the eight boxes; a box is met where entry < exit.
+    /// Entry and exit distances of the eight boxes; a box is entered if entry < exit.
     #[inline(always)]
     fn slab_test(&self, node: Child, limit: L) -> (L, L) {
         let plane = |row: BoundsRow, o: L, inverse: L| L::load(row.of(node)).sub(o).mul(inverse);
@@ -63,15 +65,15 @@ impl<'a, L: Lanes> Slabs<'a, L> {
     }
 }
 
-/// What is known of the hit so far.
+/// The best hit so far.
 struct Best<L> {
     hit: TriangleHit,
     found: bool,
-    /// Boxes entered from here on have nothing better.
+    /// Boxes entered beyond this distance contain no better hit.
     limit: L,
 }
 
-/// The nearest hit that counts, or with `ANY` the first that is found.
+/// The nearest accepted hit, or with `ANY` the first accepted hit found.
 #[inline(always)]
 pub(super) fn traverse<L: Lanes, C: HitFilter<TriangleHit>, const ANY: bool>(
     tree: &Tree,
@@ -104,14 +106,14 @@ fn traverse_with<L: Lanes, C: HitFilter<TriangleHit>, const ANY: bool>(
 ) -> Option<TriangleHit> {
     let r = query.inverse();
     let slabs = Slabs::<L>::new(tree, &query, r);
-    // No id is lower than 0: at t_max itself there is no hit.
+    // No id is lower than 0, so that there is no hit at t_max itself.
     let hit = TriangleHit { t: query.t_max, u: 0.0, v: 0.0, triangle: 0 };
     let mut best = Best { hit, found: false, limit: L::splat(query.t_max * WIDEN) };
     let mut at = tree.memory.root()?;
     if !at.is_block() {
         at = descend::<L, ANY>(tree, &slabs, at, best.limit, stack)?;
     }
-    // What blocks need of the ray is worked out while the root is waited for.
+    // The shear for triangle blocks is computed while the root node is loaded.
     let sheared = Sheared::new(query.o, query.d, r);
     loop {
         let mut next = None;
@@ -136,7 +138,7 @@ fn traverse_with<L: Lanes, C: HitFilter<TriangleHit>, const ANY: bool>(
     }
 }
 
-/// The child of `node` to go on with; others that are entered before `limit` are on the stack.
+/// The child of `node` to visit next; the other children entered before `limit` are put on the stack.
 #[inline(always)]
 fn descend<L: Lanes, const ANY: bool>(
     tree: &Tree,
@@ -150,7 +152,7 @@ fn descend<L: Lanes, const ANY: bool>(
     if ANY { near.any(far, children, stack, ahead) } else { near.nearest(far, children, stack, ahead) }
 }
 
-/// Looks for a better hit in a block; with `ANY` for any.
+/// Searches a block for a better hit, or with `ANY` for any hit.
 #[inline(always)]
 fn intersect_block<L: Lanes, C: HitFilter<TriangleHit>, const ANY: bool>(
     block: &Block,
@@ -175,7 +177,7 @@ fn intersect_block<L: Lanes, C: HitFilter<TriangleHit>, const ANY: bool>(
     }
 }
 
-/// The child last pushed whose box is entered at `limit` or before.
+/// Removes children from the stack up to the first whose box is entered at `limit` or before, and returns it.
 #[inline(always)]
 fn pop_within(stack: &mut Stack, limit: f32) -> Option<Child> {
     loop {

@@ -1,29 +1,30 @@
-//! The tree itself: nodes and blocks in memory, and the units that they are in.
+//! The BVH over triangles: its nodes and blocks, and its unit of length.
 
 use super::kernel::Kernel;
 use super::memory::Memory;
 use glam::Vec3;
 
-/// A tree over triangles.
+/// A BVH over triangles.
 #[derive(Debug)]
 pub struct Tree {
     pub(super) memory: Memory,
-    /// Entries the traversal stack can need.
+    /// The largest number of entries that the traversal stack can need.
     pub(super) stack: usize,
-    /// Tree units per unit of the caller, a power of two.
+    /// Tree units per unit of the caller; a power of two.
     pub(super) scale: f32,
-    /// Its inverse.
+    /// The inverse of `scale`.
     pub(super) unscale: f64,
     pub(super) bounds: Option<(Vec3, Vec3)>,
     pub(super) kernel: Kernel,
 }
 
 impl Tree {
-    /// So many triangles fit into any tree: references reach 32 GiB, and a triangle takes 321 bytes at most (eight blocks of
-    /// 320 for nine triangles, as eight or fewer share one where that is cheaper than a node, and a seventh of a node).
+    /// The number of triangles that fit into any tree: references reach 32 GiB, and a triangle takes at most 321 bytes
+    /// (eight blocks of 320 bytes for nine triangles, as up to eight triangles share a block where that is cheaper than
+    /// a node, and a seventh of a node).
     pub const MOST_TRIANGLES: usize = 100_000_000;
 
-    /// Pinned to one kernel; the portable one where it cannot run.
+    /// Selects one traversal kernel; the portable one if this machine cannot run it.
     pub fn with_kernel(mut self, kernel: Kernel) -> Self {
         self.kernel = if kernel.runs() { kernel } else { Kernel::Portable };
         self
@@ -34,12 +35,12 @@ impl Tree {
         self.kernel
     }
 
-    /// Box around all triangles that can be hit.
+    /// The bounding box of all triangles that can be hit; None when there are none.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         self.bounds
     }
 
-    /// Bytes of nodes and leaf blocks.
+    /// Memory of nodes and leaf blocks in bytes.
     pub fn memory_bytes(&self) -> usize {
         self.memory.bytes()
     }

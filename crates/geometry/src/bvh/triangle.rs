@@ -1,28 +1,28 @@
-//! The watertight ray–triangle test [Woop, Benthin, Wald 2013], eight triangles at a time.
+//! The watertight ray–triangle test [Woop, Benthin, Wald 2013] on eight triangles at a time.
 //!
-//! The ray is sheared once so that it runs along an axis; then the triangle is hit if the origin of the plane lies in
-//! its projection. Both triangles of an edge compute the edge function from the same two products, rounding is
-//! monotone, and so they agree about the side unless the difference rounds to 0; then f64, where the products are
-//! exact, decides. A point on an edge belongs to both triangles: no ray passes between. A fused multiply-add would
-//! break the antisymmetry.
+//! The ray is sheared once so that it runs along an axis; the triangle is hit if its projection contains the origin of
+//! the plane. Both triangles of an edge compute its edge function from the same two products. Rounding is monotone, so
+//! they agree on the side unless the difference rounds to 0; then f64 decides, in which the products are exact. A point
+//! on an edge belongs to both triangles, so that no ray passes between them. A fused multiply-add would break the
+//! antisymmetry.
 //!
-//! t is the mean of the corners' distances, weighted by the edge functions. Where that cancels (some corners lie
-//! behind the origin, as for a large wall near by), and near either end of the ray, it is worked out again in f64, so
-//! that it can be relied on: a ray that starts or ends outside the error box of a surface does not meet it there.
+//! The distance t is the mean of the corners' distances, weighted by the edge functions. Where that sum cancels (some
+//! corners are behind the origin, as for a nearby large wall), and near either end of the ray, t is recomputed in f64.
+//! A ray that starts or ends outside the error box of a surface therefore does not hit it there.
 
 use super::hit_filter::TriangleHit;
 use super::lanes::Lanes;
 use super::node::Block;
 use glam::{DVec3, Vec3A};
 
-/// A ray and the shear that makes it run along axis `k[2]`.
+/// A ray and the shear that aligns it with axis `k[2]`.
 #[derive(Clone, Copy)]
 pub(super) struct Sheared {
     pub o: [f32; 3],
     pub d: [f32; 3],
     k: [usize; 3],
     s: [f32; 3],
-    /// No distance to a triangle is in doubt by more than this.
+    /// Upper bound of the uncertainty of any distance to a triangle.
     doubt: f32,
 }
 
@@ -45,11 +45,11 @@ impl Sheared {
     }
 }
 
-/// What the eight-wide test knows of the lanes that may be hit.
-pub(super) struct Found {
-    /// Lanes to look at.
+/// The results of the eight-wide test for lanes that may be hit.
+pub(super) struct LaneHits {
+    /// Candidate lanes.
     pub mask: u32,
-    /// Of these, the ones that f32 cannot decide.
+    /// Candidate lanes that f32 cannot decide.
     unsure: u32,
     t: [f32; 8],
     v: [f32; 8],
@@ -57,10 +57,10 @@ pub(super) struct Found {
     det: [f32; 8],
 }
 
-/// A sum whose terms are this many times larger than itself, or this small, is not trusted in f32.
+/// A sum is not trusted in f32 if its terms are this many times larger than it, or if it is smaller than `TINY`.
 const CANCELS: f32 = 3.0;
 const TINY: f32 = 1e-27;
-/// Hits nearer to an end of the ray than this times the reach of the triangle are looked at in f64.
+/// Hits closer to an end of the ray than this times the extent of the triangle are recomputed in f64.
 const DOUBT: f32 = 1.0 / 16384.0;
 
 macro_rules! edges {
@@ -73,9 +73,9 @@ macro_rules! edges {
     };
 }
 
-/// The lanes of `block` hit at 0 < t ≤ `limit`, and those that [`Found::hit`] must decide.
+/// Finds the lanes of `block` that are hit at 0 < t ≤ `limit`, and those that [`LaneHits::hit`] must decide.
 #[inline(always)]
-pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> Option<Found> {
+pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> Option<LaneHits> {
     let [kx, ky, kz] = ray.k;
     let a = corner::<L>(ray, &block.corner[kx][0], &block.corner[ky][0], &block.corner[kz][0]);
     let b = corner::<L>(ray, &block.corner[kx][1], &block.corner[ky][1], &block.corner[kz][1]);
@@ -97,10 +97,10 @@ pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> O
     let cancels = sum.abs().mul(L::splat(CANCELS)).le(terms.add(L::splat(TINY)));
     let unsure = mask & (on_edge | cancels);
     let mask = mask & (unsure | (zero.lt(t) & t.le(L::splat(limit))));
-    (mask != 0).then(|| Found { mask, unsure, t: t.array(), v: v.array(), w: w.array(), det: det.array() })
+    (mask != 0).then(|| LaneHits { mask, unsure, t: t.array(), v: v.array(), w: w.array(), det: det.array() })
 }
 
-/// Corners in the sheared frame, their distances not yet scaled.
+/// The corners in the sheared frame, with unscaled distances.
 #[inline(always)]
 fn corner<L: Lanes>(ray: &Sheared, x: &[f32; 8], y: &[f32; 8], z: &[f32; 8]) -> (L, L, L) {
     let z = L::load(z).sub(L::splat(ray.o[ray.k[2]]));
@@ -109,9 +109,9 @@ fn corner<L: Lanes>(ray: &Sheared, x: &[f32; 8], y: &[f32; 8], z: &[f32; 8]) -> 
     (x, y, z)
 }
 
-impl Found {
-    /// The hit in `lane`, with t > 0; None if a closer look shows that there is none. Hits near either end of the ray
-    /// get that look: without it a surface would shadow itself, and a light its own samples.
+impl LaneHits {
+    /// The hit in `lane`, with t > 0; None if the f64 computation shows that there is none. Hits near either end of the
+    /// ray are always recomputed in f64: otherwise a surface would shadow itself, and a light its own samples.
     #[inline(always)]
     pub fn hit(
         &self,
@@ -127,8 +127,8 @@ impl Found {
         if self.unsure >> lane & 1 == 1
             || in_doubt(ray.doubt) && in_doubt(reach(ray, block, lane) * ray.s[2].abs() * DOUBT)
         {
-            // Most often the triangle that the ray starts from, or a wall behind what it hits: no need to know where it
-            // is passed.
+            // This is most often the triangle that the ray starts from, or a wall behind the current hit, for which the
+            // barycentric coordinates are not needed.
             let t = plane_distance(ray, block, lane) as f32;
             if !(t > 0.0 && t <= limit) {
                 return None;
@@ -140,7 +140,7 @@ impl Found {
     }
 }
 
-/// Largest coordinate of the corners seen from the origin: t is wrong by a few ulp of it.
+/// Largest coordinate of the corners relative to the ray origin; the error of t is a few ulp of it.
 #[inline(always)]
 fn reach(ray: &Sheared, block: &Block, lane: usize) -> f32 {
     let along = |k: usize| {
@@ -150,8 +150,8 @@ fn reach(ray: &Sheared, block: &Block, lane: usize) -> f32 {
     along(0).max(along(1)).max(along(2))
 }
 
-/// Distance along the ray to the triangle's plane, in f64 where the f32 corners are exact: an origin in an axis-parallel
-/// plane is at exactly 0. NaN for a ray in the plane.
+/// Distance along the ray to the plane of the triangle, in f64, in which the f32 corners are exact: an origin in an
+/// axis-parallel plane is at a distance of exactly 0. NaN for a ray in the plane.
 #[inline(always)]
 fn plane_distance(ray: &Sheared, block: &Block, lane: usize) -> f64 {
     let corner = |c: usize| DVec3::from_array(std::array::from_fn(|k| f64::from(block.corner[k][c][lane])));
@@ -161,7 +161,8 @@ fn plane_distance(ray: &Sheared, block: &Block, lane: usize) -> f64 {
     n.dot(a - wide(ray.o)) / n.dot(wide(ray.d))
 }
 
-/// (u, v) where a ray passes one triangle, in f64: the same edge functions, their signs exact. None if it does not.
+/// Barycentric coordinates (u, v) of the intersection with one triangle, in f64, from the same edge functions with
+/// exact signs. None if the ray misses the triangle.
 #[cold]
 #[inline(never)]
 fn barycentrics(ray: &Sheared, block: &Block, lane: usize) -> Option<(f32, f32)> {

@@ -1,10 +1,10 @@
-//! Closed bodies and a source of numbers for the tests of this crate.
+//! Closed bodies and a random number generator for the tests of this crate.
 #![allow(dead_code)]
 use dapple_geometry::{Accel, Hit, Mesh, Opaque};
 use dapple_math::Ray;
 use glam::Vec3;
 
-/// SplitMix64 as numbers in [−1, 1).
+/// SplitMix64, converted to numbers in [−1, 1).
 pub struct Noise(pub u64);
 
 impl Noise {
@@ -18,14 +18,14 @@ impl Noise {
     pub fn next(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / 8_388_608.0 - 1.0
     }
-    /// In [0, 1).
+    /// A number in [0, 1).
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / 16_777_216.0
     }
     pub fn vec(&mut self) -> Vec3 {
         Vec3::new(self.next(), self.next(), self.next())
     }
-    /// Uniform direction.
+    /// A uniformly distributed direction.
     pub fn direction(&mut self) -> Vec3 {
         loop {
             let v = self.vec();
@@ -34,7 +34,7 @@ impl Noise {
             }
         }
     }
-    /// Unit direction with n·d = `cosine`, any angle about n.
+    /// A unit direction with n·d = `cosine` and a random azimuth about n.
     pub fn about(&mut self, n: Vec3, cosine: f64) -> Vec3 {
         let n = n.as_dvec3();
         loop {
@@ -47,7 +47,7 @@ impl Noise {
     }
 }
 
-/// Closed cube of half side `r`, wound outward.
+/// Closed cube of half side `r` with outward winding.
 pub fn cube(r: f32, offset: Vec3) -> Mesh {
     let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - Vec3::ONE;
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -58,7 +58,7 @@ pub fn cube(r: f32, offset: Vec3) -> Mesh {
     }
 }
 
-/// Closed octasphere: an octahedron subdivided `level` times, wound outward, smooth normals.
+/// Closed octasphere: an octahedron subdivided `level` times, with outward winding and smooth normals.
 pub fn sphere(level: u32, r: f32, offset: Vec3) -> Mesh {
     let mut positions = vec![Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
     let mut triangles =
@@ -86,7 +86,7 @@ pub fn sphere(level: u32, r: f32, offset: Vec3) -> Mesh {
     }
 }
 
-/// Whether every corner lies behind every face, in f64.
+/// Whether every corner lies behind every face, computed in f64.
 pub fn is_convex(mesh: &Mesh) -> bool {
     (0..mesh.triangles.len() as u32).all(|t| {
         let [a, b, c] = mesh.corners(t).map(|p| p.as_dvec3());
@@ -97,8 +97,8 @@ pub fn is_convex(mesh: &Mesh) -> bool {
     })
 }
 
-/// Leaving a convex body from a hit: nothing may be hit on the outside, and exactly one more surface on the inside.
-/// `outside` is the side `ng` points to. Returns (outgoing rays that hit, ingoing rays without exactly one hit).
+/// Casts rays from a hit on a convex body: outside, nothing may be hit, and inside exactly one more surface. The
+/// outside is the side `ng` points to. Returns (outgoing rays that hit, ingoing rays without exactly one hit).
 pub fn leave(
     accel: &Accel,
     noise: &mut Noise,
@@ -111,7 +111,7 @@ pub fn leave(
     assert!(s.p.is_finite() && s.p_error.is_finite() && (s.ng.length() - 1.0).abs() < 1e-6, "{s:?}");
     let (mut out, mut into) = (0, 0);
     for _ in 0..rays {
-        // From grazing (1e-6) to perpendicular, evenly in the exponent.
+        // From grazing (1e-6) to perpendicular, with a uniformly distributed exponent.
         let cosine = 10f64.powf(-6.0 * f64::from(noise.unit()));
         let d = noise.about(s.ng, cosine);
         let ray = Ray::new(s.origin_towards(d), d);
@@ -122,8 +122,8 @@ pub fn leave(
             None => false,
             Some(hit) => {
                 let far = accel.surface(&ray, time, &hit);
-                // Left half along the normal: a ray that has slid along the neighbouring face (1e-6 rad) passes its edge
-                // nearer than any f32 test can tell.
+                // Tilted towards the normal: a ray that has passed along the neighbouring face (1e-6 rad) misses its
+                // edge by less than any f32 test can resolve.
                 let d = d + far.ng;
                 far.ng.dot(d) > 0.0 && !accel.occluded(&Ray::new(far.origin_towards(d), d), time, &Opaque)
             }

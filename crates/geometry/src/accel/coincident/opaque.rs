@@ -1,10 +1,11 @@
-//! Which surfaces of different objects that let no light through share a place?
+//! Detection of coincident surfaces of different opaque objects.
 //!
-//! Nearly all of a scene lets no light through, so that every triangle might be compared with every other one. Asked about
-//! are the triangles of small meshes only: walls, panels, boxes. Other triangles come in where their boxes and planes meet
-//! one of these. What came in is put in order along a space-filling curve, and the tree over that order is compared with
-//! itself. All of it is kept to a number of steps that take a tenth of the time in which the world's trees are built; where
-//! that is not enough, nothing is found. Two large meshes in one place are not found either.
+//! Nearly all surfaces of a scene are opaque, so that a full search would compare every triangle with every other one.
+//! Only the triangles of small meshes (walls, panels, boxes) are queries. Other triangles are included where they
+//! overlap the bounding box and the plane of a query. The included triangles are sorted along a space-filling curve,
+//! and the tree over that order is compared with itself. The number of steps is limited to what takes a tenth of the
+//! time needed to build the BVHs; if that is not enough, no coincident surfaces are reported. Two coincident large
+//! meshes are not found either.
 use super::search::{Item, Search};
 use super::{Coincident, NONE};
 use crate::boxes::BoxTree;
@@ -14,24 +15,25 @@ use glam::{DVec3, UVec3, Vec3};
 use std::cell::Cell;
 use std::ops::Range;
 
-/// Steps at most: so many, and so many per triangle of the world, which takes about a tenth of the time that its trees take.
-/// A look at corners counts as more, and a comparison of outlines as many.
+/// Maximum number of steps: a constant, and a number per triangle of the scene, which together take about a tenth of
+/// the time needed to build the BVHs. A test of corners counts as several steps, and a comparison of outlines as many.
 const BUDGET: u64 = 1 << 19;
 const PER_TRIANGLE: u64 = 6;
 const ENTRY: u64 = 4;
 const CORNERS: u64 = 8;
 const OUTLINE: u64 = 64;
-/// As in the quick look at outlines: wider than so many error bounds, triangles that cross at a larger angle are apart.
+/// As in the early exit of the outline test: triangles wider than this many error bounds do not coincide if they cross
+/// at an angle with a larger sine than `ANGLE`.
 const WIDE: f32 = 2048.0;
 const ANGLE: f32 = 1.01 / 64.0;
-/// Triangles per leaf.
+/// Maximum number of triangles per leaf.
 const LEAF: usize = 4;
-/// Objects of at most so many triangles are asked about: as many as the trees' cost allows, which is as this share of all
-/// triangles and so many more.
+/// Objects with at most this many triangles are queries. The largest of these limits is used for which the number of
+/// queries is at most `FREE` plus one in `SHARE` of all triangles.
 const FEW: [usize; 6] = [64, 32, 16, 8, 4, 2];
 const SHARE: usize = 16;
 const FREE: usize = 4096;
-/// Objects differ below a node.
+/// The subtree contains several objects.
 const MIXED: u32 = u32::MAX;
 
 #[derive(Clone, Copy)]
@@ -41,7 +43,7 @@ struct Box32 {
 }
 
 impl Box32 {
-    /// The padding of boxes is by far more than what rounding takes off.
+    /// The padding of the boxes is much larger than the rounding to f32.
     fn new(bounds: Aabb) -> Self {
         Self { lo: bounds.lo.as_vec3(), hi: bounds.hi.as_vec3() }
     }
@@ -55,13 +57,13 @@ impl Box32 {
     }
 }
 
-/// A triangle that is to be compared.
+/// A triangle to be compared.
 #[derive(Clone, Copy)]
 struct Entry {
     item: Item,
     bounds: Box32,
     normal: Vec3,
-    /// Half its height over its longest side, and a bound of the error of its points.
+    /// Half the height over the longest side, and a bound of the error of points of the triangle.
     width: f32,
     within: f32,
 }
@@ -76,7 +78,7 @@ impl Entry {
         Self { item, bounds: Box32::new(*bounds), normal, width: width as f32, within: within as f32 }
     }
 
-    /// Whether the two cross at an angle, as wide as they are; the first look of all.
+    /// Whether the two triangles cross at an angle and are wide enough not to coincide; the first test.
     fn crosses(&self, other: &Self) -> bool {
         let wide = self.width.min(other.width) > WIDE * self.within.max(other.within);
         wide && self.normal.cross(other.normal).length_squared() > ANGLE * ANGLE
@@ -86,16 +88,16 @@ impl Entry {
 struct Node {
     bounds: Box32,
     items: Range<u32>,
-    /// Index of the second child, the first follows; 0 for a leaf.
+    /// Index of the second child (the first child follows the node); 0 for a leaf.
     second: u32,
-    /// The object of everything below, or `MIXED`.
+    /// The object of all triangles of the subtree, or `MIXED`.
     object: u32,
-    /// Everything below is known to share a place.
+    /// All triangles of the subtree are known to coincide with another one.
     done: bool,
 }
 
 struct Pairs<'a, 'w> {
-    asked: Vec<bool>,
+    queried: Vec<bool>,
     search: &'a mut Search<'w>,
     items: Vec<Entry>,
     found: Vec<bool>,
@@ -104,23 +106,23 @@ struct Pairs<'a, 'w> {
 }
 
 impl Search<'_> {
-    /// Marks the triangles of two objects that share a place; `solid` as in [`super::Accel::coincident`]. Where this takes
-    /// too long, nothing more is marked than was: which of two such surfaces is seen is then up to rounding.
+    /// Marks coincident triangles of two objects; `solid` is as in [`super::Accel::coincident`]. If the step limit is
+    /// reached, none of them are marked, and rounding then decides which of two such surfaces is visible.
     pub(super) fn solids(&mut self, solid: impl Fn(u32) -> bool) {
         let boxes = self.standing(solid);
         if boxes.iter().filter(|b| b.is_finite()).count() < 2 {
             return;
         }
-        let near = Near::new(self, self.asked(&boxes));
+        let near = Queries::new(self, self.queried(&boxes));
         let most = BUDGET + PER_TRIANGLE * self.accel.triangles as u64;
         let items = self.crowded(&boxes, &near, most);
-        let budget = most.saturating_sub(near.looks.get());
+        let budget = most.saturating_sub(near.steps.get());
         if items.is_empty() || budget == 0 {
             return;
         }
         let before = self.result.clone();
         let (found, nodes) = (vec![false; items.len()], Vec::with_capacity(items.len() / 2 + 1));
-        let mut pairs = Pairs { asked: near.asked, search: self, items, found, nodes, budget };
+        let mut pairs = Pairs { queried: near.queried, search: self, items, found, nodes, budget };
         let all = 0..pairs.items.len() as u32;
         pairs.build(all);
         pairs.within(0);
@@ -129,7 +131,7 @@ impl Search<'_> {
         }
     }
 
-    /// The objects that stand still and let no light through, with their boxes; others are empty.
+    /// The bounding boxes of static opaque meshes; empty for other objects.
     fn standing(&self, solid: impl Fn(u32) -> bool) -> Vec<Aabb> {
         let of = |o: u32| {
             let object = &self.accel.objects[o as usize];
@@ -139,22 +141,22 @@ impl Search<'_> {
         (0..self.accel.objects.len() as u32).map(of).collect()
     }
 
-    /// The triangles to be compared, near each other in space where they are so in order.
-    fn crowded(&self, boxes: &[Aabb], near: &Near, most: u64) -> Vec<Entry> {
+    /// The triangles to be compared, in an order in which neighbours are near each other in space.
+    fn crowded(&self, boxes: &[Aabb], near: &Queries, most: u64) -> Vec<Entry> {
         let whole = boxes.iter().filter(|b| b.is_finite()).fold(Aabb::EMPTY, |a, b| a.union(*b));
         let (mut items, mut order) = (Vec::new(), Vec::new());
         for (object, bounds) in (0u32..).zip(boxes) {
-            let is_asked = near.asked[object as usize];
-            if !bounds.is_finite() || !(is_asked || near.meets(object, bounds)) {
+            let is_queried = near.queried[object as usize];
+            if !bounds.is_finite() || !(is_queried || near.meets(object, bounds)) {
                 continue;
             }
             for item in self.primitives(object).map(|primitive| Item { object, primitive }) {
                 let bounds = self.bounds(item);
-                if near.looks.get() > most {
+                if near.steps.get() > most {
                     return Vec::new();
                 }
-                if bounds.is_finite() && (is_asked || near.meets(object, &bounds)) {
-                    near.look(ENTRY);
+                if bounds.is_finite() && (is_queried || near.meets(object, &bounds)) {
+                    near.count_steps(ENTRY);
                     order.push(curve(&bounds, &whole) << 28 | items.len() as u64);
                     items.push(Entry::new(self, item, &bounds));
                 }
@@ -164,33 +166,33 @@ impl Search<'_> {
         order.into_iter().map(|i| items[(i & ((1 << 28) - 1)) as usize]).collect()
     }
 
-    /// The objects whose triangles are compared with all others: those of few triangles, as walls, panels and boxes are, as
-    /// many as cost little beside building the trees.
-    fn asked(&self, boxes: &[Aabb]) -> Vec<bool> {
+    /// The query objects, whose triangles are compared with all others: those with few triangles, such as walls, panels
+    /// and boxes, up to a cost that is small compared with building the BVHs.
+    fn queried(&self, boxes: &[Aabb]) -> Vec<bool> {
         let count = |o: usize| self.accel.objects[o].mesh().map_or(0, |mesh| mesh.triangles.len());
         let total: usize = (0..boxes.len()).map(count).sum();
         let up_to = |most: usize| (0..boxes.len()).filter(move |&o| boxes[o].is_finite() && count(o) <= most);
         let most =
             FEW.into_iter().find(|&most| up_to(most).map(count).sum::<usize>() <= FREE + total / SHARE);
-        let mut asked = vec![false; boxes.len()];
-        up_to(most.unwrap_or(0)).for_each(|o| asked[o] = true);
-        asked
+        let mut queried = vec![false; boxes.len()];
+        up_to(most.unwrap_or(0)).for_each(|o| queried[o] = true);
+        queried
     }
 }
 
-/// The triangles of what is asked about.
-struct Near {
+/// The triangles of the query objects.
+struct Queries {
     tree: BoxTree,
-    /// The object of each, its unit normal, and how far along that it lies.
+    /// Per triangle: its object, its unit normal, and the signed distance of its plane from the origin.
     planes: Vec<(u32, DVec3, f64)>,
-    asked: Vec<bool>,
-    looks: Cell<u64>,
+    queried: Vec<bool>,
+    steps: Cell<u64>,
 }
 
-impl Near {
-    fn new(search: &Search<'_>, asked: Vec<bool>) -> Self {
+impl Queries {
+    fn new(search: &Search<'_>, queried: Vec<bool>) -> Self {
         let (mut boxes, mut planes) = (Vec::new(), Vec::new());
-        for object in (0..asked.len() as u32).filter(|&o| asked[o as usize]) {
+        for object in (0..queried.len() as u32).filter(|&o| queried[o as usize]) {
             for item in search.primitives(object).map(|primitive| Item { object, primitive }) {
                 let [a, b, c] = search.triangle(item).unwrap_or_default();
                 let n = (b - a).cross(c - a).normalize_or_zero();
@@ -198,26 +200,26 @@ impl Near {
                 planes.push((object, n, n.dot(a)));
             }
         }
-        Self { tree: BoxTree::build(boxes), planes, asked, looks: Cell::new(0) }
+        Self { tree: BoxTree::build(boxes), planes, queried, steps: Cell::new(0) }
     }
 
-    fn look(&self, steps: u64) {
-        self.looks.set(self.looks.get() + steps);
+    fn count_steps(&self, steps: u64) {
+        self.steps.set(self.steps.get() + steps);
     }
 
-    /// Whether the padded box meets the box and the plane of a triangle of another object.
+    /// Whether the padded box overlaps the box and the plane of a triangle of another object.
     fn meets(&self, object: u32, bounds: &Aabb) -> bool {
         let (middle, half) = (0.5 * (bounds.lo + bounds.hi), 0.5 * (bounds.hi - bounds.lo));
         let reach = 16.0 * f64::from(UNIT_ROUNDOFF) * bounds.largest().max_element();
         self.tree.meets(bounds, &|i| {
-            self.look(1);
+            self.count_steps(1);
             let (of, n, height) = self.planes[i as usize];
             of != object && (n.dot(middle) - height).abs() <= n.abs().dot(half) + 2.0 * reach
         })
     }
 }
 
-/// Place of a box along the Morton curve through `whole`, in 36 bits.
+/// The position of a box on the Morton curve through `whole`, in 36 bits.
 fn curve(bounds: &Aabb, whole: &Aabb) -> u64 {
     let size = (whole.hi - whole.lo).max(DVec3::splat(f64::MIN_POSITIVE));
     let at = (0.5 * (bounds.lo + bounds.hi) - whole.lo) / size * 4095.0;
@@ -225,7 +227,7 @@ fn curve(bounds: &Aabb, whole: &Aabb) -> u64 {
     spread(x) | spread(y) << 1 | spread(z) << 2
 }
 
-/// Two zeros between the bits of 12.
+/// Inserts two zeros between the 12 bits of `x`.
 fn spread(x: u32) -> u64 {
     let mut x = u64::from(x.min(4095));
     for (shift, mask) in [(16, 0x0f00_00ff), (8, 0x0f00_f00f), (4, 0xc30c_30c3), (2, 0x2_4924_9249)] {
@@ -254,7 +256,7 @@ impl Pairs<'_, '_> {
         (bounds, object)
     }
 
-    /// Compares what is below a node with each other.
+    /// Compares the triangles of a subtree with each other.
     fn within(&mut self, node: u32) {
         let at = &self.nodes[node as usize];
         if at.object != MIXED {
@@ -273,7 +275,7 @@ impl Pairs<'_, '_> {
         self.conclude(node);
     }
 
-    /// Compares what is below a node with what is below another.
+    /// Compares the triangles of one subtree with those of another.
     fn between(&mut self, a: u32, b: u32) {
         let (at, other) = (&self.nodes[a as usize], &self.nodes[b as usize]);
         self.budget = self.budget.saturating_sub(1);
@@ -309,8 +311,8 @@ impl Pairs<'_, '_> {
         for (i, j) in first.flat_map(|i| second.clone().map(move |j| (i as usize, j as usize))) {
             let (a, b) = (self.items[i], self.items[j]);
             let (first, second) = (a.item.object, b.item.object);
-            let asked = self.asked[first as usize] || self.asked[second as usize];
-            if !asked || first == second || (self.found[i] && self.found[j]) || !a.bounds.meets(&b.bounds) {
+            let queried = self.queried[first as usize] || self.queried[second as usize];
+            if !queried || first == second || (self.found[i] && self.found[j]) || !a.bounds.meets(&b.bounds) {
                 continue;
             }
             self.budget = self.budget.saturating_sub(1);
@@ -335,7 +337,8 @@ impl Pairs<'_, '_> {
         self.search.outline(a).meets(&self.search.outline(b))
     }
 
-    /// Whether the fronts of two surfaces face opposite ways, as what stands on a floor and the floor do.
+    /// Whether the front sides of two surfaces face opposite directions, as those of a floor and of an object standing
+    /// on it do.
     fn are_back_to_back(&self, (a, own): (Item, &[DVec3; 3]), (b, other): (Item, &[DVec3; 3])) -> bool {
         let front = |item: Item, [p, q, r]: &[DVec3; 3]| {
             let n = (*q - *p).cross(*r - *p);
@@ -346,7 +349,7 @@ impl Pairs<'_, '_> {
 }
 
 impl Coincident {
-    /// Whether anything shares a place.
+    /// Whether no primitive or point coincides with another surface.
     pub(super) fn is_empty(&self) -> bool {
         self.starts.iter().all(|start| *start == NONE) && !self.points.contains(&true)
     }

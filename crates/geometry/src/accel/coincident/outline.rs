@@ -1,8 +1,9 @@
-//! Do two surfaces lie in one place over an area, not only along a line where they cross or meet?
+//! Outlines of primitives, and the test whether two surfaces coincide over an area rather than only along a line where
+//! they cross or meet.
 use dapple_math::Aabb;
 use glam::DVec3;
 
-/// What a primitive or a point occupies, and the bound of the error of its coordinates per axis.
+/// The geometry of a primitive or a point, and the error bound of its coordinates per axis.
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
     pub shape: Shape,
@@ -11,32 +12,34 @@ pub(super) struct Outline {
 
 #[derive(Clone, Debug)]
 pub(super) enum Shape {
-    /// Flat and convex, with its unit normal.
+    /// A convex planar polygon with its unit normal.
     Flat(Box<Polygon>, DVec3),
     Sphere {
         centre: DVec3,
         radius: f64,
     },
     Point(DVec3),
-    /// Known by its box only: what moves or is neither flat nor a sphere.
+    /// Only the bounding box is known: the primitive moves, or is neither planar nor a sphere.
     Box,
 }
 
-/// Corners of a convex polygon: at most those of a disk's outline, clipped by a slab and by another such outline.
+/// A convex polygon. It has at most as many corners as the outline of a disk clipped by a slab and by another such
+/// outline.
 #[derive(Clone, Debug)]
 pub(super) struct Polygon {
     count: usize,
     corners: [DVec3; MOST],
 }
 
-/// Corners of the polygon around a disk.
+/// Number of corners of the polygon around a disk.
 const DISK: usize = 16;
 const MOST: usize = 2 * DISK + 4;
 
-/// Two surfaces share a place where they do so on more than a strip this many times as wide as the error bound: what
-/// crosses at an angle of half a degree and more, or meets along an edge, does not.
+/// Two surfaces coincide if their common area is more than a strip this many times as wide as the error bound. Surfaces
+/// that cross at an angle of half a degree or more, or meet along an edge, do not coincide.
 const STRIP: f64 = 256.0;
-/// Or where that is more than this share of one of them, and more than a strip of twice the error bound.
+/// They also coincide if the common area is more than this fraction of one of them and more than a strip of twice the
+/// error bound.
 const SHARE: f64 = 1.0 / 8.0;
 
 impl Polygon {
@@ -46,7 +49,8 @@ impl Polygon {
         polygon
     }
 
-    /// Around the disk of radius `radius` about `centre`; `x`, `y` unit and at right angles in its plane.
+    /// The polygon around the disk of radius `radius` about `centre`; `x` and `y` are orthogonal unit vectors in its
+    /// plane.
     pub fn around_disk(centre: DVec3, x: DVec3, y: DVec3, radius: f64) -> Self {
         let reach = radius / libm::cos(std::f64::consts::PI / DISK as f64);
         let corners: [DVec3; DISK] = std::array::from_fn(|i| {
@@ -72,7 +76,7 @@ impl Polygon {
         corners.iter().zip(corners.iter().cycle().skip(1)).map(|(a, b)| (*a, *b))
     }
 
-    /// What lies at n·x ≤ `limit`.
+    /// The part with n·x ≤ `limit`.
     fn clipped(&self, n: DVec3, limit: f64) -> Self {
         let mut kept = Self::new(&[]);
         for (a, b) in self.edges() {
@@ -87,7 +91,7 @@ impl Polygon {
         kept
     }
 
-    /// Area as seen along `n`.
+    /// Area projected along `n`.
     fn area(&self, n: DVec3) -> f64 {
         let Some(&a) = self.corners().first() else { return 0.0 };
         let sum: DVec3 = self.edges().map(|(b, c)| (b - a).cross(c - a)).sum();
@@ -114,7 +118,8 @@ impl Polygon {
 }
 
 impl Outline {
-    /// Whether some place belongs to both. Conservative but for flat surfaces, which are examined.
+    /// Whether the two have a place in common. The test is conservative, except between planar surfaces, whose common
+    /// area is computed.
     pub fn meets(&self, other: &Self) -> bool {
         let error = self.error + other.error;
         let reach = error.length();
@@ -141,14 +146,14 @@ impl Outline {
     }
 }
 
-/// Whether an edge of one of two triangles separates them, seen along its normal, but for `tolerance`, as it is with those
-/// that share an edge or a corner in a plane; or whether they cross at an angle, as wide as they are against `within`, a
-/// bound of their error.
+/// Whether the two triangles do not coincide: either an edge of one separates them, seen along its normal, up to
+/// `tolerance`, as for coplanar triangles that share an edge or a corner; or they cross at an angle and are wide
+/// compared with `within`, a bound of their error.
 pub(super) fn are_apart(a: &[DVec3; 3], b: &[DVec3; 3], tolerance: f64, within: f64) -> bool {
     is_beside(a, b, tolerance) || is_beside(b, a, tolerance) || cross_widely(a, b, within)
 }
 
-/// As the quick look of [`overlap`].
+/// Implements the same early exit as [`overlap`].
 fn cross_widely(a: &[DVec3; 3], b: &[DVec3; 3], within: f64) -> bool {
     let normal = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]);
     let diameter = |t: &[DVec3; 3]| {
@@ -170,7 +175,7 @@ fn is_beside(a: &[DVec3; 3], b: &[DVec3; 3], tolerance: f64) -> bool {
     })
 }
 
-/// Whether two flat surfaces are one place over an area.
+/// Whether two planar surfaces coincide over an area.
 fn overlap((a, n): (&Polygon, DVec3), (b, m): (&Polygon, DVec3), error: DVec3) -> bool {
     let within = n.abs().dot(error).max(m.abs().dot(error));
     let Some(&start) = a.corners().first() else { return false };
@@ -181,7 +186,7 @@ fn overlap((a, n): (&Polygon, DVec3), (b, m): (&Polygon, DVec3), error: DVec3) -
     }
     let (area_a, area_b) = (a.area(n), b.area(m));
     let thinner = (area_a / a.diameter()).min(area_b / b.diameter());
-    // At this angle the strip is too narrow, and both surfaces are wider than that by far.
+    // At this angle the common strip is too narrow, and both surfaces are much wider than the strip.
     if n.cross(m).length() > 4.0 / STRIP && thinner > STRIP / SHARE * within {
         return false;
     }
@@ -198,8 +203,8 @@ fn overlap((a, n): (&Polygon, DVec3), (b, m): (&Polygon, DVec3), error: DVec3) -
     area > 2.0 * strip && (area > STRIP * strip || area > SHARE * area_a.min(area_b))
 }
 
-/// Whether two surfaces are joined along an edge and stand apart elsewhere, as the sides of a thin blade do: near the edge
-/// they are one place, but which of them a ray meets there shows no more than which side of the edge it passes.
+/// Whether two surfaces are joined along an edge and separate elsewhere, as the sides of a thin blade are. They are at
+/// one place near the edge, but there the order of hits only shows on which side of the edge the ray passes.
 fn are_folded((a, n): (&Polygon, DVec3), (b, m): (&Polygon, DVec3), within: f64) -> bool {
     let common = a.corners().iter().filter(|p| b.corners().contains(p)).count();
     let lies_in = |p: &Polygon, q: &Polygon, n: DVec3| {
@@ -236,7 +241,7 @@ mod tests {
         let wall = square(0.0, 5.0);
         assert!(any(&wall, &square(0.0, 1.0)) && any(&wall, &square(1e-6, 0.01)));
         assert!(!any(&wall, &square(1e-5, 1.0)));
-        // As small as a light may be: some error bounds across.
+        // As small as a light can be: a few error bounds across.
         assert!(any(&wall, &square(0.0, 2e-5)));
     }
 
@@ -261,7 +266,7 @@ mod tests {
         let blade = triangle([corners[1], corners[0], DVec3::new(0.5, -0.5, 1e-3)]);
         assert!(!a.meets(&blade) && !blade.meets(&a), "a blade");
         let back = triangle([corners[1], corners[0], DVec3::new(0.5, -0.5, 0.0)]);
-        assert!(a.meets(&back) && back.meets(&a), "a leaf of two sides");
+        assert!(a.meets(&back) && back.meets(&a), "a leaf with two sides");
     }
 
     #[test]

@@ -1,10 +1,10 @@
-//! Finding what lies in one place with what is asked about: a tree over the boxes of that, through which every primitive
-//! goes. What is asked about is called emitters here, the first reason to ask.
+//! The search for primitives that coincide with query primitives: every primitive traverses a tree over the bounding
+//! boxes of the query primitives. These are called emitters here, because emitters were the first use.
 //!
-//! Memory grows with the emitters alone. A primitive and an emitter that are both known to share a place are not compared
-//! again, and subtrees of such emitters not entered by such primitives, so that many surfaces in one place cost no square
-//! of their number. Where the work would still exceed a bound, everything is said to share a place: that is slower to
-//! render, and right.
+//! Memory grows only with the number of emitters. A primitive and an emitter that are both known to coincide with
+//! something are not compared again, and subtrees of such emitters are not entered by such primitives, so that the cost
+//! of many coincident surfaces is not quadratic. If the work would still exceed a bound, all primitives are reported as
+//! coincident, which is slower to render but correct.
 use super::outline::{Outline, Polygon, Shape as Form, are_apart};
 use super::{Accel, Coincident, NONE, WHOLE};
 use crate::Hit;
@@ -15,15 +15,16 @@ use dapple_math::offset::gamma;
 use dapple_math::{Frame, Ray};
 use glam::{DVec3, Vec3};
 
-/// Boxes are grown by this part of their farthest coordinate: more than the error bounds of two surfaces.
+/// Bounding boxes are padded by this fraction of their largest coordinate, which exceeds the error bounds of two
+/// surfaces.
 const PADDING: f64 = 1.0 / (1u64 << 20) as f64;
-/// Comparisons at most; a comparison of outlines counts as many.
+/// Maximum number of comparisons; a comparison of outlines counts as several.
 const BUDGET: u64 = 1 << 26;
 const OUTLINE: u64 = 32;
-/// Emitters per leaf.
+/// Maximum number of emitters per leaf.
 const LEAF: usize = 4;
 
-/// A primitive, a whole object, or (with `object` = `POINT`) a point.
+/// A primitive, a whole object (`primitive` = `WHOLE`), or a point (`object` = `POINT`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Item {
     pub object: u32,
@@ -33,17 +34,17 @@ pub(super) struct Item {
 const POINT: u32 = u32::MAX;
 
 impl Item {
-    /// Whether it may shine somewhere; what is asked about as a whole may.
+    /// Whether the item may emit light somewhere; points and whole objects may.
     fn shines(self, shines: &dyn Fn(u32, u32) -> bool) -> bool {
         self.object == POINT || self.primitive == WHOLE || shines(self.object, self.primitive)
     }
 }
 
-/// What goes through the tree.
+/// A primitive that traverses the tree.
 struct Visitor {
     item: Item,
     is_emitter: bool,
-    /// An emitter, but dark.
+    /// Whether the item is a query primitive that emits no light.
     is_dull: bool,
     /// Its corners, if it is a triangle.
     own: Option<[DVec3; 3]>,
@@ -52,12 +53,12 @@ struct Visitor {
 
 struct Node {
     bounds: Aabb,
-    /// Leaf: its emitters. Inner: empty, the first child follows, the second is `second`.
+    /// Leaf: the range of its emitters. Inner node: empty; the first child follows the node, the second is at `second`.
     items: std::ops::Range<usize>,
     second: usize,
-    /// The group that all emitters below belong to, if none of them shines.
+    /// The group of all emitters in the subtree, if they are in one group and none of them emits light.
     only: Option<u32>,
-    /// All emitters below are known to share a place.
+    /// Whether all emitters in the subtree are known to coincide with something.
     done: bool,
 }
 
@@ -65,10 +66,10 @@ pub(super) struct Search<'a> {
     pub accel: &'a Accel,
     points: &'a [(DVec3, DVec3)],
     origin_error: DVec3,
-    /// By object.
+    /// The group of each object.
     groups: Vec<Option<u32>>,
     emitters: Vec<(Item, Aabb)>,
-    /// Of each emitter.
+    /// Whether each emitter is known to coincide with something.
     found: Vec<bool>,
     nodes: Vec<Node>,
     budget: u64,
@@ -76,16 +77,17 @@ pub(super) struct Search<'a> {
 }
 
 impl Accel {
-    /// The primitives and `points` (given as boxes that they stay in) that share a place with one that is asked about or, of
-    /// points, with a surface. `group` says which objects are asked about, `shines` which of their primitives emit somewhere:
-    /// primitives of one group that do not are not compared with each other. None when there are none. `origin_error`: bound
-    /// per axis of the error with which coordinates came into the world. What moves shares a place with everything on its
-    /// way.
+    /// Finds the primitives that share a place with a query primitive, and the `points` (given as boxes in which they
+    /// remain) that lie in a surface. `group` returns the group of each query object and None for other objects;
+    /// `shines` returns whether a primitive emits light somewhere. Primitives of one group that emit no light are not
+    /// compared with each other. Returns None when nothing coincides. `origin_error` is the bound per axis of the error
+    /// that the coordinates had when they were loaded. Moving objects share a place with everything on their path.
     ///
-    /// `solid`: of objects that let no light through, have no holes and are not asked about. Of these, triangles of two meshes
-    /// that stand still share a place where one mesh has few triangles (64, or less where such meshes make up more than a
-    /// sixteenth of the world), unless both have one side and face opposite ways, as what stands on a floor does. Where it
-    /// takes too many steps to know, none of these do.
+    /// `solid` returns whether an object is opaque, has no holes and is not a query object. For these objects,
+    /// triangles of two static meshes share a place if one of the meshes has few triangles (64, or fewer where such
+    /// meshes make up more than a sixteenth of the scene), unless the front sides of the two face opposite directions,
+    /// as those of a floor and an object standing on it do. If the search takes too many steps, none of these triangles
+    /// are reported.
     pub fn coincident(
         &self,
         group: impl Fn(u32) -> Option<u32>,
@@ -132,8 +134,8 @@ impl<'a> Search<'a> {
             result,
         };
         for object in 0..accel.objects.len() as u32 {
-            let is_asked = search.groups[object as usize].is_some();
-            let primitives = if is_asked { search.primitives(object) } else { 0..0 };
+            let is_queried = search.groups[object as usize].is_some();
+            let primitives = if is_queried { search.primitives(object) } else { 0..0 };
             primitives.for_each(|primitive| search.add(Item { object, primitive }));
         }
         (0..points.len() as u32).for_each(|i| search.add(Item { object: POINT, primitive: i }));
@@ -152,7 +154,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Writes the subtree over some of the emitters: halves by number along the longest axis.
+    /// Writes the subtree over a range of the emitters, split into halves by count along the longest axis.
     fn split(&mut self, range: std::ops::Range<usize>, shines: &dyn Fn(u32, u32) -> bool) {
         let of = &mut self.emitters[range.clone()];
         let bounds = of.iter().fold(Aabb::EMPTY, |b, (_, c)| b.union(*c));
@@ -195,13 +197,13 @@ impl<'a> Search<'a> {
                 let is_dull = is_emitter && !item.shines(shines);
                 self.visit(0, &Visitor { item, is_emitter, is_dull, own, bounds }, &mut is_found);
                 if self.budget == 0 {
-                    return self.everything();
+                    return self.mark_everything();
                 }
             }
         }
     }
 
-    /// Whether the box meets that of any emitter.
+    /// Whether the box overlaps that of any emitter.
     fn is_near(&self, node: usize, bounds: &Aabb) -> bool {
         let at = &self.nodes[node];
         at.bounds.meets(bounds)
@@ -234,7 +236,7 @@ impl<'a> Search<'a> {
         }
         for i in items.clone() {
             let (emitter, of_emitter) = self.emitters[i];
-            // Two emitters meet twice: once is enough.
+            // A pair of two emitters would be compared twice; one of the comparisons is skipped.
             let is_second =
                 *is_emitter && (emitter.object, emitter.primitive) <= (item.object, item.primitive);
             if is_second || (self.found[i] && *is_found) || !of_emitter.meets(bounds) {
@@ -257,14 +259,16 @@ impl<'a> Search<'a> {
         self.nodes[node].done = items.into_iter().all(|i| self.found[i]);
     }
 
-    /// A quick look that tells most neighbours in a mesh; the tolerance is below every error bound, `within` above.
+    /// An early exit that identifies most neighbours in a mesh; the tolerance is below every error bound, `within`
+    /// above.
     pub(super) fn are_apart(&self, (item, own): (Item, &[DVec3; 3]), emitter: Item, largest: f64) -> bool {
         let Some(other) = self.triangle(emitter) else { return false };
         let within = self.within(item, largest).max(self.within(emitter, largest));
         are_apart(own, &other, largest / (1u64 << 40) as f64, within)
     }
 
-    /// Above the error of two points of a triangle together, along a diagonal; `largest`: its largest coordinate.
+    /// An upper bound of the combined error of two points of a triangle, along a diagonal; `largest` is the largest
+    /// coordinate of the triangle.
     pub(super) fn within(&self, item: Item, largest: f64) -> f64 {
         match self.accel.objects[item.object as usize].place {
             Place::World => 4.0 * (largest * f64::from(gamma(8)) + self.origin_error.max_element()),
@@ -284,7 +288,7 @@ impl<'a> Search<'a> {
             return;
         }
         let error = self.outline(item).error.element_sum() as f32;
-        // Of two surfaces, and a little more.
+        // The error of two surfaces with a safety margin.
         self.result.thickness = self.result.thickness.max(2.5 * error);
         let start = &mut self.result.starts[item.object as usize];
         if item.primitive == WHOLE {
@@ -300,9 +304,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Too much to compare: everything may share a place.
+    /// Marks all primitives and points as coincident, because there are too many to compare.
     #[cold]
-    fn everything(&mut self) {
+    fn mark_everything(&mut self) {
         self.result.starts.fill(WHOLE);
         self.result.points.fill(true);
         let reach = self.accel.bounds().map_or(0.0, |(lo, hi)| lo.abs().max(hi.abs()).max_element());
@@ -317,7 +321,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Padded by what can be one place with it.
+    /// The bounding box of an item, padded by the largest distance at which another surface can share a place with it.
     pub(super) fn bounds(&self, item: Item) -> Aabb {
         let bounds = match (item.object, item.primitive) {
             (POINT, i) => {
@@ -379,7 +383,7 @@ impl<'a> Search<'a> {
         Outline { shape, error: error + self.origin_error }
     }
 
-    /// Of a primitive that stands still. On a triangle the error bound is greatest at a corner.
+    /// The outline of a static primitive. On a triangle the error bound is largest at a corner.
     fn surface_outline(&self, id: u32, primitive: u32) -> (Form, DVec3) {
         let (object, time) = (&self.accel.objects[id as usize], self.accel.shutter.0);
         match (&object.body, &object.place) {

@@ -1,7 +1,7 @@
-//! The kernels of each machine, and which of them runs. Only here, in `memory` and in `stack` has the workspace
-//! `unsafe` code.
+//! Selection of the traversal kernel for the machine. This module, `memory` and `stack` contain the only `unsafe` code
+//! of the workspace.
 //!
-//! `Avx2` values exist only inside [`avx2`], which is entered only where the machine was found to have AVX2.
+//! `Avx2` values exist only inside [`avx2`], which is called only on machines where AVX2 was detected.
 #![allow(unsafe_code)]
 
 #[cfg(target_arch = "x86_64")]
@@ -15,13 +15,13 @@ use super::tree::Tree;
 use dapple_math::Ray;
 
 impl Tree {
-    /// The nearest triangle that counts, 0 < t < t_max; at equal t the lowest id.
+    /// The nearest accepted triangle with 0 < t < t_max; at equal t the one with the lowest id.
     #[inline]
     pub fn intersect<C: HitFilter<TriangleHit>>(&self, ray: &Ray, filter: &C) -> Option<TriangleHit> {
         run::<C, false>(self, ray, filter)
     }
 
-    /// Whether any triangle that counts lies at 0 < t < t_max.
+    /// Whether the filter accepts any triangle with 0 < t < t_max.
     #[inline]
     pub fn occluded<C: HitFilter<TriangleHit>>(&self, ray: &Ray, filter: &C) -> bool {
         run::<C, true>(self, ray, filter).is_some()
@@ -46,7 +46,7 @@ fn run<C: HitFilter<TriangleHit>, const ANY: bool>(
 }
 
 /// # Safety
-/// The machine must have AVX2, BMI1 and POPCNT.
+/// The machine must support AVX2, BMI1 and POPCNT.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,popcnt")]
 unsafe fn avx2<C: HitFilter<TriangleHit>, const ANY: bool>(

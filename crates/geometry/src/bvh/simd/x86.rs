@@ -1,4 +1,4 @@
-//! Eight lanes in the registers of x86-64.
+//! Eight lanes in x86-64 registers.
 
 use crate::bvh::lanes::{Lanes, lowest, nearest};
 use crate::bvh::node::{Child, Children};
@@ -74,7 +74,7 @@ macro_rules! avx {
     ($($name:ident $op:ident),*) => {$(
         #[inline(always)]
         fn $name(self, o: Self) -> Self {
-            // SAFETY: `Avx2` values exist only where there is AVX2.
+            // SAFETY: `Avx2` values exist only where AVX2 is available.
             unsafe { Self($op(self.0, o.0)) }
         }
     )*};
@@ -84,13 +84,14 @@ macro_rules! avx_mask {
     ($($name:ident $op:ident),*) => {$(
         #[inline(always)]
         fn $name(self, o: Self) -> u32 {
-            // SAFETY: `Avx2` values exist only where there is AVX2.
+            // SAFETY: `Avx2` values exist only where AVX2 is available.
             unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<$op>(self.0, o.0)) as u32 }
         }
     )*};
 }
 
-/// One layer of a sorting network: the lanes of `$upper` keep the smaller of themselves and `$partner`.
+/// One layer of a sorting network: the lanes of `$upper` keep the minimum of themselves and `$partner`, the other lanes
+/// the maximum.
 macro_rules! layer {
     ($v:ident, $partner:expr, $upper:literal) => {
         let partner = $partner;
@@ -104,12 +105,12 @@ impl Lanes for Avx2 {
     avx_mask!(lt _CMP_LT_OQ, le _CMP_LE_OQ);
     #[inline(always)]
     fn splat(x: f32) -> Self {
-        // SAFETY: called from `traverse` inside `avx2` only, as are all functions that make an `Avx2`.
+        // SAFETY: called only from `traverse` inside `avx2`, as are all functions that create an `Avx2`.
         unsafe { Self(_mm256_set1_ps(x)) }
     }
     #[inline(always)]
     fn load(x: &[f32; 8]) -> Self {
-        // SAFETY: as `splat`; reads the 8 floats of the array; needs no alignment.
+        // SAFETY: as in `splat`; reads the 8 floats of the array; needs no alignment.
         unsafe { Self(_mm256_loadu_ps(x.as_ptr())) }
     }
     #[inline(always)]
@@ -119,12 +120,13 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        // SAFETY: `Avx2` values exist only where there is AVX2.
+        // SAFETY: `Avx2` values exist only where AVX2 is available.
         unsafe { Self(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)) }
     }
     #[inline(always)]
     fn later(self, o: Self) -> Self {
-        // SAFETY: `Avx2` values exist only where there is AVX2. Floats that are not negative order as integers do.
+        // SAFETY: `Avx2` values exist only where AVX2 is available. Non-negative floats have the same order as their
+        // bits.
         unsafe {
             let (a, b) = (_mm256_castps_si256(self.0), _mm256_castps_si256(o.0));
             Self(_mm256_castsi256_ps(_mm256_max_epi32(a, b)))
@@ -132,23 +134,25 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn earlier(self, o: Self) -> Self {
-        // SAFETY: as `later`.
+        // SAFETY: as in `later`.
         unsafe {
             let (a, b) = (_mm256_castps_si256(self.0), _mm256_castps_si256(o.0));
             Self(_mm256_castsi256_ps(_mm256_min_epi32(a, b)))
         }
     }
-    /// The nearest by three minima, so that the way down need not wait for the order of the others: a bitonic
-    /// network over all eight keys, in which lanes not entered have key −1 and go last.
+    /// The nearest child is found by three minima, so that descending does not wait for the order of the others. They
+    /// are sorted by a bitonic network over all eight keys, in which lanes that are not entered have the key −1 and are
+    /// last.
     ///
-    /// Distances are compared as integers, which order floats that are not negative alike, and all others below.
+    /// Distances are compared as integers, which gives the same order for non-negative floats and puts all others
+    /// below.
     #[inline(always)]
     fn nearest(self, far: Self, child: &Children, stack: &mut Stack, ahead: impl Fn(Child)) -> Option<Child> {
         let (entered, mask) = self.entered(far);
         if at_most_one(mask) {
             return lowest(mask, child);
         }
-        // SAFETY: `Avx2` values exist only where there is AVX2; `top` has room for eight values at both places.
+        // SAFETY: `Avx2` values exist only where AVX2 is available; `top` has room for eight values at both places.
         unsafe {
             let lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
             let bits = _mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(self.0));
@@ -158,9 +162,10 @@ impl Lanes for Avx2 {
             let m = _mm256_min_epu32(m, _mm256_shuffle_epi32::<0b01_00_11_10>(m));
             let m = _mm256_min_epu32(m, _mm256_shuffle_epi32::<0b10_11_00_01>(m));
             let children = _mm256_loadu_si256(child.as_ptr().cast());
-            // A key's lowest three bits are its lane: all that the permutation looks at.
+            // The lowest three bits of a key are its lane; the permutation uses only these bits.
             let mut first = _mm256_cvtsi256_si32(_mm256_permutevar8x32_epi32(children, m)) as u32;
-            // No instruction; but the network, for which nothing waits, stays behind it.
+            // An empty instruction that keeps the compiler from moving the sorting network, which is not on the
+            // critical path, before the selection of the nearest child.
             std::arch::asm!("/* {0:e} */", inout(reg) first, options(nomem, nostack, preserves_flags));
             let (near_top, child_top) = stack.top();
             layer!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b1010_1010);
@@ -172,7 +177,7 @@ impl Lanes for Avx2 {
             layer!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b1010_1010);
             _mm256_storeu_si256(near_top.cast(), v);
             _mm256_storeu_si256(child_top.cast(), _mm256_permutevar8x32_epi32(children, v));
-            // All of the eight written that were entered, but the nearest, are now part of the stack.
+            // Of the eight entries written, all that were entered except the nearest are now part of the stack.
             stack.grow(mask.count_ones() as usize - 1);
             ahead(stack.last());
             Some(Child::from_bits(first))
@@ -185,7 +190,7 @@ impl Lanes for Avx2 {
             return lowest(mask, child);
         }
         let (_, child_top) = stack.top();
-        // SAFETY: `Avx2` values exist only where there is AVX2; `top` has room for eight values.
+        // SAFETY: `Avx2` values exist only where AVX2 is available; `top` has room for eight values.
         unsafe {
             let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(COMPACT[mask as usize & 255].as_ptr().cast()));
             let children = _mm256_loadu_si256(child.as_ptr().cast());
@@ -198,10 +203,10 @@ impl Lanes for Avx2 {
 }
 
 impl Avx2 {
-    /// All bits set in the lanes where self < `far`, and their mask.
+    /// All bits set in the lanes where self < `far`, and the mask of these lanes.
     #[inline(always)]
     fn entered(self, far: Self) -> (__m256i, u32) {
-        // SAFETY: `Avx2` values exist only where there is AVX2.
+        // SAFETY: `Avx2` values exist only where AVX2 is available.
         unsafe {
             let entered = _mm256_cmpgt_epi32(_mm256_castps_si256(far.0), _mm256_castps_si256(self.0));
             (entered, _mm256_movemask_ps(_mm256_castsi256_ps(entered)) as u32)
@@ -209,14 +214,14 @@ impl Avx2 {
     }
 }
 
-/// Whether a mask of eight bits has at most one. Less 1 is taken modulo 256, which gives the same: for less 1 the
-/// compiler counts bits, and the branch is decided two cycles later.
+/// Whether at most one of the eight bits of a mask is set. The subtraction of 1 is done modulo 256, which gives the
+/// same result: for a plain subtraction the compiler emits a bit count, which delays the branch by two cycles.
 #[inline(always)]
 fn at_most_one(mask: u32) -> bool {
     (mask + 255) & mask == 0
 }
 
-/// By mask: its lanes, the lowest last.
+/// Per mask: the indices of its set lanes, the lowest last.
 static COMPACT: [[u8; 8]; 256] = {
     let mut table = [[0; 8]; 256];
     let mut mask = 0;
