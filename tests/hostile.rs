@@ -189,7 +189,10 @@ fn what_a_small_file_blows_up_to_is_refused_with_the_figure() {
     fs::write(at("placed.gltf"), placed(100_000, 10_000)).unwrap();
     let dapple = |arguments: &[&str]| run(folder.path(), arguments);
     let render = |arguments: &[&str]| dapple(&[&["render"], arguments, &QUICK].concat());
-    refused(&render(&["--env", "frame.exr"]), &["frame.exr", "holds 2 pixels in a frame of 16384×16384"]);
+    refused(
+        &render(&["--env", "frame.exr"]),
+        &["frame.exr", "data for 2 pixels in a display window of 16384×16384"],
+    );
     refused(&render(&["--env", "lies.hdr"]), &["lies.hdr", "16384×16384", " GB ", "--memory-limit"]);
     refused(&render(&["--env", "bomb.png"]), &["bomb.png", "5.1 GB", "--memory-limit 5G"]);
     refused(

@@ -1,4 +1,4 @@
-//! Draws a chart with each tone curve side by side: twelve hues and grey from 2^-6 to 2^6, left to right.
+//! Draws a chart with the tone curves side by side: twelve hues and grey from 2^-6 to 2^6, left to right.
 //!
 //! `cargo run --release --example tone -p dapple-imaging [chart.png]`
 
@@ -11,7 +11,7 @@ const STRIP: usize = 16;
 const WIDTH: usize = 256;
 const ROWS: usize = 13;
 
-/// A colour on the edge of the Rec.709 gamut; `turn` in [0, 1).
+/// A colour on the boundary of the Rec.709 gamut; `turn` in [0, 1).
 fn hue(turn: f32) -> Vec3 {
     let ramp = |shift: f32| (((turn + shift).fract() * 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0);
     Vec3::new(ramp(0.0), ramp(2.0 / 3.0), ramp(1.0 / 3.0))

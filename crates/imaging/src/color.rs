@@ -1,19 +1,19 @@
-//! How are code values and light related, and how bright is a colour?
+//! Conversion between sRGB code values and linear light, and luminance.
 //!
-//! All colours inside dapple are linear Rec.709 RGB. Files of 8 or 16 bits hold sRGB code values, which share
-//! the primaries and differ by the transfer function [IEC 61966-2-1:1999, §5.2]. The curves here are the exact
-//! piecewise ones, never a plain power of 2.2, and go through `libm`, so that every machine gets the same bits.
+//! All colours inside dapple are linear Rec.709 RGB. Files of 8 or 16 bits contain sRGB code values, which have the
+//! same primaries and a different transfer function [IEC 61966-2-1:1999, §5.2]. The curves here are the exact piecewise
+//! ones, never a power of 2.2, and use `libm`, so that the results are bit-identical on every machine.
 
 use glam::Vec3;
 use std::sync::LazyLock;
 
-/// Relative luminance Y of a linear Rec.709 colour [ITU-R BT.709-6, §3.3], in the colour's own unit.
+/// Relative luminance Y of a linear Rec.709 colour [ITU-R BT.709-6, §3.3], in the unit of the colour.
 pub fn luminance(rgb: Vec3) -> f32 {
     0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z
 }
 
-/// Decodes one sRGB code value to linear light. Meant for [0, 1]; continues as a power above and as a line
-/// through zero below, so that the curve stays monotone on the whole axis.
+/// Decodes an sRGB code value to linear light. It is intended for [0, 1]; above, it continues as a power, and below as
+/// a line through zero, so that the curve is monotone everywhere.
 pub fn srgb_to_linear(c: f32) -> f32 {
     if c <= 0.04045 { c / 12.92 } else { libm::powf((c + 0.055) / 1.055, 2.4) }
 }
@@ -31,7 +31,7 @@ pub fn linear_to_srgb(c: f32) -> f32 {
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| decode_f64(i as f64 / 255.0)));
 static UNIT: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| (i as f64 / 255.0) as f32));
 
-/// Linear light of each 8-bit sRGB code value, worked out in f64 and rounded once.
+/// Linear light of each 8-bit sRGB code value, computed in f64 and rounded once.
 pub fn srgb_table() -> &'static [f32; 256] {
     &SRGB
 }
@@ -46,7 +46,7 @@ static SRGB_16: LazyLock<Box<[f32]>> =
 static UNIT_16: LazyLock<Box<[f32]>> =
     LazyLock::new(|| (0..=65_535).map(|i| (f64::from(i) / 65_535.0) as f32).collect());
 
-/// Linear light of each 16-bit sRGB code value, worked out in f64 and rounded once.
+/// Linear light of each 16-bit sRGB code value, computed in f64 and rounded once.
 pub(crate) fn srgb_table_16() -> &'static [f32] {
     &SRGB_16
 }
@@ -56,7 +56,7 @@ pub(crate) fn unit_table_16() -> &'static [f32] {
     &UNIT_16
 }
 
-/// 1 for each 8-bit value: what a channel gives that is not there.
+/// 1 for each 8-bit value: the table of a channel that is not stored.
 pub(crate) fn ones_table() -> &'static [f32; 256] {
     &[1.0; 256]
 }
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn published_values() {
-        // Mid grey: code value 0.5 is 0.21404 of the white light; 18 % grey has the code value 117.6/255.
+        // Mid grey: code value 0.5 is 0.21404 of white; 18 % grey has the code value 117.6/255.
         assert!((srgb_to_linear(0.5) - 0.214_041_1).abs() < 1e-6);
         assert!((linear_to_srgb(0.18) - 0.461_356_1).abs() < 1e-6);
         assert_eq!((srgb_to_linear(0.0), srgb_to_linear(1.0)), (0.0, 1.0));

@@ -1,69 +1,68 @@
-//! What can go wrong with a picture file? Each error names the file and what to do about it.
+//! Errors of reading and writing image files. Each message names the file and a remedy.
 
 use crate::memory::Overrun;
 use crate::window::Partial;
 use std::path::PathBuf;
 
-/// A picture that cannot be read or written.
+/// The error type for images that cannot be read or written.
 ///
-/// Where bytes did not come from a file of their own (a texture inside a .glb), `name` is what the caller
-/// called them.
+/// For bytes that are not a separate file (a texture inside a .glb), `name` is the name given by the caller.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
-    /// Nothing is there.
+    /// The file does not exist.
     #[error("{name}: no such file; check the path")]
     Missing {
         /// The file.
         name: String,
     },
-    /// A folder or device where a plain file is needed.
-    #[error("{name}: is not a plain file; name a picture file")]
+    /// The path is a folder or a device, but a regular file is required.
+    #[error("{name}: is not a regular file; give the path of an image file")]
     NotAFile {
         /// The path.
         name: String,
     },
-    /// The system refused to read.
+    /// The operating system reported an error on reading.
     #[error("{name}: cannot be read: {source}")]
     Read {
         /// The file.
         name: String,
-        /// What the system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// Neither content nor extension says which kind of picture this is.
-    #[error("{name}: is no picture that can be read here; convert it to EXR, HDR, PNG, JPEG or WebP")]
+    /// Neither content nor extension identifies a known image format.
+    #[error("{name}: has an unknown image format; convert it to EXR, HDR, PNG, JPEG or WebP")]
     NotAPicture {
         /// The file.
         name: String,
     },
-    /// Cut short or damaged.
-    #[error("{name}: is damaged or cut short ({why}); export or download it again")]
+    /// The file is damaged or truncated.
+    #[error("{name}: is damaged or truncated ({why}); export or download it again")]
     Malformed {
         /// The file.
         name: String,
-        /// What the decoder found.
+        /// The reason given by the decoder.
         why: String,
     },
-    /// A valid file with something in it that is not supported.
-    #[error("{name}: {what} is not supported; save the picture without it")]
+    /// The file is valid but uses a feature that is not supported.
+    #[error("{name}: {what} is not supported; save the image without it")]
     Unsupported {
         /// The file.
         name: String,
-        /// The feature.
+        /// The unsupported feature.
         what: String,
     },
-    /// This build leaves the format out.
-    #[error("{name}: this build leaves out {format} files; build with the feature `{feature}`")]
+    /// This build does not support the format.
+    #[error("{name}: this build does not support {format} files; build with the feature `{feature}`")]
     NotBuiltIn {
         /// The file.
         name: String,
         /// The format.
         format: &'static str,
-        /// The Cargo feature that brings it.
+        /// The Cargo feature that enables it.
         feature: &'static str,
     },
-    /// More pixels or samples than [`MAX_PIXELS`](crate::read::MAX_PIXELS) and
+    /// The image has more pixels or samples than [`MAX_PIXELS`](crate::read::MAX_PIXELS) and
     /// [`MAX_SAMPLES`](crate::read::MAX_SAMPLES) allow.
     #[error("{name}: {width}×{height} with {channels} channels is too large; scale it down")]
     TooLarge {
@@ -73,10 +72,10 @@ pub enum ImageError {
         width: u64,
         /// Rows.
         height: u64,
-        /// Channels that would have to be held in memory.
+        /// Number of channels to be held in memory.
         channels: u64,
     },
-    /// More memory than there is, or than suits the size of the file.
+    /// Reading requires more memory than is free, or more than is allowed for the size of the file.
     #[error("{name}: reading its {width}×{height} pixels {overrun}")]
     Memory {
         /// The file.
@@ -85,30 +84,30 @@ pub enum ImageError {
         width: u64,
         /// Rows.
         height: u64,
-        /// What is needed and what there is.
+        /// The required and the allowed memory.
         overrun: Overrun,
     },
-    /// A picture that is nearly nothing but frame: the data window covers a tiny part of a large display window.
+    /// The data window covers only a tiny part of a large display window.
     #[error(
-        "{name}: holds {held} pixels in a frame of {width}×{height}; save it with a display window that fits what is in it"
+        "{name}: has data for {held} pixels in a display window of {width}×{height}; save it with a smaller display window"
     )]
     Sparse {
         /// The file.
         name: String,
-        /// Pixels of the data window.
+        /// Number of pixels in the data window.
         held: u64,
         /// Pixels per row of the display window.
         width: u64,
-        /// Its rows.
+        /// Rows of the display window.
         height: u64,
     },
-    /// A crop where more of the picture is needed.
+    /// A crop does not contain all required pixels.
     #[error("{0}")]
     Partial(Box<Partial>),
-    /// The extension of an output says no known format.
+    /// The extension of an output is not that of a known format.
     #[error("{}: unknown extension; use .exr, .png or .hdr", .0.display())]
     UnknownExtension(PathBuf),
-    /// The folder of an output is not there.
+    /// The folder of an output does not exist.
     #[error("{}: the folder {} does not exist; create it first", path.display(), folder.display())]
     NoFolder {
         /// The output.
@@ -116,20 +115,20 @@ pub enum ImageError {
         /// Its folder.
         folder: PathBuf,
     },
-    /// The system refused to write.
+    /// The operating system reported an error on writing.
     #[error("{}: cannot be written: {source}", path.display())]
     Write {
         /// The output.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// What is to be written is no picture: sizes that contradict one another, or names the format cannot hold.
+    /// The data to be written are inconsistent, or contain names that the format cannot represent.
     #[error("{}: cannot be written: {why}", path.display())]
     Inconsistent {
         /// The output.
         path: PathBuf,
-        /// The contradiction.
+        /// The reason.
         why: String,
     },
 }

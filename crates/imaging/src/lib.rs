@@ -1,7 +1,7 @@
-//! Linear pictures in and out of files, textures, and tone curves.
+//! Reading and writing of linear images, textures, and tone curves.
 //!
-//! Colours are linear Rec.709 [`glam::Vec3`]; pictures run row by row from the top left. This crate knows nothing
-//! of rays, scenes or samples.
+//! Colours are linear Rec.709 [`glam::Vec3`]; pixels are stored row by row from the top left. This crate has no
+//! knowledge of rays, scenes or samples.
 
 #![forbid(unsafe_code)]
 

@@ -1,18 +1,18 @@
-//! How much memory may what stands in a file take? Every reader works out beforehand what it will need, and asks here.
+//! Memory limits for reading files. Every reader computes the memory it needs in advance and checks it here.
 //!
-//! A few thousand bytes can describe a picture of many gigabytes. So two things bound what is taken without the user's
-//! own word: what the machine has free, and the size of the file, of which [`PER_BYTE`] is more than any picture with
-//! something to see in it needs.
+//! A few thousand bytes can describe an image of many gigabytes. Unless the user sets a limit, memory is therefore
+//! limited by two quantities: the free memory of the machine, and [`PER_BYTE`] times the size of the file, which is
+//! more than any image with visible content requires.
 
 use std::fmt;
 
-/// Bytes in memory per byte of a file that are granted unasked. Deflate packs at most 1032 bytes into one.
+/// Bytes of memory allowed by default per byte of a file. Deflate compresses at most 1032 bytes into one.
 pub const PER_BYTE: u64 = 1024;
 
-/// Bytes in memory that are granted unasked for any file, however small: 2 GiB.
+/// Bytes of memory allowed by default for any file, however small: 2 GiB.
 pub const ANY_FILE: u64 = 1 << 31;
 
-/// The most that may be taken, and who said so.
+/// A memory limit and its origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryLimit {
     bytes: u64,
@@ -20,41 +20,42 @@ pub struct MemoryLimit {
 }
 
 impl Default for MemoryLimit {
-    /// 16 GiB.
+    /// 16 GiB, as if set by the user.
     fn default() -> Self {
         Self::asked(1 << 34)
     }
 }
 
 impl MemoryLimit {
-    /// Whatever is needed is taken.
+    /// No limit.
     pub const NONE: Self = Self { bytes: u64::MAX, asked: true };
 
-    /// So many bytes, by the user's own word: whatever the size of the file.
+    /// A limit in bytes that the user has set; it applies regardless of the size of the file.
     pub fn asked(bytes: u64) -> Self {
         Self { bytes, asked: true }
     }
 
-    /// So many bytes, because that many are free, and no more than suits the size of the file.
+    /// A limit of the given free memory in bytes; the size of the file limits it further.
     pub fn free(bytes: u64) -> Self {
         Self { bytes, asked: false }
     }
 
-    /// What is left of it when `bytes` are taken.
+    /// The remaining limit after `bytes` have been allocated.
     #[must_use]
     pub fn less(self, bytes: u64) -> Self {
         Self { bytes: self.bytes.saturating_sub(bytes), ..self }
     }
 
-    /// The limit in bytes, whatever the file.
+    /// The limit in bytes, regardless of the file.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Whether what takes `needed` bytes may be read from a file of `file` bytes; None for what no file describes.
+    /// Checks whether `needed` bytes of memory may be allocated for a file of `file` bytes; None if the memory does not
+    /// depend on a file.
     ///
     /// # Errors
-    /// What is needed and what there is, in words.
+    /// The required and the allowed memory.
     pub fn admit(&self, needed: u64, file: Option<u64>) -> Result<(), Overrun> {
         let suits = file.filter(|_| !self.asked).map(|bytes| bytes.saturating_mul(PER_BYTE).max(ANY_FILE));
         let limit = self.bytes.min(suits.unwrap_or(u64::MAX));
@@ -68,7 +69,7 @@ impl MemoryLimit {
     }
 }
 
-/// Why there is no more.
+/// The origin of the limit that was exceeded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reason {
     Asked,
@@ -76,12 +77,12 @@ enum Reason {
     File(u64),
 }
 
-/// More memory would be taken than there is: "takes about 4.3 GB of memory, and 2.1 GB are free; …".
+/// The error for exceeding a memory limit: "takes about 4.3 GB of memory, and 2.1 GB is free; …".
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overrun {
-    /// Bytes that are needed, about.
+    /// Approximate required memory in bytes.
     pub needed: u64,
-    /// Bytes that may be taken.
+    /// Allowed memory in bytes.
     pub limit: u64,
     reason: Reason,
 }
@@ -100,7 +101,7 @@ impl fmt::Display for Overrun {
     }
 }
 
-/// A number of bytes for people: "5.1 GB".
+/// Formats a number of bytes, as in "5.1 GB".
 pub fn size(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} bytes"),

@@ -1,29 +1,30 @@
-//! Which exposure shows a picture well?
+//! Automatic exposure of an image.
 //!
-//! The rule is stated in [`exposure`]; it needs no scene, knows no camera, and gives the same value for the same picture on
-//! every machine.
+//! The rule is documented at [`exposure`]. It uses only the image, not the scene or the camera, and gives the same
+//! value for the same image on every machine.
 
 use crate::Image;
 
-/// Share of the lit pixels that are at most as bright as the one that is brought to [`BRIGHT`].
+/// Fraction of the lit pixels that are at most as bright as the pixel that is exposed to [`BRIGHT`].
 const PERCENTILE: f64 = 0.9;
-/// Linear value, 1 being the white of the display, that this pixel gets.
+/// Linear value of that pixel, where 1 is the white of the display.
 const BRIGHT: f64 = 0.8;
-/// Linear value that the logarithmic mean of the lit pixels does not fall below.
+/// Minimum linear value of the logarithmic mean of the lit pixels.
 const MEAN: f64 = 0.1;
-/// Pixels darker than this part of the brightest one are not lit: they add to no mean.
+/// Pixels darker than this fraction of the brightest one are not lit and are excluded from all statistics.
 const LIT: f64 = 1e-6;
-/// Steps per stop: short numbers, so that the exposure can be said and repeated exactly.
+/// Steps per stop. The exposure is rounded to a short number, so that it can be printed and reproduced exactly.
 const STEPS: f64 = 100.0;
 
-/// Exposure in stops, a multiple of 0.01, that suits a linear picture: nine tenths of the lit pixels stay below 0.8 of the
-/// display's white, unless the logarithmic mean of the lit pixels would then be below 0.1, to which it is raised (a lamp
-/// that fills much of the picture does not turn the room dark). Lit pixels are those that have at least a millionth of
-/// the brightest finite one. 0 for a picture without light.
+/// A suitable exposure for a linear image, in stops, rounded to a multiple of 0.01. With it, nine tenths of the lit
+/// pixels are below 0.8 of the display's white. If the logarithmic mean of the lit pixels would then be below 0.1, the
+/// exposure is raised so that the mean is 0.1, which prevents a lamp that fills much of the image from making the room
+/// dark. Lit pixels are those with at least a millionth of the brightness of the brightest finite one. Returns 0 for an
+/// image without light.
 ///
-/// A pixel is as bright as its largest channel, so that the shading of saturated colours does not end at the display's
-/// white: a blue surface has a fourteenth of the luminance of a white one. The logarithmic mean as a measure of a scene's
-/// key: [Reinhard 2002, eq. 1].
+/// The brightness of a pixel is its largest channel, so that the shading of saturated colours is not clipped at the
+/// display's white: a blue surface has a fourteenth of the luminance of a white one. The logarithmic mean as a measure
+/// of a scene's key is from [Reinhard 2002, eq. 1].
 pub fn exposure(picture: &Image) -> f32 {
     let finite = picture.pixels.iter().filter(|p| p.is_finite());
     let mut lit: Vec<f64> = finite.map(|p| f64::from(p.max_element())).filter(|y| *y > 0.0).collect();
@@ -70,7 +71,7 @@ mod tests {
         assert_eq!(of(&[(0.8, 100), (400.0, 1)]), plain);
     }
 
-    /// A third of the picture is a lamp a thousand times as bright as the walls.
+    /// A third of the image is a lamp a thousand times as bright as the walls.
     #[test]
     fn a_large_lamp_leaves_the_room_visible() {
         let at = of(&[(0.2, 200), (200.0, 100)]);

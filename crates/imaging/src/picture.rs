@@ -1,52 +1,51 @@
-//! What is a picture in memory?
+//! Images with layers in memory.
 //!
-//! Linear Rec.709 RGB radiance in f32, row by row from the top left. A [`Image`] is one colour per pixel;
-//! [`Layers`] are what an EXR holds: any number of named channels over the same window.
+//! Values are linear Rec.709 RGB radiance in f32, row by row from the top left. An [`Image`] has one colour per pixel;
+//! [`Layers`] correspond to the content of an EXR, which has any number of named channels in the same window.
 
 use dapple_math::Image;
 use glam::Vec3;
 
-/// Channels that belong together, e.g. name "normal" with channels X, Y, Z. The name "" is the beauty layer with
-/// the channels R, G, B. In the file a channel is called `name.channel`, as Nuke and Blender expect it.
+/// A group of channels, e.g. with the name "normal" and the channels X, Y, Z. The name "" is that of the beauty layer
+/// with the channels R, G, B. In the file a channel is called `name.channel`, as Nuke and Blender expect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// What stands before the last dot of its channels' names.
+    /// The part of the channels' names before the last dot.
     pub name: String,
     /// Channel name and `width * height` values, row by row from the top left.
     pub channels: Vec<(String, Vec<f32>)>,
 }
 
-/// What an EXR holds.
+/// The content of an EXR.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layers {
     /// Pixels per row of the data window.
     pub width: usize,
     /// Rows of the data window.
     pub height: usize,
-    /// Top-left corner of the data window within the full picture; (0, 0) unless this is a crop.
+    /// Top-left corner of the data window within the full image; (0, 0) unless this is a crop.
     pub offset: (i32, i32),
-    /// Size of the full picture (the display window). (0, 0) stands for `(width, height)`.
+    /// Size of the full image (the display window). (0, 0) means `(width, height)`.
     pub full_size: (usize, usize),
-    /// The layers; writing orders them by name, as the format asks.
+    /// The layers, in any order; the file has them in order of name, as the format requires.
     pub layers: Vec<Layer>,
-    /// Attributes by name; writing orders them by name, so that equal content gives equal bytes.
+    /// Attributes by name, in any order; the file has them in order of name, so that equal content gives equal bytes.
     pub metadata: Vec<(String, MetaValue)>,
 }
 
 impl Layers {
-    /// The layer of that name.
+    /// The layer with the given name.
     pub fn layer(&self, name: &str) -> Option<&Layer> {
         self.layers.iter().find(|layer| layer.name == name)
     }
 
-    /// The layer without a name, or else the first one, as a picture of the data window; see
-    /// [`picture`](Self::picture).
+    /// The layer without a name, or else the first one, as an image of the data window; see [`picture`](Self::picture).
     pub fn beauty(&self) -> Option<Image> {
         self.picture("").or_else(|| self.picture(&self.layers.first()?.name))
     }
 
-    /// The data window of the layer `name` as a picture: its R, G, B, or else X, Y, Z, or else Y or its only
-    /// channel three times. `None` if there is no such layer or its channels are none of these.
+    /// The data window of the layer `name` as an image: its R, G, B, or else X, Y, Z, or else Y or its only channel
+    /// three times. `None` if there is no such layer or it has none of these channels.
     pub fn picture(&self, name: &str) -> Option<Image> {
         let layer = self.layer(name)?;
         let find = |c: &str| layer.channels.iter().find(|(n, _)| n == c).map(|(_, v)| v.as_slice());
@@ -62,7 +61,7 @@ impl Layers {
     }
 }
 
-/// A picture as the beauty layer of a file without anything else.
+/// An image becomes the beauty layer of a file without other layers.
 impl From<&Image> for Layers {
     fn from(picture: &Image) -> Self {
         let channel =
@@ -82,8 +81,8 @@ pub enum MetaValue {
     Int(i32),
     /// A 32-bit float.
     Float(f32),
-    /// A 4×4 matrix in the order of the file: row by row for row vectors (p' = p M, so that a translation stands
-    /// in the elements 12, 13, 14). That is also glam's column-by-column order for column vectors
-    /// (`Mat4::to_cols_array`). The standard attributes `worldToCamera` and `worldToNDC` are of this kind.
+    /// A 4×4 matrix in the order of the file: row by row for row vectors (p' = p M, so that a translation is in the
+    /// elements 12, 13, 14). This is also glam's column-by-column order for column vectors (`Mat4::to_cols_array`). The
+    /// standard attributes `worldToCamera` and `worldToNDC` are of this type.
     Matrix([f32; 16]),
 }

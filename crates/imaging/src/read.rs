@@ -1,16 +1,16 @@
-//! How does a file become a picture?
+//! Reading of image files.
 //!
-//! The content decides the format, the extension only where the content says nothing. sRGB files (PNG, JPEG, WebP)
-//! are decoded to linear light with the exact curve. Embedded colour profiles, gamma chunks, orientation tags and
-//! the EXPOSURE line of an .hdr are ignored: code values are taken as sRGB, numbers as they are. Alpha is left out
-//! of pictures. Values that are not finite (only EXR can hold them) are handed on: the caller decides.
+//! The format is detected from the content, and from the extension only if the content is inconclusive. sRGB files
+//! (PNG, JPEG, WebP) are decoded to linear light with the exact curve. Embedded colour profiles, gamma chunks,
+//! orientation tags and the EXPOSURE line of an .hdr are ignored: code values are interpreted as sRGB, and numbers are
+//! used unchanged. Images have no alpha. Non-finite values (which only EXR can contain) are left to the caller.
 //!
 //! *Approximation*: JPEG and EXR's DWAA and DWAB are decoded by kernels that may differ in the last bit between
-//! machines; all other formats and compressions give every machine the same numbers.
+//! machines; all other formats and compressions give the same numbers on every machine.
 //!
-//! No content makes these functions panic, or allocate more than [`MAX_PIXELS`] and [`MAX_SAMPLES`] allow. Those that
-//! take a [`MemoryLimit`](crate::MemoryLimit) work out what decoding will take before it begins, and refuse what is over
-//! the limit.
+//! No file content makes these functions panic or allocate more than [`MAX_PIXELS`] and [`MAX_SAMPLES`] allow. The
+//! functions that take a [`MemoryLimit`](crate::MemoryLimit) compute the memory needed for decoding in advance, and
+//! return an error if it exceeds the limit.
 
 mod bytes;
 mod decoders;

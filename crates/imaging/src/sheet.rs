@@ -1,28 +1,28 @@
-//! How do many pictures become one labelled sheet?
+//! Contact sheets: grids of labelled images.
 //!
-//! Cells of 8-bit RGB in a grid, row by row, each with its label underneath; columns are as wide as the widest cell,
-//! rows as high as the highest one. Light grey on near black, so that neither highlights nor shadows of the pictures
-//! are judged against white paper.
+//! The cells are 8-bit RGB images in a grid, row by row, each with its label underneath. Columns are as wide as the
+//! widest cell and rows as high as the highest one. Labels are light grey on a nearly black background, so that neither
+//! highlights nor shadows of the images are judged against white.
 
 use crate::{Image, Tone, text, write};
 
-/// 8-bit sRGB code values, red, green, blue, row by row from the top left.
+/// 8-bit sRGB code values (red, green, blue), row by row from the top left.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Frame {
     /// Pixels per row.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// `width * height * 3` code values; [`write::rgb8`] takes them as they are.
+    /// `width * height * 3` code values, as accepted by [`write::rgb8`].
     pub data: Vec<u8>,
 }
 
-/// A picture with a few words on it.
+/// An image with a label.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// The picture.
+    /// The image.
     pub frame: Frame,
-    /// Lines for underneath; what is wider than the cell is cut off.
+    /// Lines of text under the image; text wider than the cell is truncated.
     pub label: String,
 }
 
@@ -31,7 +31,7 @@ const INK: [u8; 3] = [208; 3];
 const GAP: usize = 8;
 
 impl Frame {
-    /// A picture through exposure (stops) and tone curve.
+    /// Converts an image with an exposure (in stops) and a tone curve.
     pub fn of(picture: &Image, tone: Tone, exposure: f32) -> Self {
         Self {
             width: picture.width,
@@ -44,7 +44,7 @@ impl Frame {
         Self { width, height, data: vec![BACKGROUND; width * height * 3] }
     }
 
-    /// Copies `cell` so that its top left comes to (x, y); it must fit.
+    /// Copies `cell` with its top-left corner at (x, y); it must fit.
     fn paste(&mut self, cell: &Frame, x: usize, y: usize) {
         for (i, row) in cell.data.chunks_exact(cell.width.max(1) * 3).take(cell.height).enumerate() {
             let at = ((y + i) * self.width + x) * 3;
@@ -53,7 +53,7 @@ impl Frame {
     }
 }
 
-/// Lays the cells out in rows of `columns`. Text is drawn at twice its size where cells are at least 256 wide.
+/// Arranges the cells in rows of `columns`. Text is drawn at twice its size if cells are at least 256 pixels wide.
 pub fn grid(cells: &[Cell], columns: usize) -> Frame {
     let columns = columns.clamp(1, cells.len().max(1));
     let width = cells.iter().map(|c| c.frame.width).max().unwrap_or(0);
@@ -74,7 +74,7 @@ pub fn grid(cells: &[Cell], columns: usize) -> Frame {
     sheet
 }
 
-/// The lines of a label, each cut to `most` characters.
+/// The lines of a label, each truncated to `most` characters.
 fn fitting(label: &str, most: usize) -> String {
     label.lines().map(|line| line.chars().take(most).collect::<String>()).collect::<Vec<_>>().join("\n")
 }

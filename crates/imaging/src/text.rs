@@ -1,21 +1,21 @@
-//! How does a label get into a picture, without a font file?
+//! Text labels in images, without a font file.
 //!
-//! Fixed-width letters of 5×7 dots for all printable ASCII, from our own table, drawn dot by dot into 8-bit RGB data
-//! (row by row from the top left). Whatever falls outside the picture is left out.
+//! A fixed-width font of 5×7 dots contains all printable ASCII characters and is drawn into 8-bit RGB data (row by row
+//! from the top left). Parts outside the image are clipped.
 
-/// Dots from one character to the next, gap included, at scale 1.
+/// Dots from one character to the next, including the gap, at scale 1.
 pub const ADVANCE: usize = 6;
 
-/// Dots from one line to the next, gap included, at scale 1.
+/// Dots from one line to the next, including the gap, at scale 1.
 pub const LINE: usize = 9;
 
-/// Pixels across that `text` takes on one line at `scale`, without the gap after its last character.
+/// Width of `text` in pixels, on one line at `scale`, without the gap after its last character.
 pub fn width(text: &str, scale: usize) -> usize {
     (text.chars().count() * ADVANCE).saturating_sub(1) * scale
 }
 
-/// Draws `text` with its top left at (x, y), `scale` pixels per dot; a line feed starts a new line, characters
-/// other than printable ASCII are drawn as a box.
+/// Draws `text` with its top-left corner at (x, y) and `scale` pixels per dot. A line feed starts a new line;
+/// characters other than printable ASCII are drawn as a box.
 pub fn draw(data: &mut [u8], width: usize, (x, y): (usize, usize), scale: usize, color: [u8; 3], text: &str) {
     for (row, line) in text.split('\n').enumerate() {
         for (column, c) in line.chars().enumerate() {
@@ -44,14 +44,14 @@ fn draw_glyph(
     }
 }
 
-/// Rows of five dots, top first, the leftmost dot in bit 4.
+/// The rows of five dots of a character, from top to bottom, with the leftmost dot in bit 4.
 fn glyph(c: char) -> [u8; 7] {
     const BOX: [u8; 7] = [0x1f, 0x11, 0x11, 0x11, 0x11, 0x11, 0x1f];
     let index = (c as usize).checked_sub(0x20);
     index.and_then(|i| GLYPHS.get(i)).copied().unwrap_or(BOX)
 }
 
-/// From space (0x20) to tilde (0x7e).
+/// The characters from space (0x20) to tilde (0x7e).
 #[rustfmt::skip]
 const GLYPHS: [[u8; 7]; 95] = [
     [0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00], // space

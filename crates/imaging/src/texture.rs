@@ -1,11 +1,13 @@
-//! What colour does a texture have at (u, v)?
+//! RGBA textures and their lookup.
 //!
-//! glTF convention: (0, 0) is the top-left corner of the first texel, u to the right, v down; texel i of n covers
-//! [i/n, (i+1)/n) and its value sits at its centre (i + ½)/n (docs/science.md, "Skies": the other convention, i/(n−1),
-//! moves a sun by 3.65 % of its energy at 64×32). sRGB is decoded before filtering; alpha is always linear. Only the finest
-//! level is looked up: prefiltering would be a bias, and averaging many rays per pixel does its work.
+//! The texture coordinates follow the glTF convention: (0, 0) is the top-left corner of the first texel, u increases to
+//! the right and v downward; texel i of n covers [i/n, (i+1)/n) and its value is at its centre (i + ½)/n
+//! (docs/science.md, "Skies": the other convention, i/(n−1), changes the energy of a sun of one texel by 3.65 % at
+//! 64×32). sRGB is decoded before filtering; alpha is always linear. Only the finest level is used: prefiltering would
+//! cause bias, and averaging many rays per pixel has the same effect.
+//! and averaging many rays per pixel has the same effect.
 //!
-//! Lookups are total: any uv, NaN and ±∞ included, gives a colour of the texture.
+//! Lookups are total: any uv, including NaN and ±∞, gives a colour of the texture.
 
 mod encoding;
 mod sampler;
@@ -20,29 +22,29 @@ use glam::{Vec2, Vec4};
 use sampler::{nearest, span};
 use wide::Wide;
 
-/// An RGBA texture of 8 or 16 bits per channel, as it came from the file, or only some of its channels.
+/// An RGBA texture of 8 or 16 bits per channel, with all channels of the file or only some of them.
 #[derive(Clone, Debug)]
 pub struct Texture {
     width: usize,
     height: usize,
-    /// `stride` bytes per texel, and at the end as many as let four be read at any texel.
+    /// `stride` bytes per texel, plus padding so that four bytes can be read at any texel.
     bytes: Vec<u8>,
     stride: usize,
-    /// Where in its texel each channel is.
+    /// The position of each channel within its texel.
     places: [u8; 4],
-    /// What the byte there means.
+    /// The decoding table of each channel.
     tables: [&'static [f32; 256]; 4],
     sampler: Sampler,
-    /// All texels of the image are the same.
+    /// Whether all texels of the image are equal.
     is_constant: bool,
-    /// Texels of 16 bits per channel, which then stand for `bytes`.
+    /// Texels of 16 bits per channel; replaces `bytes` if present.
     wide: Option<Box<Wide>>,
 }
 
 impl Texture {
-    /// `Encoding::Srgb` decodes RGB (never alpha) on lookup, before filtering. An image without texels, or with
-    /// another number of them than its size says, becomes one white texel, the neutral factor of every glTF
-    /// texture slot.
+    /// Creates a texture. `Encoding::Srgb` decodes RGB (never alpha) on lookup, before filtering. An image without
+    /// texels, or whose number of texels does not match its size, becomes a single white texel, which is the neutral
+    /// factor of every glTF texture slot.
     pub fn new(image: impl Into<Texels>, encoding: Encoding, sampler: Sampler) -> Self {
         match image.into() {
             Texels::Eight(image) => Self::eight(image, encoding, sampler),
@@ -80,8 +82,8 @@ impl Texture {
         }
     }
 
-    /// Without the channels that are not `wanted`: they give 1 from now on. Of the others only what says something is
-    /// stored: not what is 1 everywhere, and once what is the same.
+    /// Removes the channels that are not `wanted`; lookups return 1 for them. Of the other channels, those that are 1
+    /// everywhere are not stored, and equal channels are stored once.
     #[must_use]
     pub fn keep(self, wanted: Channels) -> Self {
         if let Some(wide) = self.wide {
@@ -111,12 +113,12 @@ impl Texture {
         Self { bytes, stride: stored.len(), places, tables, ..self }
     }
 
-    /// How many channels are stored.
+    /// The number of stored channels.
     pub fn channels(&self) -> usize {
         self.wide.as_ref().map_or(self.stride, |wide| wide.channels())
     }
 
-    /// The stored bytes of the texels, four and more of which only the first `stride` are theirs.
+    /// For each texel, a slice of at least four bytes, of which only the first `stride` belong to it.
     fn texels(&self) -> impl Iterator<Item = &[u8]> {
         (0..self.width * self.height).map(|i| &self.bytes[i * self.stride..])
     }
@@ -130,12 +132,12 @@ impl Texture {
         (self.width, self.height)
     }
 
-    /// How it is looked up.
+    /// The wrap modes and interpolation.
     pub fn sampler(&self) -> Sampler {
         self.sampler
     }
 
-    /// Linear RGB and alpha at `uv`, each in [0, 1]. uv in glTF convention: (0,0) is the top-left corner of the
+    /// Linear RGB and alpha at `uv`, each in [0, 1]. uv is in the glTF convention: (0,0) is the top-left corner of the
     /// first texel.
     #[inline]
     pub fn lookup(&self, uv: Vec2) -> Vec4 {
@@ -176,23 +178,23 @@ impl Texture {
         }
     }
 
-    /// Of 8 bits per channel.
+    /// A decoded texel of 8 bits per channel.
     #[inline(always)]
     fn narrow_texel(&self, x: usize, y: usize) -> Vec4 {
         let at = (y * self.width + x) * self.stride;
         let bytes = &self.bytes[at..at + 4];
-        // Below 4 anyway; said so, it is not asked.
+        // Positions are below 4; the mask eliminates the bounds check.
         let value = |c: usize| self.tables[c][usize::from(bytes[usize::from(self.places[c] & 3)])];
         Vec4::new(value(0), value(1), value(2), value(3))
     }
 
-    /// The colour of every lookup, if all texels of the image were the same.
+    /// The colour of every lookup, if all texels of the image are equal.
     pub fn constant(&self) -> Option<Vec4> {
         self.is_constant.then(|| self.texel(0, 0))
     }
 
-    /// Mean of all decoded texels, summed in f64: the integral of the texture over its unit square, whatever the
-    /// interpolation under `Repeat` and `Mirror`.
+    /// Mean of all decoded texels, summed in f64. With `Repeat` and `Mirror`, this is the integral of the texture over
+    /// its unit square for either interpolation.
     pub fn mean(&self) -> Vec4 {
         if let Some(wide) = &self.wide {
             return wide.mean(self.width * self.height);
@@ -210,21 +212,21 @@ impl Texture {
         Vec4::new(mean(0), mean(1), mean(2), mean(3))
     }
 
-    /// Bytes held by the texels.
+    /// Memory of the texels in bytes.
     pub fn memory_bytes(&self) -> usize {
         size_of_val(self.bytes.as_slice()) + self.wide.as_ref().map_or(0, |wide| wide.memory_bytes())
     }
 }
 
-/// Stands for an image without texels.
+/// Replaces an image without texels.
 const WHITE: Rgba8 = Rgba8 { width: 0, height: 0, texels: Vec::new() };
 
-/// Whether an image of this size has that many texels.
+/// Whether an image of this size has this number of texels.
 fn is_sound(width: usize, height: usize, texels: usize) -> bool {
     texels > 0 && width.checked_mul(height) == Some(texels) && width.max(height) <= i32::MAX as usize
 }
 
-/// a + (b − a) t: exact when a = b, and the same on every machine (no reduction, no fused multiply).
+/// a + (b − a) t: exact when a = b, and identical on every machine (no reduction, no fused multiply).
 #[inline]
 fn mix(a: Vec4, b: Vec4, t: f32) -> Vec4 {
     a + (b - a) * t

@@ -1,18 +1,18 @@
-//! Which display value stands for a given radiance?
+//! Tone curves, which map radiance to display values.
 //!
-//! Every curve takes linear Rec.709 (after exposure; 1 is diffuse white) to an sRGB code value in [0, 1], ready to
-//! be rounded to 8 bits. The curves are those of their authors, coefficient by coefficient:
-//! - `srgb`: clip, then the exact sRGB curve [IEC 61966-2-1]. The only one that `read::picture` undoes.
-//! - `agx`: AgX base look by Troy Sobotka in the sixth-order fit by Benjamin Wrensch ("Minimal AgX
-//!   Implementation", iolite-engine.com, 2023). *Approximation* of the sigmoid with a mean squared error of
-//!   3.7e-6 as its author states, under one 8-bit step in the mean. Its output is the code value for a display
-//!   of exponent 2.2, written as it is.
-//! - `aces`: the fit of RRT + sRGB ODT by Stephen Hill (BakingLab `ACES.hlsl`, MJP & D. Neubelt). *Approximation*
-//!   of the ACES 1.0 output transform; no exposure factor is hidden in it.
-//! - `neutral`: Khronos PBR Neutral (specification in `KhronosGroup/ToneMapping`, 2024): base colours under grey
-//!   light come out as they were set, only highlights are compressed.
+//! Every curve maps linear Rec.709 (after exposure; 1 is diffuse white) to an sRGB code value in [0, 1], ready to be
+//! rounded to 8 bits. The curves have exactly the coefficients published by their authors:
+//! - `srgb`: clip, then the exact sRGB curve [IEC 61966-2-1]. The only one that `read::picture` inverts.
+//! - `agx`: AgX base look by Troy Sobotka in the sixth-order fit by Benjamin Wrensch ("Minimal AgX Implementation",
+//!   iolite-engine.com, 2023). *Approximation* of the sigmoid with a mean squared error of 3.7e-6 according to its
+//!   author, which is less than one 8-bit step on average. Its output is the code value for a display of exponent 2.2,
+//!   and is written unchanged.
+//! - `aces`: the fit of RRT + sRGB ODT by Stephen Hill (BakingLab `ACES.hlsl`, MJP & D. Neubelt). *Approximation* of
+//!   the ACES 1.0 output transform, without an additional exposure factor.
+//! - `neutral`: Khronos PBR Neutral (specification in `KhronosGroup/ToneMapping`, 2024): base colours under grey light
+//!   are reproduced unchanged, and only highlights are compressed.
 //!
-//! Transcendental functions go through `libm`: the bytes of a picture do not depend on the machine.
+//! Transcendental functions use `libm`, so that the bytes of an image do not depend on the machine.
 
 use crate::color::linear_to_srgb;
 use glam::{Mat3, Vec3};
@@ -34,17 +34,17 @@ pub enum Tone {
 }
 
 impl Tone {
-    /// All curves with their names, in the order in which help texts list them.
+    /// All curves with their names, in the order of the help texts.
     pub const ALL: [(Self, &'static str); 4] =
         [(Self::Srgb, "srgb"), (Self::Agx, "agx"), (Self::Aces, "aces"), (Self::Neutral, "neutral")];
 
-    /// The name by which [`FromStr`] knows it.
+    /// The name accepted by [`FromStr`].
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(tone, _)| *tone == self).map_or("", |(_, name)| name)
     }
 
-    /// Display-referred sRGB-encoded value in [0, 1] of a linear Rec.709 colour. Total: negative and NaN components
-    /// count as 0, components above 65504 (the largest half) as 65504.
+    /// Maps a linear Rec.709 colour to a display-referred sRGB-encoded value in [0, 1]. The function is total: negative
+    /// and NaN components count as 0, components above 65504 (the largest half) as 65504.
     pub fn apply(self, linear: Vec3) -> Vec3 {
         let c = linear.map(|v| if v > 0.0 { v.min(65504.0) } else { 0.0 });
         let encode = |c: Vec3| c.clamp(Vec3::ZERO, Vec3::ONE).map(linear_to_srgb);
@@ -98,7 +98,7 @@ fn aces(c: Vec3) -> Vec3 {
     OUTPUT * (INPUT * c).map(fit)
 }
 
-/// Takes off the 4 % of a dielectric's reflection, compresses the peak above 0.76 and desaturates what it cut
+/// Subtracts the 4 % reflection of a dielectric, compresses the peak above 0.76 and desaturates compressed colours
 /// [Khronos PBR Neutral].
 fn neutral(c: Vec3) -> Vec3 {
     const START: f32 = 0.8 - 0.04;
@@ -122,7 +122,7 @@ impl fmt::Display for Tone {
     }
 }
 
-/// A tone curve that nobody knows.
+/// The error for an unknown tone curve name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown tone curve `{0}`; use srgb, agx, aces or neutral")]
 pub struct UnknownTone(pub String);

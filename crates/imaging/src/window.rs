@@ -1,23 +1,24 @@
-//! Which part of its frame does a picture hold?
+//! Pixel windows: the part of the full image that a file contains.
 //!
-//! An EXR says how large the full picture is (the display window) and which pixels of it are there (the data window):
-//! a crop knows where it belongs. What it does not hold is not black, it is not known, and must not be compared.
+//! An EXR stores the size of the full image (the display window) and which of its pixels are present (the data window),
+//! so that a crop contains its position. Pixels outside of the data window are not black but unknown, and must not be
+//! compared.
 
-/// A rectangle of pixels of a full picture.
+/// A rectangle of pixels of a full image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
-    /// First column.
+    /// The first column.
     pub x: usize,
-    /// First row from the top.
+    /// The first row from the top.
     pub y: usize,
-    /// Columns.
+    /// The number of columns.
     pub width: usize,
-    /// Rows.
+    /// The number of rows.
     pub height: usize,
 }
 
 impl Window {
-    /// All of a picture of that size.
+    /// The window of a full image of the given size.
     pub fn full((width, height): (usize, usize)) -> Self {
         Self { x: 0, y: 0, width, height }
     }
@@ -27,7 +28,7 @@ impl Window {
         (self.x + self.width, self.y + self.height)
     }
 
-    /// The pixels in both; `None` when there are none.
+    /// The pixels in both windows; `None` when there are none.
     pub fn intersection(&self, other: &Self) -> Option<Self> {
         let (x, y) = (self.x.max(other.x), self.y.max(other.y));
         let (a, b) = (self.end(), other.end());
@@ -36,7 +37,7 @@ impl Window {
     }
 }
 
-/// As in an error message: first column and row, then one past the last.
+/// Formats the window for error messages: first column and row, then one past the last.
 impl std::fmt::Display for Window {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (right, bottom) = self.end();
@@ -44,16 +45,16 @@ impl std::fmt::Display for Window {
     }
 }
 
-/// A crop where more of the picture is needed.
+/// The error for a crop that does not contain all required pixels.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{name}: holds the pixels {has} of {}x{}, and {wanted} are needed; render them too", .full_size.0, .full_size.1)]
+#[error("{name}: has only pixels {has} of {}x{}, but {wanted} are needed; render them too", .full_size.0, .full_size.1)]
 pub struct Partial {
     /// The file.
     pub name: String,
-    /// What is there.
+    /// The window of the file.
     pub has: Window,
-    /// What is needed.
+    /// The required window.
     pub wanted: Window,
-    /// Width and height of the full picture.
+    /// Width and height of the full image.
     pub full_size: (usize, usize),
 }

@@ -1,16 +1,16 @@
-//! Pictures that know which part of their frame they hold.
+//! Images with their window in the full image.
 
 use crate::window::{Partial, Window};
 use crate::{Image, ImageError};
 
-/// A picture and its place in the full one.
+/// An image and its position in the full image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Windowed {
-    /// The pixels of the window alone.
+    /// The pixels of the window.
     pub picture: Image,
-    /// Which ones they are.
+    /// The window within the full image.
     pub window: Window,
-    /// Width and height of the full picture.
+    /// Width and height of the full image.
     pub full_size: (usize, usize),
 }
 
@@ -22,7 +22,7 @@ impl From<Image> for Windowed {
 }
 
 impl Windowed {
-    /// The pixels of `wanted`, if all of them are there.
+    /// The pixels of `wanted`; None unless all of them are present.
     pub fn part(&self, wanted: Window) -> Option<Image> {
         if self.window.intersection(&wanted) != Some(wanted) {
             return None;
@@ -33,12 +33,12 @@ impl Windowed {
         Some(Image { width: wanted.width, height: wanted.height, pixels })
     }
 
-    /// As [`covering`](Self::covering); nothing is copied where all is wanted.
+    /// As [`covering`](Self::covering), without a copy if `wanted` is the whole window.
     pub fn into_covering(self, wanted: Window, name: &str) -> Result<Image, ImageError> {
         if wanted == self.window { Ok(self.picture) } else { self.covering(wanted, name) }
     }
 
-    /// The pixels of `wanted`; an error that calls the picture `name` if some are missing.
+    /// The pixels of `wanted`, or an error about the file `name` if some are missing.
     pub fn covering(&self, wanted: Window, name: &str) -> Result<Image, ImageError> {
         let (has, full_size) = (self.window, self.full_size);
         let partial = || Partial { name: name.into(), has, wanted, full_size };

@@ -1,9 +1,9 @@
-//! How does a picture become a file?
+//! Writing of image files.
 //!
-//! Every file is written under a temporary name beside its target and renamed when it is whole: whoever looks at
-//! the target sees the old file or the new one, never a part, and a failure leaves nothing behind; what a killed
-//! process leaves, [`check`] removes the next time. The bytes
-//! depend on the picture alone: not on machine, thread count, time or path.
+//! Every file is written under a temporary name in the folder of its target and renamed when complete. Readers of the
+//! target see either the old file or the new one, never a partial one, and a failure leaves no file behind. Temporary
+//! files of killed processes are removed by the next [`check`]. The bytes depend only on the image, not on machine,
+//! thread count, time or path.
 
 #[cfg(feature = "exr")]
 mod exr;

@@ -1,4 +1,4 @@
-//! EXR: what goes in comes out, bit for bit, and equal content gives equal bytes.
+//! Tests that EXR files are read as they were written, bit for bit, and that equal content gives equal bytes.
 #![cfg(feature = "exr")]
 
 use dapple_imaging::write::Depth;
@@ -9,7 +9,7 @@ use std::path::PathBuf;
 const WIDTH: usize = 37;
 const HEIGHT: usize = 41; // three ZIP blocks, the last one short
 
-/// A well-mixed number from an index.
+/// A hash of an index.
 fn noise(i: usize) -> u32 {
     let mut x = (i as u32).wrapping_mul(0x9e37_79b9) ^ 0x85eb_ca6b;
     x ^= x >> 16;
@@ -18,7 +18,7 @@ fn noise(i: usize) -> u32 {
     x.wrapping_mul(0x846c_a68b) ^ (x >> 16)
 }
 
-/// Every kind of float: finite ones of any exponent, infinities, NaN, −0.
+/// All kinds of floats: finite ones of any exponent, infinities, NaN, −0.
 fn awkward(i: usize) -> f32 {
     match i % 13 {
         0 => f32::INFINITY,
@@ -62,7 +62,7 @@ fn layers(value: fn(usize) -> f32) -> Layers {
     }
 }
 
-/// In order of name, as reading gives it.
+/// Sorted by name, as returned by reading.
 fn metadata() -> Vec<(String, MetaValue)> {
     let matrix = |k: f32| MetaValue::Matrix(std::array::from_fn(|i| k * i as f32));
     vec![
@@ -134,7 +134,7 @@ fn equal_content_gives_equal_bytes_whatever_the_threads() {
         all.push(std::fs::read(&path).unwrap());
     }
     assert!(all.iter().all(|bytes| *bytes == all[0]));
-    // The same attributes in another order are the same content.
+    // The order of the attributes does not change the content.
     let mut shuffled = layers(awkward);
     shuffled.metadata.reverse();
     shuffled.layers.reverse();
@@ -180,7 +180,7 @@ fn a_crop_knows_what_it_holds() {
     let (found, beauty) = (read::windowed(&path).unwrap(), before.picture("").unwrap());
     assert_eq!((found.window.x, found.window.y, found.full_size), (5, 9, (64, 50)));
     assert_eq!(found.picture, beauty);
-    // Larger than the display window: cut to it.
+    // Larger than the display window, and therefore clipped to it.
     let larger = Layers { offset: (-3, -4), full_size: (20, 21), ..layers(tame) };
     write::exr(&path, &larger, Depth::Float).unwrap();
     let found = read::windowed(&path).unwrap();
@@ -243,7 +243,8 @@ fn contradictions_are_errors_and_leave_nothing() {
     }
 }
 
-/// Files of other programs: every lossless compression, tiles, all three sample types, several parts of unequal size.
+/// Files as written by other programs: every lossless compression, tiles, all three sample types, several parts of
+/// different size.
 #[test]
 fn foreign_files_are_read() {
     use exr::prelude::*;

@@ -1,4 +1,5 @@
-//! A build without a format says so, on reading, writing and checking alike, and names the feature.
+//! Tests that a build without support for a format returns an error that names the feature on reading, writing and
+//! checking.
 #![cfg(not(all(feature = "exr", feature = "png")))]
 
 use dapple_imaging::{Image, ImageError, read, write};
@@ -32,7 +33,7 @@ fn png_says_which_feature_it_wants() {
     assert_left_out(write::png(path, &picture, dapple_imaging::Tone::Srgb, 0.0), "png");
     assert_left_out(write::rgb8(path, 1, 1, vec![0; 3]), "png");
     assert_left_out(read::rgba8(&[0x89, b'P', b'N', b'G'], "a"), "png");
-    // Writing HDR needs nothing, reading it does.
+    // Writing HDR needs no feature, but reading it does.
     let folder = tempfile::tempdir().unwrap();
     let hdr = folder.path().join("a.hdr");
     write::check(&hdr).unwrap();

@@ -1,4 +1,4 @@
-//! PNG, JPEG, WebP and HDR in and out, and what happens to the files around them.
+//! Tests reading and writing of PNG, JPEG, WebP and HDR, and the handling of other files in the folder.
 #![cfg(feature = "png")]
 
 use dapple_imaging::color::{luminance, srgb_to_linear};
@@ -60,7 +60,8 @@ fn png_rounds_to_the_nearest_code_value() {
     }
 }
 
-/// Colours of a PNG with coverage are those of what covers, at any coverage; 16 bits round 256 times as finely.
+/// The colours of a PNG with coverage are those of the covering surface at any coverage; 16 bits round 256 times as
+/// finely.
 #[test]
 fn coverage_is_unassociated_and_sixteen_bits_are_finer() {
     let folder = folder();
@@ -89,7 +90,7 @@ fn coverage_is_unassociated_and_sixteen_bits_are_finer() {
                 }
             };
             for (c, (found, expected)) in pixel.0.into_iter().zip(expected).enumerate() {
-                // Dividing by the coverage again rounds in the last bit.
+                // Multiplying by the coverage and dividing again causes an error in the last bit.
                 let off = (i32::from(found) - expected).abs();
                 assert!(off <= if c == 3 { 0 } else { step }, "{depth:?} {i} {c}: {found} {expected}");
             }
@@ -129,7 +130,7 @@ fn sixteen_bits_keep_their_depth() {
     assert_eq!(narrow.texels, [[0, 0, 1, 255], [128, 156, 255, 255]]);
 }
 
-/// As a texture: what 8 bits can say takes 8 bits, everything else keeps 16.
+/// Textures: values that 8 bits represent take 8 bits; all others keep 16.
 #[test]
 fn textures_of_sixteen_bits_keep_what_they_say() {
     let bytes = |values: [u16; 6]| png(2, 1, &values.map(u16::to_ne_bytes).concat(), Color::Rgb16);
@@ -170,7 +171,7 @@ fn grey_and_alpha_are_expanded() {
 #[test]
 fn jpeg_and_webp_by_content() {
     let folder = folder();
-    // Wrong extension, right content: the content decides.
+    // With the wrong extension, the content determines the format.
     let path = folder.path().join("photo.png");
     let data: Vec<u8> = (0..64 * 64).flat_map(|i| [(i % 64 * 4) as u8, 100, (i / 64 * 4) as u8]).collect();
     let mut jpeg = Vec::new();
@@ -195,7 +196,7 @@ fn jpeg_and_webp_by_content() {
 #[test]
 fn hdr_within_half_a_mantissa_step() {
     let folder = folder();
-    // Widths that are written plainly and in runs, the latter with long runs too.
+    // Widths that are written uncompressed and with run lengths, the latter including long runs.
     for (width, height) in [(5, 7), (40, 25), (300, 3)] {
         let path = folder.path().join("a.hdr");
         let mut picture = gradient(width, height, 1000.0);
@@ -260,12 +261,12 @@ fn errors_name_the_file_and_the_remedy() {
         }
     };
     says("none.exr", None, &["no such file", "check the path"]);
-    says("words.txt", Some(b"hello"), &["no picture", "convert"]);
-    says("empty.png", Some(b""), &["damaged or cut short"]);
+    says("words.txt", Some(b"hello"), &["unknown image format", "convert"]);
+    says("empty.png", Some(b""), &["damaged or truncated"]);
     says("words.exr", Some(b"hello"), &[]);
-    says("words.hdr", Some(b"hello"), &["damaged or cut short"]);
+    says("words.hdr", Some(b"hello"), &["damaged or truncated"]);
     std::fs::create_dir(folder.path().join("folder.png")).unwrap();
-    says("folder.png", None, &["not a plain file"]);
+    says("folder.png", None, &["not a regular file"]);
     let message = read::rgba8(b"GIF89a..", "scene.glb, image 3").unwrap_err().to_string();
     assert!(message.contains("scene.glb, image 3"), "{message}");
     assert!(read::rgba8(b"#?RADIANCE\n", "x").unwrap_err().to_string().contains("as a texture"));
@@ -320,21 +321,21 @@ fn files_are_ordinary_ones() {
     let folder = folder();
     let at = |name: &str| folder.path().join(name);
     let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
-    std::fs::write(at("plain"), "").unwrap(); // what the umask makes of any new file
+    std::fs::write(at("plain"), "").unwrap(); // the mode that the umask gives to new files
     write::hdr(&at("a.hdr"), &gradient(4, 4, 1.0)).unwrap();
     assert_eq!(mode(&at("a.hdr")), mode(&at("plain")));
-    // A link goes on pointing at its file, which is replaced.
+    // A link is preserved, and the file it points to is replaced.
     symlink(at("a.hdr"), at("link.hdr")).unwrap();
     write::hdr(&at("link.hdr"), &gradient(5, 4, 1.0)).unwrap();
     assert!(std::fs::symlink_metadata(at("link.hdr")).unwrap().is_symlink());
     assert_eq!(read::picture(&at("a.hdr")).unwrap().width, 5);
-    // Devices are not for renaming over.
+    // Devices are not replaced.
     symlink("/dev/null", at("null.hdr")).unwrap();
     assert!(matches!(write::check(&at("null.hdr")), Err(ImageError::NotAFile { .. })));
     assert!(matches!(write::hdr(&at("null.hdr"), &gradient(5, 4, 1.0)), Err(ImageError::NotAFile { .. })));
 }
 
-/// Only data that are missing are missed: what lacks nothing but its end marker holds all of its picture.
+/// Only missing data are reported: a file without an end marker but with all other data contains its whole image.
 #[test]
 fn a_jpeg_is_cut_short_where_texels_are_missing() {
     use dapple_imaging::{MemoryLimit, read::Gap};
@@ -361,7 +362,7 @@ fn a_jpeg_is_cut_short_where_texels_are_missing() {
     assert_eq!(gap(&png[..png.len() - 20]), None);
 }
 
-/// No byte of a valid file can be such that reading it panics or hangs; wrong pictures are possible, of course.
+/// No modification of a valid file causes a panic or an endless loop on reading; wrong images are possible.
 #[test]
 fn damaged_files_never_panic() {
     let folder = folder();
@@ -393,7 +394,7 @@ fn damaged_files_never_panic() {
         attempt(good).unwrap();
         for cut in (0..good.len()).filter(|c| *c < 60 || c % 17 == 0) {
             let result = attempt(&good[..cut]);
-            // Only a trailer may be missing: PNG's IEND and checksums; JPEG decoders fill up with grey.
+            // Only a trailer may be missing: PNG's IEND and checksums; JPEG decoders fill missing data with grey.
             assert!(
                 result.is_err() || cut + 32 > good.len() || kind == 1,
                 "kind {kind} cut at {cut} was read"

@@ -1,4 +1,4 @@
-//! Texture lookups against a plain f64 evaluation of the definition.
+//! Tests texture lookups against a plain f64 evaluation of the definition.
 
 use dapple_imaging::{Channels, Encoding, Interpolation, Rgba8, Rgba16, Sampler, Texels, Texture, Wrap};
 use glam::{DVec4, Vec2, Vec4};
@@ -15,7 +15,7 @@ fn sampler(wrap_s: Wrap, wrap_t: Wrap, interpolation: Interpolation) -> Sampler 
     Sampler { wrap_s, wrap_t, interpolation }
 }
 
-/// Texel index by the definition of the wrap mode, for any whole number.
+/// Texel index by the definition of the wrap mode, for any integer.
 fn wrapped(wrap: Wrap, i: i64, n: i64) -> usize {
     (match wrap {
         Wrap::Repeat => i.rem_euclid(n),
@@ -72,7 +72,8 @@ fn bilinear_agrees_with_the_definition() {
                 for k in 0..400 {
                     let uv = Vec2::new(k as f32 * 0.0173 - 3.1, 2.9 - k as f32 * 0.0131);
                     let expected = reference(&image, encoding, s, f64::from(uv.x), f64::from(uv.y));
-                    // u has an error of half an ulp of 4 after wrapping; times the size, times a slope of 1 per texel.
+                    // u has an error of half an ulp of 4 after wrapping, multiplied by the size and by a slope of 1 per
+                    // texel.
                     let tolerance = 1e-6 + 3e-7 * (width.max(height) as f64) * 2.0;
                     assert_close(texture.lookup(uv), expected, tolerance, format_args!("{s:?} at {uv}"));
                 }
@@ -81,7 +82,7 @@ fn bilinear_agrees_with_the_definition() {
     }
 }
 
-/// At points that floats hold exactly there is no rounding to forgive: every texel, from five periods.
+/// Points that are exact in f32 have no rounding error: every texel, in five periods.
 #[test]
 fn nearest_finds_every_texel_exactly() {
     let (width, height) = (8, 16);
@@ -93,7 +94,7 @@ fn nearest_finds_every_texel_exactly() {
             for f in [0.0, 0.5, 0.9375] {
                 let uv = Vec2::new((i as f32 + f) / width as f32, (j as f32 + f) / height as f32);
                 let (x, y) = (wrapped(wrap, i, width as i64), wrapped(wrap, j, height as i64));
-                // On the very edge of a mirrored texel both neighbours are right.
+                // On the edge of a mirrored texel, either neighbour is correct.
                 let mirrored_edge = wrap == Wrap::Mirror && f == 0.0;
                 let expected = decoded(&image, Encoding::Linear, x, y);
                 if !mirrored_edge {
@@ -138,7 +139,8 @@ fn any_uv_gives_a_colour_of_the_texture() {
         2_147_483_648.0,
         -0.0,
     ];
-    // One colour throughout: every lookup must return exactly that, so weights sum to 1 and indices stay inside.
+    // With one colour throughout, every lookup must return exactly that, so that weights sum to 1 and indices are in
+    // range.
     for (width, height) in [(1, 1), (3, 2), (64, 1), (5, 1000)] {
         let texels = vec![[10, 200, 77, 128]; width * height];
         for (wrap, encoding) in WRAPS.into_iter().flat_map(|w| [(w, Encoding::Srgb), (w, Encoding::Linear)]) {
@@ -154,7 +156,7 @@ fn any_uv_gives_a_colour_of_the_texture() {
     }
 }
 
-/// Clamped infinities lie at the edges, as their limit does.
+/// Clamped infinities are at the edges, as their limit is.
 #[test]
 fn infinity_clamps_to_the_edge() {
     let image = image(4, 1);
@@ -192,7 +194,7 @@ fn unsound_images_are_white() {
     }
 }
 
-/// Channels that are kept give the same bits as before, the others 1; what says nothing new takes no room.
+/// Channels that are kept give the same bits as before, the others 1; redundant channels are not stored.
 #[test]
 fn channels_that_are_not_looked_at_are_dropped() {
     let image = image(5, 3);
@@ -219,7 +221,7 @@ fn channels_that_are_not_looked_at_are_dropped() {
     }
 }
 
-/// 16 bits: each texel is its value in 65535ths, decoded and filtered as 8-bit texels are, whatever is kept.
+/// 16 bits: each texel is its value in 65535ths, decoded and filtered like 8-bit texels, for any selection of channels.
 #[test]
 fn sixteen_bits_are_looked_up_exactly() {
     let value = |i: usize, c: usize| [(i * 4999 + 7) % 65_536, (i * 31) % 65_536, 65_535, 300 * i][c] as u16;
@@ -244,7 +246,7 @@ fn sixteen_bits_are_looked_up_exactly() {
         assert!((whole.mean().as_dvec4() - DVec4::from(mean)).abs().max_element() < 1e-7);
         let between = 0.5 * (whole.texel(1, 1) + whole.texel(2, 1));
         assert!((whole.lookup(Vec2::new(0.4, 0.5)) - between).abs().max_element() < 1e-6);
-        // Blue is 1 everywhere: nothing of it is stored.
+        // Blue is 1 everywhere and is not stored.
         for (channels, kept, count) in [
             (Channels::RGB, [true, true, true, false], 2),
             (Channels::A, [false, false, false, true], 1),

@@ -1,4 +1,4 @@
-//! Tone curves at points that can be worked out from their specifications, and what every curve promises.
+//! Tests tone curves at points that follow from their specifications, and properties common to all curves.
 
 use dapple_imaging::{Tone, color::srgb_to_linear};
 use glam::{DVec3, Vec3};
@@ -17,9 +17,9 @@ fn srgb_is_the_exact_curve_clipped() {
     assert_close(c, Vec3::new(0.461_356_1, 0.025_84, 1.0), 1e-6);
 }
 
-/// The specification's promises: greys from 0.08 up to the start of the compression lose exactly 0.04, a colour
-/// whose lowest component is 0 is untouched, the peak follows 1 − d²/(x + d − s), and hue is kept where nothing
-/// is desaturated.
+/// Properties from the specification: greys from 0.08 up to the start of the compression are reduced by exactly 0.04, a
+/// colour whose lowest component is 0 is unchanged, the peak follows 1 − d²/(x + d − s), and hue is preserved where
+/// nothing is desaturated.
 #[test]
 fn neutral_keeps_its_published_promises() {
     for v in [0.08, 0.3, 0.5, 0.79] {
@@ -36,18 +36,19 @@ fn neutral_keeps_its_published_promises() {
     assert!(white.min_element() > 0.999, "a hot red ends white, not {white}");
 }
 
-/// The fit's own rational function in f64. Its matrices keep greys grey to 1e-5, so a grey is the fit alone.
+/// The rational function of the fit in f64. Its matrices preserve greys to 1e-5, so that a grey depends on the fit
+/// alone.
 #[test]
 fn aces_greys_follow_the_fit() {
     for v in [0.01f64, 0.18, 1.0, 5.0] {
         let fit = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
         assert_close(linear(Tone::Aces, Vec3::splat(v as f32)), Vec3::splat((fit as f32).min(1.0)), 3e-5);
     }
-    // The fit's limit 1/0.983729 lies above 1: bright greys clip to white.
+    // The limit of the fit, 1/0.983729, is above 1, so that bright greys clip to white.
     assert_eq!(Tone::Aces.apply(Vec3::splat(1000.0)), Vec3::ONE);
 }
 
-/// A colour off the axis, with the matrices of BakingLab's ACES.hlsl row by row in f64.
+/// A colour that is not grey, with the matrices of BakingLab's ACES.hlsl row by row in f64.
 #[test]
 fn aces_mixes_as_published() {
     let input = [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]];
@@ -61,8 +62,8 @@ fn aces_mixes_as_published() {
     }
 }
 
-/// Wrensch's published steps in f64; and AgX's pivot, which Sobotka puts at ten stops of 16.5 from black and at half
-/// of the output: middle grey 0.18 gives the code value 0.5 within a few times the fit's error (root of 3.67e-6).
+/// Wrensch's published steps in f64, and AgX's pivot, which Sobotka defines at ten of 16.5 stops from black and at half
+/// of the output: middle grey 0.18 gives the code value 0.5 within a few times the error of the fit (root of 3.67e-6).
 #[test]
 fn agx_follows_the_published_steps() {
     assert_close(Tone::Agx.apply(Vec3::splat(0.18)), Vec3::splat(0.5), 4e-3);
@@ -91,8 +92,8 @@ fn agx_follows_the_published_steps() {
     }
 }
 
-/// More light never looks darker: greys over 40 stops. The AgX fit dips by less than 1/255 in its toe and shoulder,
-/// as a polynomial may.
+/// The curves are monotone for greys over 40 stops. The AgX fit, a polynomial, decreases by less than 1/255 in its toe
+/// and shoulder.
 #[test]
 fn greys_rise() {
     for (tone, name) in Tone::ALL {

@@ -1,5 +1,5 @@
-//! The decoders of the formats, where this build has them: each is guarded against panics, and one that is left out says
-//! which feature brings it.
+//! The decoders of this build, guarded against panics. Functions for formats that this build does not support return an
+//! error that names the required feature.
 
 #[cfg(feature = "exr")]
 use super::exr;
@@ -11,11 +11,11 @@ use super::texels::{Rgba8, Texels};
 use crate::{Image, ImageError, Layers, Windowed};
 use std::io::{BufRead, Seek};
 
-/// Decoders are other people's code: should one panic on malformed content, that is a damaged file too.
+/// A panic of a decoder, which is code of other crates, on malformed content is reported as a damaged file.
 #[allow(dead_code, reason = "unused without any decoder")]
 fn guarded<T>(name: &str, decode: impl FnOnce() -> Result<T, ImageError>) -> Result<T, ImageError> {
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(decode)).unwrap_or_else(|_| {
-        Err(ImageError::Malformed { name: name.to_string(), why: "the decoder gave up".into() })
+        Err(ImageError::Malformed { name: name.to_string(), why: "the decoder failed".into() })
     })
 }
 

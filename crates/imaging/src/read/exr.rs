@@ -1,8 +1,8 @@
-//! OpenEXR through the block interface of the `exr` crate: only the wanted channels are kept, as f32, on whichever
-//! window the caller asks for.
+//! Decoding of OpenEXR files with the block interface of the `exr` crate. Only the required channels are kept, as f32,
+//! in the window requested by the caller.
 //!
-//! Blocks are decompressed one after another: in the crate's thread pool a panic on malformed data would take the
-//! process down.
+//! Blocks are decompressed sequentially, because a panic on malformed data in the crate's thread pool would terminate
+//! the process.
 
 use super::limits::{Room, check_size};
 use crate::{Image, ImageError, Layer, Layers, MetaValue, Windowed, window};
@@ -15,11 +15,11 @@ use half::f16;
 use std::collections::{HashMap, HashSet};
 use std::io::{BufRead, Seek};
 
-/// A frame of more pixels than this must hold data for one in [`SPARSE`] of them at least.
+/// A display window with more pixels than this must have data for at least one in [`SPARSE`] of them.
 const FRAME: u64 = 1 << 22;
 const SPARSE: u64 = 64;
 
-/// A rectangle of the picture plane: x0, y0 inclusive, then width, height.
+/// A rectangle of the image plane: x0, y0 inclusive, then width, height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Window {
     x: i64,
@@ -34,7 +34,7 @@ impl Window {
         Self { x: x.into(), y: y.into(), width: bounds.size.0, height: bounds.size.1 }
     }
 
-    /// The part of `display` that is in both, as its pixels are counted.
+    /// The intersection with `display`, in pixels relative to the latter's corner.
     fn within(self, display: Self) -> Option<window::Window> {
         let (left, top) = (self.x.max(display.x), self.y.max(display.y));
         let right = (self.x + self.width as i64).min(display.x + display.width as i64);
@@ -55,7 +55,7 @@ impl Window {
     }
 }
 
-/// A channel to be read: where it is in the file, and what has been read of it.
+/// A channel to be read: its index in the file, and the values read so far.
 struct Wanted {
     part: usize,
     channel: usize,
@@ -71,7 +71,7 @@ pub(super) fn picture(file: impl BufRead + Seek, name: &str, room: Room) -> Resu
     colours(reader, &rgb, window, name, room)
 }
 
-/// Refuses a large frame with next to nothing in it.
+/// Returns an error for a large display window that is nearly empty.
 fn check_frame(display: Window, data: Window, name: &str) -> Result<(), ImageError> {
     let held = data.within(display).map_or(0, |part| part.width as u64 * part.height as u64);
     let (width, height) = (display.width as u64, display.height as u64);
@@ -82,7 +82,7 @@ fn check_frame(display: Window, data: Window, name: &str) -> Result<(), ImageErr
     Ok(())
 }
 
-/// Pixels of the part that [`windowed`] gives.
+/// The number of pixels of the result of [`windowed`].
 pub(super) fn pixel_count(file: impl BufRead + Seek, name: &str) -> Result<u64, ImageError> {
     let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
     let rgb = colour_channels(reader.headers()).ok_or_else(|| no_colour(reader.headers(), name))?;
@@ -91,14 +91,14 @@ pub(super) fn pixel_count(file: impl BufRead + Seek, name: &str) -> Result<u64, 
     Ok(part.map_or(0, |part| part.width as u64 * part.height as u64))
 }
 
-/// The part of the display window that the colours' data cover.
+/// The intersection of the display window with the data window of the colour channels.
 pub(super) fn windowed(file: impl BufRead + Seek, name: &str, room: Room) -> Result<Windowed, ImageError> {
     let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
     let rgb = colour_channels(reader.headers()).ok_or_else(|| no_colour(reader.headers(), name))?;
     let header = &reader.headers()[rgb[0].0];
     let display = Window::of(header.shared_attributes.display_window);
     let Some(part) = Window::of(header.data_window()).within(display) else {
-        let what = "an EXR whose data window lies outside of its display window".into();
+        let what = "an EXR whose data window is outside of its display window".into();
         return Err(ImageError::Unsupported { name: name.to_string(), what });
     };
     let (x, y) = (display.x + part.x as i64, display.y + part.y as i64);
@@ -121,7 +121,7 @@ fn colours<R: BufRead + Seek>(
     Ok(Image { width: window.width, height: window.height, pixels })
 }
 
-/// Whether the colour of [`picture`] is one luminance channel.
+/// Whether the colour of [`picture`] is a single luminance channel.
 pub(super) fn is_grey(file: impl BufRead + Seek, name: &str) -> Result<bool, ImageError> {
     let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
     let rgb = colour_channels(reader.headers()).ok_or_else(|| no_colour(reader.headers(), name))?;
@@ -132,7 +132,7 @@ pub(super) fn layers(file: impl BufRead + Seek, name: &str, room: Room) -> Resul
     let reader = exr::block::read(file, false).map_err(|e| failure(e, name))?;
     let headers = reader.headers();
     let window = headers.iter().map(|h| Window::of(h.data_window())).reduce(Window::union);
-    let Some(window) = window else { return Err(broken(name, "there are no parts in it")) };
+    let Some(window) = window else { return Err(broken(name, "it has no parts")) };
     let display = Window::of(headers[0].shared_attributes.display_window);
     let metadata = metadata(&headers[0]);
     let mut wanted = Vec::new();
@@ -154,7 +154,7 @@ pub(super) fn layers(file: impl BufRead + Seek, name: &str, room: Room) -> Resul
     })
 }
 
-/// Layer and channel of a full channel name.
+/// Splits a full channel name into layer and channel.
 fn split_name(header: &Header, many_parts: bool, full: &str) -> (String, String) {
     match full.rsplit_once('.') {
         Some((layer, channel)) => (layer.to_string(), channel.to_string()),
@@ -165,7 +165,7 @@ fn split_name(header: &Header, many_parts: bool, full: &str) -> (String, String)
     }
 }
 
-/// Gathers channels into layers in the order in which they come; R, G, B (A) are put into that order.
+/// Groups channels into layers in order of occurrence; R, G, B (A) are sorted in this order.
 fn group(names: Vec<(String, String)>, values: Vec<Vec<f32>>) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
     let mut known: HashMap<String, usize> = HashMap::new();
@@ -185,13 +185,13 @@ fn group(names: Vec<(String, String)>, values: Vec<Vec<f32>>) -> Vec<Layer> {
     layers
 }
 
-/// (part, channel) of red, green, blue: of the first part that has them without a prefix, or else with the first
-/// prefix that has all three, or else of the first luminance.
+/// The (part, channel) indices of red, green and blue: of the first part that has them without a prefix, else those
+/// with the first prefix that has all three, else the first luminance channel.
 fn colour_channels(headers: &[Header]) -> Option<[(usize, usize); 3]> {
     let channels = |h: &Header| h.channels.list.iter().map(|c| text(&c.name)).collect::<Vec<_>>();
     let all: Vec<Vec<String>> = headers.iter().map(channels).collect();
     let each = || all.iter().enumerate().flat_map(|(p, names)| names.iter().map(move |n| (p, n.as_str())));
-    // The first channel of each name, which is the prefix and the letter in capitals.
+    // The first channel for each prefix and upper-case last letter.
     let mut places: HashMap<(usize, &str, char), usize> = HashMap::new();
     for (part, names) in all.iter().enumerate() {
         for (channel, name) in names.iter().enumerate() {
@@ -225,8 +225,8 @@ fn no_colour(headers: &[Header], name: &str) -> ImageError {
     ImageError::Unsupported { name: name.to_string(), what }
 }
 
-/// Reads the channels `(part, channel)` onto `window`; 0 where the file has no data. Beside them `beside` bytes per pixel
-/// have to fit into the room.
+/// Reads the channels `(part, channel)` into `window`, with 0 where the file has no data. They must fit into the memory
+/// limit together with `beside` additional bytes per pixel.
 fn read<R: BufRead + Seek>(
     reader: Reader<R>,
     channels: &[(usize, usize)],
@@ -235,7 +235,7 @@ fn read<R: BufRead + Seek>(
     (room, beside): (Room, u64),
 ) -> Result<Vec<Vec<f32>>, ImageError> {
     for header in reader.headers() {
-        // The blocks of the file too must stay within bounds, even where the window shows little of them.
+        // The blocks of the file must also be within the limits, even if the window contains little of them.
         check_size(name, header.layer_size.0 as u64, header.layer_size.1 as u64, 1)?;
     }
     let (width, height) = (window.width as u64, window.height as u64);
@@ -265,7 +265,7 @@ fn read<R: BufRead + Seek>(
     Ok(wanted.into_iter().map(|w| w.values).collect())
 }
 
-/// Copies one row of one channel to where it belongs, cut to the window.
+/// Copies one row of one channel to its position in the window, and clips it.
 fn place(
     wanted: &mut [Wanted],
     header: &Header,
@@ -305,7 +305,7 @@ fn each<T: exr::io::Data>(line: LineRef<'_>, mut put: impl FnMut(usize, T)) -> R
     Ok(())
 }
 
-/// Attributes of the kinds that [`MetaValue`] knows, by name; what only describes the pixels' layout is left out.
+/// Attributes of the types of [`MetaValue`], sorted by name, without those that only describe the layout of the pixels.
 fn metadata(header: &Header) -> Vec<(String, MetaValue)> {
     let own = &header.own_attributes;
     let texts = [("software", &own.software_name), ("comments", &own.comments), ("owner", &own.owner)];
@@ -329,7 +329,7 @@ fn known(value: &AttributeValue) -> Option<MetaValue> {
     }
 }
 
-/// UTF-8 where it is that, Latin-1 otherwise.
+/// Decodes UTF-8, or Latin-1 if it is not valid UTF-8.
 fn text(t: &Text) -> String {
     std::str::from_utf8(t.as_slice())
         .map_or_else(|_| t.as_slice().iter().map(|&b| b as char).collect(), str::to_string)

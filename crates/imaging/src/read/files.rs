@@ -1,4 +1,4 @@
-//! Pictures from files: all of one, a window, or its layers.
+//! Reading of image files: the full image, a window, or all layers.
 
 use super::decoders::{
     exr_is_grey, exr_layers, exr_picture, exr_pixel_count, exr_windowed, raster_is_grey, raster_picture,
@@ -11,14 +11,14 @@ use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read, Seek};
 use std::path::Path;
 
-/// .exr (the display window of the first RGB layer, or else of the first luminance channel Y; black where the file
-/// holds no data), .hdr, .png/.jpg/.webp (sRGB decoded to linear).
+/// Reads an .exr (the display window of the first RGB layer, or else of the first luminance channel Y; black where the
+/// file contains no data), .hdr, or .png/.jpg/.webp (sRGB decoded to linear).
 pub fn picture(path: &Path) -> Result<Image, ImageError> {
     picture_within(path, MemoryLimit::NONE)
 }
 
-/// As [`picture`], in as much memory as `limit` grants. An EXR whose data cover less than 1/64 of a frame of more than
-/// 2²² pixels is refused: it would be empty space.
+/// As [`picture`], with a memory limit. An EXR with more than 2²² pixels in its display window, of which less than 1/64
+/// have data, is an error, because nearly all of the image would be empty.
 pub fn picture_within(path: &Path, limit: MemoryLimit) -> Result<Image, ImageError> {
     let name = path.display().to_string();
     let (kind, file, bytes) = open(path, &name)?;
@@ -29,12 +29,13 @@ pub fn picture_within(path: &Path, limit: MemoryLimit) -> Result<Image, ImageErr
     }
 }
 
-/// As [`picture`], but of an EXR only what is there: its data window, cut to the display window. All of any other file.
+/// As [`picture`], but reads of an EXR only its data window, clipped to the display window. Other files are read
+/// completely.
 pub fn windowed(path: &Path) -> Result<Windowed, ImageError> {
     windowed_within(path, MemoryLimit::NONE)
 }
 
-/// As [`windowed`], in as much memory as `limit` grants.
+/// As [`windowed`], with a memory limit.
 pub fn windowed_within(path: &Path, limit: MemoryLimit) -> Result<Windowed, ImageError> {
     let name = path.display().to_string();
     let (kind, file, bytes) = open(path, &name)?;
@@ -45,7 +46,7 @@ pub fn windowed_within(path: &Path, limit: MemoryLimit) -> Result<Windowed, Imag
     }
 }
 
-/// How many pixels [`windowed`] would give, from the header alone.
+/// The number of pixels of the result of [`windowed`], from the header alone.
 pub fn pixel_count(path: &Path) -> Result<u64, ImageError> {
     let name = path.display().to_string();
     let (kind, file, _) = open(path, &name)?;
@@ -55,7 +56,7 @@ pub fn pixel_count(path: &Path) -> Result<u64, ImageError> {
     }
 }
 
-/// The channels that [`picture`] takes from the file: "RGB", or "Y" where it has only luminance or grey.
+/// The channels that [`picture`] reads from the file: "RGB", or "Y" if it has only luminance or grey.
 pub fn channels(path: &Path) -> Result<&'static str, ImageError> {
     let name = path.display().to_string();
     let (kind, file, _) = open(path, &name)?;
@@ -66,18 +67,20 @@ pub fn channels(path: &Path) -> Result<&'static str, ImageError> {
     Ok(if grey { "Y" } else { "RGB" })
 }
 
-/// All layers of an EXR: the union of the data windows of its parts, 0 where a part has no data. A channel
-/// `a.b.C` becomes channel C of layer `a.b`; in a file of several parts a channel without a dot belongs to the
-/// layer named like its part.
+/// Reads all layers of an EXR in the union of the data windows of its parts, with 0 where a part has no data. A channel
+/// `a.b.C` becomes channel C of layer `a.b`; in a file of several parts, a channel without a dot belongs to the layer
+/// with the name of its part.
 pub fn layers(path: &Path) -> Result<Layers, ImageError> {
     let name = path.display().to_string();
     match open(path, &name)? {
         (Kind::Exr, file, bytes) => exr_layers(file, &name, Room { limit: MemoryLimit::NONE, file: bytes }),
-        _ => Err(ImageError::Unsupported { name, what: "reading layers from anything but an EXR".into() }),
+        _ => {
+            Err(ImageError::Unsupported { name, what: "reading layers from a format other than EXR".into() })
+        }
     }
 }
 
-/// Opens a plain file and finds out its kind and its length.
+/// Opens a regular file and returns its format and its length.
 fn open(path: &Path, name: &str) -> Result<(Kind, BufReader<File>, u64), ImageError> {
     let failed = |source: std::io::Error| match source.kind() {
         ErrorKind::NotFound => ImageError::Missing { name: name.to_string() },

@@ -1,30 +1,30 @@
-//! Do the data of a JPEG reach as far as its picture?
+//! Detection of JPEG files whose data end before their image is complete.
 
 use super::bytes::texels_within;
 use crate::MemoryLimit;
 
-/// What decoders put where the data of a JPEG end too early.
+/// What decoders substitute for missing JPEG data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gap {
-    /// Blocks that are missing are grey.
+    /// Missing blocks are grey.
     Grey,
-    /// Of a progressive file: blocks that are missing in some scans lack detail, or are grey.
+    /// In a progressive file, blocks that are missing in some scans lack detail or are grey.
     Coarse,
 }
 
-/// Bytes that stand in for the data that may be missing: codes that no block of one colour has.
+/// Bytes that are substituted for potentially missing data; their codes never represent a block of one colour.
 const FILLERS: [u8; 3] = [0x00, 0x55, 0xaa];
-/// How many of them.
+/// The number of substituted bytes.
 const FILLED: usize = 64;
 
-/// What is missing of the picture of a JPEG; None where nothing is, and for other formats. Files without an end marker
-/// often hold all of their picture: they are decoded with other data after their own, and where that changes no texel,
+/// Whether and how the image of a JPEG is incomplete; None for complete images and for other formats. Files without an
+/// end marker often contain the whole image. They are decoded with various data appended, and if that changes no texel,
 /// nothing is missing.
 pub fn gap(bytes: &[u8], name: &str, limit: MemoryLimit) -> Option<Gap> {
     if !bytes.starts_with(&[0xff, 0xd8, 0xff]) || ends(bytes) {
         return None;
     }
-    // Half a marker is none.
+    // Removes an incomplete marker at the end.
     let data = &bytes[..bytes.iter().rposition(|b| *b != 0xff).map_or(0, |last| last + 1)];
     let with = |filler: &[u8]| texels_within(&[data, filler, &END].concat(), name, limit).ok();
     let own = with(&[]);
@@ -36,7 +36,7 @@ pub fn gap(bytes: &[u8], name: &str, limit: MemoryLimit) -> Option<Gap> {
 
 const END: [u8; 2] = [0xff, 0xd9];
 
-/// Whether an end marker follows the last start of a scan.
+/// Whether an end marker follows the last start-of-scan marker.
 fn ends(bytes: &[u8]) -> bool {
     let last = |marker: [u8; 2]| bytes.windows(2).rposition(|pair| pair == marker);
     last(END) >= last([0xff, 0xda])

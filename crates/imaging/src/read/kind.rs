@@ -1,8 +1,8 @@
-//! Which format does a file have?
+//! Detection of the format of a file.
 
 use std::path::Path;
 
-/// The formats that are told apart.
+/// The formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Exr,

@@ -1,25 +1,25 @@
-//! How large may a picture be, and how much memory may reading it take?
+//! Limits for the size of images and for the memory of reading them.
 
 use crate::{ImageError, MemoryLimit};
 
-/// Pixels that a picture may have, 2²⁸ = 16384²: larger ones are refused before memory is taken.
+/// Maximum number of pixels of an image, 2²⁸ = 16384²; larger images are an error before memory is allocated.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
-/// Numbers (pixels times channels) that an EXR may take in memory: 2³⁰, 4 GiB.
+/// Maximum number of values (pixels times channels) of an EXR in memory: 2³⁰, 4 GiB.
 pub const MAX_SAMPLES: u64 = 1 << 30;
 
-/// What one file may take.
+/// The memory allowed for one file.
 #[derive(Clone, Copy, Debug)]
 #[allow(dead_code, reason = "unused without any decoder")]
 pub(super) struct Room {
     pub limit: MemoryLimit,
-    /// Bytes of the file.
+    /// Size of the file in bytes.
     pub file: u64,
 }
 
 #[allow(dead_code, reason = "unused without any decoder")]
 impl Room {
-    /// Whether so many pixels of so many bytes each, and `more` bytes, may be held.
+    /// Checks whether `width` × `height` pixels of `each` bytes, plus `more` bytes, fit into the memory limit.
     pub fn admit(
         &self,
         name: &str,
@@ -33,7 +33,7 @@ impl Room {
     }
 }
 
-/// Whether a picture of this size is within the limits.
+/// Checks whether an image of this size is within the limits.
 #[allow(dead_code, reason = "unused without any decoder")]
 pub(super) fn check_size(name: &str, width: u64, height: u64, channels: u64) -> Result<(), ImageError> {
     let pixels = width.saturating_mul(height);

@@ -1,4 +1,4 @@
-//! PNG, JPEG, WebP and Radiance HDR through the `image` crate.
+//! Decoding of PNG, JPEG, WebP and Radiance HDR by the `image` crate.
 
 use super::kind::Kind;
 use super::limits::{MAX_PIXELS, Room, check_size};
@@ -14,9 +14,9 @@ use image::error::LimitErrorKind;
 use image::{DynamicImage, ImageDecoder, Limits};
 use std::io::{BufRead, ErrorKind, Seek};
 
-/// Bytes per pixel that are held beside the decoded ones: as linear colour, and on the way there as RGB of 16 bits.
+/// Bytes per pixel in addition to the decoded image: linear colour, and RGB of 16 bits as an intermediate result.
 const PICTURE_BYTES: u64 = 12 + 6;
-/// Likewise: as RGBA, twice.
+/// Bytes per pixel in addition to the decoded image: RGBA, twice.
 const RGBA8_BYTES: u64 = 8;
 
 pub(super) fn picture(
@@ -42,12 +42,12 @@ pub(super) fn picture(
     Ok(Image { width, height, pixels })
 }
 
-/// Whether the file holds grey, with alpha or without, as its header says.
+/// Whether the image is grey, with or without alpha, according to its header.
 pub(super) fn is_grey(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<bool, ImageError> {
     decoder(file, kind, name).map(|decoder| !decoder.color_type().has_color())
 }
 
-/// Width and height, as the header says.
+/// Width and height according to the header.
 pub(super) fn size(file: impl BufRead + Seek, kind: Kind, name: &str) -> Result<[u64; 2], ImageError> {
     let (width, height) = decoder(file, kind, name)?.dimensions();
     Ok([width.into(), height.into()])
@@ -64,7 +64,7 @@ pub(super) fn rgba8(
     Ok(Rgba8 { width, height, texels: image.pixels().map(|p| p.0).collect() })
 }
 
-/// Of 16 bits where the file has them.
+/// Decodes texels, with 16 bits if the file has them.
 pub(super) fn texels(
     file: impl BufRead + Seek,
     kind: Kind,
@@ -83,7 +83,7 @@ pub(super) fn texels(
     Ok(Rgba8 { width, height, texels }.into())
 }
 
-/// What reads the file, which has been read as far as its header.
+/// The decoder of the file, which has read the header.
 fn decoder<'a>(
     file: impl BufRead + Seek + 'a,
     kind: Kind,
@@ -91,16 +91,16 @@ fn decoder<'a>(
 ) -> Result<Box<dyn ImageDecoder + 'a>, ImageError> {
     let failed = |e| failure(e, name);
     Ok(match kind {
-        Kind::Png => Box::new(PngDecoder::with_limits(file, beside()).map_err(failed)?),
+        Kind::Png => Box::new(PngDecoder::with_limits(file, png_limits()).map_err(failed)?),
         Kind::Jpeg => Box::new(JpegDecoder::new(file).map_err(failed)?),
         Kind::WebP => Box::new(WebPDecoder::new(file).map_err(failed)?),
-        // Not strict: files that begin with #?RGBE are as common as those with #?RADIANCE.
+        // Non-strict, because files that begin with #?RGBE are as common as those with #?RADIANCE.
         Kind::Hdr => Box::new(HdrDecoder::new_nonstrict(file).map_err(failed)?),
         Kind::Exr => return Err(ImageError::NotAPicture { name: name.to_string() }),
     })
 }
 
-/// Decodes what fits into `room`, `beside` bytes per pixel included that are held beside the decoded ones.
+/// Decodes an image if it fits into `room` together with `beside` additional bytes per pixel.
 fn decode(
     mut decoder: impl ImageDecoder,
     name: &str,
@@ -115,8 +115,9 @@ fn decode(
     DynamicImage::from_decoder(decoder).map_err(|e| failure(e, name))
 }
 
-/// For what a PNG holds beside its pixels: rows under way, and a colour profile, which is left out where it needs more.
-fn beside() -> Limits {
+/// Limits for the memory of a PNG decoder in addition to the pixels: rows in progress, and a colour profile, which is
+/// skipped if it needs more.
+fn png_limits() -> Limits {
     let mut limits = Limits::default();
     limits.max_alloc = Some(1 << 26);
     limits
@@ -128,7 +129,7 @@ fn limits() -> Limits {
     limits
 }
 
-/// Says in our words what the decoder said in its own.
+/// Converts an error of the decoder.
 fn failure(error: image::ImageError, name: &str) -> ImageError {
     use image::ImageError as E;
     let name = name.to_string();

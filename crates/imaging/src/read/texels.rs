@@ -1,4 +1,4 @@
-//! Texels as they are in a file, of 8 or 16 bits per channel.
+//! Undecoded texels of 8 or 16 bits per channel, as stored in a file.
 
 /// Texels of 8 bits per channel, row by row from the top left.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,12 +22,12 @@ pub struct Rgba16 {
     pub texels: Vec<[u16; 4]>,
 }
 
-/// The texels of an image, in the depth that its values need.
+/// The texels of an image, with the bit depth that its values require.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Texels {
     /// 8 bits per channel.
     Eight(Rgba8),
-    /// 16 bits per channel, where 8 would lose something.
+    /// 16 bits per channel, if 8 would lose precision.
     Sixteen(Rgba16),
 }
 
@@ -40,7 +40,7 @@ impl Texels {
         }
     }
 
-    /// Bytes that the texels take.
+    /// Memory of the texels in bytes.
     pub fn bytes(&self) -> usize {
         match self {
             Self::Eight(image) => size_of_val(&*image.texels),
@@ -55,7 +55,7 @@ impl From<Rgba8> for Texels {
     }
 }
 
-/// Of 8 bits where that says the same: all values are whole multiples of 257, as of an 8-bit image saved with 16.
+/// Converts to 8 bits if this is lossless: all values are multiples of 257, as in an 8-bit image saved with 16 bits.
 impl From<Rgba16> for Texels {
     fn from(image: Rgba16) -> Self {
         if image.texels.as_flattened().iter().any(|value| value % 257 != 0) {

@@ -1,40 +1,40 @@
-//! How a texture is looked up: which texels a coordinate falls between.
+//! Texture samplers: wrap modes, interpolation, and the texels used for a coordinate.
 
-/// What lies outside [0, 1), per axis.
+/// The continuation of the texture outside [0, 1), per axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// The texture again.
+    /// The texture is repeated.
     #[default]
     Repeat,
-    /// The texture again, every other time mirrored.
+    /// The texture is repeated, with every other copy mirrored.
     Mirror,
-    /// The nearest edge texel.
+    /// The nearest edge texel is used.
     Clamp,
 }
 
-/// How values between texel centres are found.
+/// The interpolation of values between texel centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interpolation {
     /// The texel that covers the point.
     Nearest,
-    /// Bilinear between the four nearest centres.
+    /// Bilinear interpolation between the four nearest centres.
     #[default]
     Linear,
 }
 
-/// How a texture is looked up.
+/// The parameters of a texture lookup.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sampler {
-    /// Outside [0, 1) along u.
+    /// The wrap mode outside [0, 1) along u.
     pub wrap_s: Wrap,
-    /// Outside [0, 1) along v.
+    /// The wrap mode outside [0, 1) along v.
     pub wrap_t: Wrap,
-    /// Between texel centres.
+    /// The interpolation between texel centres.
     pub interpolation: Interpolation,
 }
 
-/// c − ⌊c⌋, in [0, 1]: 1 only by rounding, for c just below a whole number. Beyond 2²³ a float is a whole number,
-/// and NaN and ±∞ count as one too. No call to `floor`, which is a library call on plain x86-64.
+/// c − ⌊c⌋, in [0, 1]: 1 only by rounding, for c just below an integer. From 2²³ on, every float is an integer; NaN and
+/// ±∞ are treated as integers too. `floor` is not used because it is a library call on baseline x86-64.
 #[inline]
 fn fract(c: f32) -> f32 {
     if c.abs() < 8_388_608.0 {
@@ -45,7 +45,7 @@ fn fract(c: f32) -> f32 {
     }
 }
 
-/// Takes a coordinate to [0, 1].
+/// Maps a coordinate to [0, 1].
 #[inline]
 fn wrapped(wrap: Wrap, c: f32) -> f32 {
     match wrap {
@@ -54,22 +54,22 @@ fn wrapped(wrap: Wrap, c: f32) -> f32 {
             let twice = 2.0 * fract(0.5 * c);
             if twice > 1.0 { 2.0 - twice } else { twice }
         }
-        // `max` before `min`: a NaN becomes 0.
+        // `max` before `min` maps NaN to 0.
         #[allow(clippy::manual_clamp)]
         Wrap::Clamp => c.max(0.0).min(1.0),
     }
 }
 
-/// The texel that covers a coordinate, of `n`.
+/// The index of the texel that covers a coordinate, among `n`.
 #[inline]
 pub(super) fn nearest(wrap: Wrap, c: f32, n: usize) -> usize {
     ((wrapped(wrap, c) * n as f32) as i32 as usize).min(n - 1)
 }
 
-/// The two texels whose centres enclose a coordinate, and how far it is from the first to the second, in [0, 1).
+/// The two texels whose centres enclose a coordinate, and the relative position between them, in [0, 1).
 #[inline]
 pub(super) fn span(wrap: Wrap, c: f32, n: usize) -> (usize, usize, f32) {
-    // With ½ added instead of taken off the number stays positive, so that truncation is floor; `cell` is the
+    // Adding ½ instead of subtracting it keeps the number positive, so that truncation is equal to floor; `cell` is the
     // index of the upper neighbour, between 0 and n.
     let x = wrapped(wrap, c) * n as f32 + 0.5;
     let cell = x as i32;

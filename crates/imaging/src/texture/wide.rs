@@ -1,10 +1,10 @@
-//! Texels of 16 bits per channel: twice the memory, for images that need it.
+//! Texels of 16 bits per channel, which take twice the memory, for images that require them.
 
 use super::encoding::Encoding;
 use crate::color::{srgb_table_16, unit_table_16};
 use glam::{DVec4, Vec4};
 
-/// Texels of which some channels are stored.
+/// Texels with only some of their channels stored.
 #[derive(Clone, Debug)]
 pub(super) struct Wide {
     /// `stride` values per texel.
@@ -13,7 +13,7 @@ pub(super) struct Wide {
     channels: [Channel; 4],
 }
 
-/// Where a channel is in its texel, and what the value there means; 1 everywhere without a table.
+/// The position of a channel within its texel and its decoding table; the channel is 1 everywhere if there is no table.
 #[derive(Clone, Copy, Debug)]
 struct Channel {
     place: usize,
@@ -21,7 +21,7 @@ struct Channel {
 }
 
 impl Wide {
-    /// At least one texel.
+    /// Creates texels with all channels; there must be at least one texel.
     pub fn new(texels: Vec<[u16; 4]>, encoding: Encoding) -> Self {
         let color = match encoding {
             Encoding::Srgb => srgb_table_16(),
@@ -63,7 +63,7 @@ impl Wide {
         self.stride
     }
 
-    /// The decoded texel of that index, row by row.
+    /// The decoded texel at the given index, row by row.
     pub fn texel(&self, index: usize) -> Vec4 {
         let at = index * self.stride;
         Vec4::from_array(self.channels.map(|channel| match channel.table {

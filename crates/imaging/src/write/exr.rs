@@ -1,5 +1,5 @@
-//! One-part scan-line EXR through the block interface of the `exr` crate: rows are converted as they are
-//! compressed, without a second copy of the layers.
+//! Encoding of single-part scan-line EXR files with the block interface of the `exr` crate. Rows are converted while
+//! they are compressed, without a second copy of the layers.
 
 use super::options::Depth;
 use crate::{ImageError, Layer, Layers, MetaValue};
@@ -16,16 +16,16 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
 
-/// One channel on its way to the file.
+/// A channel to be written.
 struct Channel<'a> {
     values: &'a [f32],
     half: bool,
 }
 
-/// Channels by full name: the format wants them sorted by its bytes.
+/// Channels by full name, in byte order as the format requires.
 type Channels<'a> = BTreeMap<String, Channel<'a>>;
 
-/// The bytes of the file.
+/// Encodes the layers and returns the bytes of the file.
 pub(super) fn encode(path: &Path, layers: &Layers, depth: Depth) -> Result<Vec<u8>, ImageError> {
     let wrong = |why: String| ImageError::Inconsistent { path: path.to_path_buf(), why };
     let channels = channels(layers, depth).map_err(wrong)?;
@@ -45,7 +45,7 @@ fn channels(layers: &Layers, depth: Depth) -> Result<Channels<'_>, String> {
     let count =
         layers.width.checked_mul(layers.height).filter(|&n| n > 0 && n as u64 <= crate::read::MAX_PIXELS);
     let Some(count) = count else {
-        return Err(format!("{}×{} is no size for a picture", layers.width, layers.height));
+        return Err(format!("{}×{} is not a valid image size", layers.width, layers.height));
     };
     let mut all = Channels::new();
     for layer in &layers.layers {
@@ -56,7 +56,7 @@ fn channels(layers: &Layers, depth: Depth) -> Result<Channels<'_>, String> {
             }
             let half = depth == Depth::Half && fits_half(layer, channel) && !is_matte(layers, &layer.name);
             if all.insert(name.clone(), Channel { values, half }).is_some() {
-                return Err(format!("two channels are called `{name}`"));
+                return Err(format!("duplicate channel name `{name}`"));
             }
         }
     }
@@ -66,15 +66,16 @@ fn channels(layers: &Layers, depth: Depth) -> Result<Channels<'_>, String> {
 fn full_name(layer: &str, channel: &str) -> Result<String, String> {
     let name = if layer.is_empty() { channel.to_string() } else { format!("{layer}.{channel}") };
     let sound = !channel.is_empty() && !name.contains('\0') && name.len() <= 255;
-    if sound { Ok(name) } else { Err(format!("`{name}` cannot be the name of a channel")) }
+    if sound { Ok(name) } else { Err(format!("`{name}` is not a valid channel name")) }
 }
 
-/// See [`Depth::Half`].
+/// Whether a channel is stored as half; see [`Depth::Half`].
 fn fits_half(layer: &Layer, channel: &str) -> bool {
     layer.name == "normal" || (layer.name != "variance" && ["R", "G", "B", "A"].contains(&channel))
 }
 
-/// Whether a layer belongs to a Cryptomatte, `NAME00` and so on by an attribute `cryptomatte/…/name`.
+/// Whether a layer belongs to a Cryptomatte: it is called `NAME00` and so on, where an attribute `cryptomatte/…/name`
+/// contains the name.
 fn is_matte(layers: &Layers, layer: &str) -> bool {
     let is_name = |key: &str| key.starts_with("cryptomatte/") && key.ends_with("/name");
     let named = layers.metadata.iter().filter_map(|(key, value)| match value {
@@ -88,7 +89,7 @@ fn header(layers: &Layers, channels: &Channels<'_>) -> Result<Header, String> {
     let full = if layers.full_size == (0, 0) { (layers.width, layers.height) } else { layers.full_size };
     let small = |n: usize| n > 0 && n <= i32::MAX as usize / 4;
     if !small(full.0) || !small(full.1) {
-        return Err(format!("{}×{} is no size for the full picture", full.0, full.1));
+        return Err(format!("{}×{} is not a valid size of the full image", full.0, full.1));
     }
     let list = channels.iter().map(|(name, channel)| {
         let kind = if channel.half { SampleType::F16 } else { SampleType::F32 };
@@ -106,7 +107,7 @@ fn header(layers: &Layers, channels: &Channels<'_>) -> Result<Header, String> {
     Ok(header)
 }
 
-/// ITU-R BT.709-6: primaries and D65.
+/// Primaries and white point D65 of ITU-R BT.709-6.
 const REC_709: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
     green: Vec2(0.30, 0.60),
@@ -114,10 +115,10 @@ const REC_709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-/// Standard attributes go where the crate keeps them, everything else is custom.
+/// Adds an attribute: standard attributes are stored in the fields of the `exr` crate, all others as custom attributes.
 fn attribute(header: &mut Header, name: &str, value: &MetaValue) -> Result<(), String> {
     if name.is_empty() || name.len() > 255 || name.contains('\0') {
-        return Err(format!("`{name}` cannot be the name of an attribute"));
+        return Err(format!("`{name}` is not a valid attribute name"));
     }
     let own = &mut header.own_attributes;
     let taken = match (name, value) {
@@ -128,7 +129,7 @@ fn attribute(header: &mut Header, name: &str, value: &MetaValue) -> Result<(), S
         ("owner", MetaValue::Text(t)) => own.owner.replace(text(t)).is_some(),
         _ => own.other.insert(text(name), custom(value)).is_some(),
     };
-    if taken { Err(format!("two attributes are called `{name}`")) } else { Ok(()) }
+    if taken { Err(format!("duplicate attribute name `{name}`")) } else { Ok(()) }
 }
 
 fn custom(value: &MetaValue) -> AttributeValue {
@@ -140,13 +141,13 @@ fn custom(value: &MetaValue) -> AttributeValue {
     }
 }
 
-/// The UTF-8 bytes as they are: the format leaves the encoding open, and readers expect UTF-8.
+/// The UTF-8 bytes unchanged: the format does not specify an encoding, and readers expect UTF-8.
 fn text(s: &str) -> Text {
     Text::from_slice_unchecked(s.as_bytes())
 }
 
-/// Compresses all blocks in file order, on as many threads as the current rayon pool has. The blocks are written
-/// in the order of their rows, whichever is finished first.
+/// Compresses all blocks on as many threads as the current rayon pool has. The blocks are written in the order of their
+/// rows, independently of the order in which they are finished.
 fn compress<W: std::io::Write + std::io::Seek>(
     meta: &MetaData,
     writer: &mut ChunkWriter<W>,
@@ -177,7 +178,7 @@ fn sequential<W: std::io::Write + std::io::Seek>(
     Ok(())
 }
 
-/// The rows of a block as the format lays them out: row by row, in each the channels one after another.
+/// The rows of a block in the layout of the format: row by row, and within each row channel by channel.
 fn block_data(channels: &[&Channel<'_>], width: usize, block: BlockIndex) -> Vec<u8> {
     let mut bytes = Vec::new();
     let (x0, y0) = (block.pixel_position.0, block.pixel_position.1);
@@ -195,14 +196,15 @@ fn block_data(channels: &[&Channel<'_>], width: usize, block: BlockIndex) -> Vec
     bytes
 }
 
-/// To nearest even by software (the processor's own conversion may treat NaN otherwise); finite stays finite.
+/// Rounds to nearest even in software (the conversion of the processor may treat NaN differently); finite values remain
+/// finite.
 fn to_half(v: f32) -> f16 {
     f16::from_f32_const(if v.is_finite() { v.clamp(-65504.0, 65504.0) } else { v })
 }
 
-/// Orders the header's attributes by name: the crate keeps custom ones in a hash map, whose order differs from run
-/// to run. Each attribute is name, 0, type, 0, length (i32), value; an empty name ends the header. The length of
-/// the header does not change, so the offsets that follow stay right.
+/// Sorts the attributes of the header by name, because the crate stores custom attributes in a hash map whose order
+/// differs from run to run. Each attribute consists of name, 0, type, 0, length (i32), value; an empty name ends the
+/// header. The length of the header does not change, so that the following offsets remain valid.
 fn sort_attributes(bytes: &mut [u8]) {
     const START: usize = 8; // magic number and version
     let mut attributes = Vec::new();

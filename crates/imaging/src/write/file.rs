@@ -1,7 +1,7 @@
-//! Whole files or none: a temporary file in the target's folder, renamed over the target.
+//! Atomic writing of files: a temporary file in the folder of the target is renamed to the target.
 //!
-//! A process that is killed while it writes leaves its temporary file behind, `.dapple-HOST-RANDOM.part`. The writer holds a
-//! lock on the file as long as it lives, so a later run can tell which files are abandoned, and removes those.
+//! A process that is killed while writing leaves its temporary file `.dapple-HOST-RANDOM.part` behind. A writer holds a
+//! lock on its file as long as it is alive, so that a later process can identify abandoned files and remove them.
 
 use crate::ImageError;
 use std::fs::{self, File};
@@ -10,19 +10,20 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use tempfile::NamedTempFile;
 
-/// Puts `bytes` in place of whatever was at `path`: all of them, or on failure none, and the old file stays.
+/// Replaces the file at `path` by `bytes`; on failure the old file remains unchanged.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     let target = target(path)?;
     let failed = |source| ImageError::Write { path: path.to_path_buf(), source: anonymous(source) };
-    let mut file = beside(&target).map_err(failed)?;
+    let mut file = create_temporary(&target).map_err(failed)?;
     file.write_all(bytes).map_err(failed)?;
-    // Without this a crash of the machine may keep the new name and lose the bytes.
+    // Without this, a crash of the machine may keep the new name and lose the bytes.
     file.as_file().sync_all().map_err(failed)?;
     file.persist(&target).map(drop).map_err(|e| failed(e.error))
 }
 
-/// Saves what could not be written to `path`: beside it under a name that nothing has, or else in a new folder of the
-/// system's folder for temporary files, the same for all that this process saves there. Returns where it is.
+/// Saves a file that could not be written to `path`: in the same folder under an unused name, or otherwise in a new
+/// folder within the system's temporary folder, which is the same for all files that this process saves there. Returns
+/// the path of the saved file.
 pub fn elsewhere(
     path: &Path,
     write: impl Fn(&Path) -> Result<(), ImageError>,
@@ -44,7 +45,7 @@ pub fn elsewhere(
     let mut names = std::iter::once(named.clone()).chain((1..=MOST_NAMES).map(|i| numbered(&named, i)));
     let at = names.find(is_free).unwrap_or(named);
     let written = write(&at);
-    // An empty folder is of no use.
+    // An empty folder is removed.
     if written.is_ok() || fs::remove_dir(&folder).is_err() {
         *known = Some(folder);
     }
@@ -55,7 +56,7 @@ fn is_free(at: &PathBuf) -> bool {
     fs::symlink_metadata(at).is_err_and(|e| e.kind() == ErrorKind::NotFound)
 }
 
-/// Names that are tried beside a file.
+/// The number of names to be tried in a folder.
 const MOST_NAMES: u32 = 99;
 
 /// `folder/NAME-1.exr` for `folder/NAME.exr`.
@@ -69,15 +70,16 @@ fn numbered(path: &Path, i: u32) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Tries to create a file beside `path`, and takes it away again. Removes what killed writers have left there.
+/// Creates and removes a temporary file in the folder of `path`, and removes the files that killed writers have left
+/// there.
 pub fn probe(path: &Path) -> Result<(), ImageError> {
     let target = target(path)?;
     remove_abandoned(folder(&target));
     let failed = |source| ImageError::Write { path: path.to_path_buf(), source: anonymous(source) };
-    beside(&target).and_then(NamedTempFile::close).map_err(failed)
+    create_temporary(&target).and_then(NamedTempFile::close).map_err(failed)
 }
 
-/// The error without the name of the temporary file, which tempfile adds to it: the user asked for another one.
+/// The error without the path of the temporary file, which tempfile adds to it; the user requested another path.
 fn anonymous(error: io::Error) -> io::Error {
     match error.to_string().split_once(" at path \"") {
         Some((said, _)) => io::Error::new(error.kind(), said),
@@ -85,8 +87,8 @@ fn anonymous(error: io::Error) -> io::Error {
     }
 }
 
-/// The file to replace: the end of a symbolic link, so that the link itself survives. Only plain files are
-/// replaced, for renaming over a device such as /dev/null would remove it.
+/// The file to be replaced: the target of a symbolic link, so that the link itself is preserved. Only regular files are
+/// replaced, because renaming over a device such as /dev/null would remove it.
 fn target(path: &Path) -> Result<PathBuf, ImageError> {
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     match fs::metadata(&target) {
@@ -100,10 +102,11 @@ fn folder(target: &Path) -> &Path {
     target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Random characters in the name of a temporary file.
+/// Number of random characters in the name of a temporary file.
 const RANDOM: usize = 6;
 
-/// What the names of this machine's temporary files begin and end with. Locks of other machines may not be seen.
+/// Prefix and suffix of the names of this machine's temporary files. The host is included because locks held by other
+/// machines may not be visible.
 fn affixes() -> (String, &'static str) {
     let host = gethostname::gethostname();
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '.' { c } else { '_' };
@@ -111,31 +114,31 @@ fn affixes() -> (String, &'static str) {
     (format!(".dapple-{host}-"), ".part")
 }
 
-fn beside(target: &Path) -> io::Result<NamedTempFile> {
+fn create_temporary(target: &Path) -> io::Result<NamedTempFile> {
     let (prefix, suffix) = affixes();
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(suffix).rand_bytes(RANDOM);
-    // tempfile's own default is 0600: a picture is nobody's secret, the user's umask decides.
+    // tempfile's default mode is 0600; images are not secret, so the user's umask applies.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     loop {
         let file = builder.tempfile_in(folder(target))?;
-        // Where there are no locks, nobody can hold one, and nothing is taken for abandoned.
+        // If locks are not supported, no file can be locked, and none is considered abandoned.
         let locked = file.as_file().lock();
-        // Whoever took it for abandoned before it was locked has removed it by now.
+        // A process that considered it abandoned before it was locked has removed it by now.
         if locked.is_err() || file.path().exists() {
             return Ok(file);
         }
     }
 }
 
-/// Removes temporary files of this machine that no writer holds. What cannot be removed stays.
+/// Removes temporary files of this machine that no writer has locked. Files that cannot be removed are skipped.
 fn remove_abandoned(folder: &Path) {
     for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
         if !is_temporary(&path) || !fs::symlink_metadata(&path).is_ok_and(|at| at.is_file()) {
             continue;
         }
-        // The lock is held until the file is gone, so that its writer cannot come in between.
+        // The lock is held until the file is removed, so that a writer cannot acquire it in between.
         if let Ok(file) = File::open(&path)
             && file.try_lock().is_ok()
         {
@@ -155,7 +158,7 @@ fn is_temporary(path: &Path) -> bool {
 mod tests {
     use super::*;
 
-    /// A file with a name of the pattern.
+    /// Creates a file named like a temporary file.
     fn part(folder: &Path, random: &str) -> PathBuf {
         let (prefix, suffix) = affixes();
         let path = folder.join(format!("{prefix}{random}{suffix}"));
@@ -199,7 +202,7 @@ mod tests {
         assert!(!held.exists());
     }
 
-    /// Writers and probes at once in one folder: no writer loses its file.
+    /// Concurrent writers and probes in one folder: no writer loses its file.
     #[test]
     fn writers_are_not_taken_for_dead() {
         let folder = tempfile::tempdir().unwrap();
@@ -229,7 +232,7 @@ mod tests {
         let at = elsewhere(&gone, write).unwrap();
         assert!(at.starts_with(std::env::temp_dir()) && at.ends_with("a.exr"), "{}", at.display());
         assert_eq!(fs::read_to_string(&at).unwrap(), "picture");
-        // Another of that name is another file, in the same folder.
+        // Another file of the same name gets a different name in the same folder.
         let second = elsewhere(&gone, write).unwrap();
         assert_eq!(second, at.with_file_name("a-1.exr"));
         fs::remove_dir_all(at.parent().unwrap()).unwrap();

@@ -1,9 +1,9 @@
-//! Which format does an output have?
+//! Output formats and their file name extensions.
 
 use crate::ImageError;
 use std::path::Path;
 
-/// The format of an output, decided by its extension.
+/// The format of an output, determined by its extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// OpenEXR: layers, linear, metadata.
@@ -15,7 +15,8 @@ pub enum Format {
 }
 
 impl Format {
-    /// By extension, in any case of letters; an error if there is none, it is unknown, or this build leaves it out.
+    /// Determines the format from the extension, ignoring case. Returns an error if there is no extension, if it is
+    /// unknown, or if this build does not support the format.
     pub fn of(path: &Path) -> Result<Self, ImageError> {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         match extension.as_str() {
@@ -29,7 +30,7 @@ impl Format {
     }
 }
 
-/// Says which feature brings the format.
+/// The error that names the required feature.
 pub(super) fn feature_off(path: &Path, format: &'static str, feature: &'static str) -> ImageError {
     ImageError::NotBuiltIn { name: path.display().to_string(), format, feature }
 }

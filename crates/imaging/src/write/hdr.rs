@@ -1,15 +1,15 @@
-//! Radiance RGBE with run lengths [Ward 1991, "Real Pixels"; Radiance `color.c`].
+//! Encoding of Radiance RGBE files with run lengths [Ward 1991, "Real Pixels"; Radiance `color.c`].
 //!
-//! Own code, because the exponent has to come from the bits of the float (a logarithm differs between machines)
-//! and mantissas are rounded to nearest (truncation would darken every picture by half a step, 0.2–0.4 %).
+//! This is implemented here because the exponent is taken from the bits of the float (a logarithm differs between
+//! machines) and mantissas are rounded to nearest (truncation would darken every image by half a step, 0.2–0.4 %).
 
 use crate::Image;
 use glam::Vec3;
 
-/// Rows of these widths are run-length encoded, others are written plainly, as the format asks.
+/// Rows of these widths are run-length encoded; others are uncompressed, as the format requires.
 const RUN_WIDTHS: std::ops::RangeInclusive<usize> = 8..=32_767;
 
-/// The caller has checked that the pixels are as many as the size says.
+/// Encodes an image. The caller has checked that the number of pixels matches the size.
 pub(super) fn encode(picture: &Image) -> Vec<u8> {
     let (width, height) = (picture.width, picture.height);
     let mut out = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
@@ -34,7 +34,7 @@ fn rgbe(colour: Vec3) -> [u8; 4] {
     let c = colour.map(|v| if v > 0.0 { v.min(LARGEST) } else { 0.0 });
     let largest = c.x.max(c.y).max(c.z);
     if largest < f32::MIN_POSITIVE {
-        return [0; 4]; // under 1.2e-38 the exponent would leave the byte
+        return [0; 4]; // below 1.2e-38 the exponent would not fit into the byte
     }
     // largest = f · 2^k with f in [1, 2): k from the bits.
     let k = (largest.to_bits() >> 23) as i32 - 127;
@@ -54,7 +54,7 @@ fn power_of_two(k: i32) -> f64 {
     f64::from_bits(((k + 1023) as u64) << 52)
 }
 
-/// Runs of at least four equal bytes as (128 + length, byte), what lies between as (length, bytes…).
+/// Encodes runs of at least four equal bytes as (128 + length, byte), and other bytes as (length, bytes…).
 fn runs(plane: &[u8], out: &mut Vec<u8>) {
     let run_at = |i: usize| plane[i..].iter().take(127).take_while(|&&b| b == plane[i]).count();
     let mut i = 0;

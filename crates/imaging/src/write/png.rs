@@ -1,4 +1,5 @@
-//! PNG through the `image` crate (pure Rust deflate: the same bytes everywhere), with the chunks that it does not write.
+//! PNG encoding by the `image` crate (pure Rust deflate, which gives the same bytes everywhere), with additional
+//! chunks.
 
 use super::options::{PngDepth, PngOptions};
 use crate::{Image, ImageError};
@@ -7,8 +8,9 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use std::path::Path;
 
-/// The code values of a picture, each by `code` from [0, 1], row by row: red, green, blue, and alpha if there is one.
-pub(super) fn of<const N: usize>(
+/// The code values of an image, row by row: red, green, blue, and alpha if present. `code` converts each value in [0,
+/// 1].
+pub(super) fn code_values<const N: usize>(
     picture: &Image,
     options: &PngOptions<'_>,
     code: impl Fn(f32) -> [u8; N],
@@ -29,8 +31,8 @@ pub(super) fn of<const N: usize>(
     bytes
 }
 
-/// The file of finished code values, with or without alpha. The caller has checked that there are `width * height` pixels;
-/// whether the last one is whole is checked here.
+/// Encodes code values, with or without alpha. The caller has checked that there are `width * height` pixels; this
+/// function checks that the last one is complete.
 pub(super) fn encode(
     path: &Path,
     (width, height): (usize, usize),
@@ -46,28 +48,28 @@ pub(super) fn encode(
         (true, PngDepth::Sixteen) => (ExtendedColorType::Rgba16, 8),
     };
     if data.len() != width * height * bytes {
-        return Err(wrong("its last pixel lacks a channel".into()));
+        return Err(wrong("the last pixel is incomplete".into()));
     }
     let mut file = Vec::new();
     PngEncoder::new_with_quality(&mut file, CompressionType::Default, FilterType::Adaptive)
         .write_image(data, width as u32, height as u32, color)
         .map_err(|e| wrong(e.to_string()))?;
-    file.splice(HEADER..HEADER, about(texts));
+    file.splice(HEADER..HEADER, metadata_chunks(texts));
     Ok(file)
 }
 
-/// Signature and header of a PNG, which other chunks follow.
+/// Length of the signature and header of a PNG, after which other chunks follow.
 const HEADER: usize = 8 + 25;
 
-/// Chunks before the picture's: sRGB with the perceptual intent [PNG 2003, §11.3.3.5], and the texts.
-fn about(texts: &[(&str, &str)]) -> Vec<u8> {
+/// Chunks before the image data: sRGB with the perceptual intent [PNG 2003, §11.3.3.5], and the texts.
+fn metadata_chunks(texts: &[(&str, &str)]) -> Vec<u8> {
     let mut chunks = chunk(b"sRGB", &[0]);
     for (keyword, text) in texts {
         let text = text.replace(|c: char| c.is_control() && c != '\n', "?");
         if text.is_ascii() {
             chunks.extend(chunk(b"tEXt", &[keyword.as_bytes(), b"\0", text.as_bytes()].concat()));
         } else {
-            // Neither compressed nor in a named language, keyword not translated.
+            // Uncompressed, with empty language tag and translated keyword.
             let body = [keyword.as_bytes(), b"\0\0\0\0\0", text.as_bytes()].concat();
             chunks.extend(chunk(b"iTXt", &body));
         }
@@ -94,7 +96,7 @@ mod tests {
     #[test]
     fn check_values_of_the_crc() {
         assert_eq!(crc(b"123456789"), 0xCBF4_3926);
-        // The chunk that ends every PNG.
+        // The last chunk of every PNG.
         assert_eq!(crc(b"IEND"), 0xAE42_6082);
     }
 
