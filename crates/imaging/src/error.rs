@@ -89,7 +89,7 @@ pub enum ImageError {
     },
     /// The data window covers only a tiny part of a large display window.
     #[error(
-        "{name}: has data for {held} pixels in a display window of {width}×{height}; save it with a smaller display window"
+        "{name}: has data for {held} pixels in a display window of {width}×{height}; save it with a smaller one"
     )]
     Sparse {
         /// The file.
