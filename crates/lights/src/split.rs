@@ -184,8 +184,8 @@ impl Totals {
     }
 }
 
-/// 2π(1 − cosθ_o) + (π/2)(2θ_w·sinθ_o − cos(θ_o − 2θ_w) − 2θ_o·sinθ_o + cosθ_o), θ_w = min(θ_o + π/2, π): the measure of
-/// the directions of emission for θ_e = π/2.
+/// 2π(1 − cosθ_o) + (π/2)(2θ_w·sinθ_o − cos(θ_o − 2θ_w) − 2θ_o·sinθ_o + cosθ_o), θ_w = min(θ_o + π/2, π): the measure
+/// of the directions of emission for θ_e = π/2.
 fn measure(theta_o: f64) -> f64 {
     let (s, c) = (libm::sin(theta_o), libm::cos(theta_o));
     let w = (theta_o + 0.5 * PI).min(PI);

@@ -1,5 +1,5 @@
-//! Generates `src/albedo_table.rs`: `cargo run --release --example albedo_table -p dapple-materials >
-//! crates/materials/src/albedo_table.rs`
+//! Generates `src/albedo_table.rs`:
+//! `cargo run --release --example albedo_table -p dapple-materials > crates/materials/src/albedo_table.rs`
 //!
 //! The directional albedo of the GGX reflection lobe with Schlick's Fresnel term splits into two numbers per (μ, α):
 //! E = F0·C + (F90 − F0)·B, where with m distributed as the visible normals of wo
