@@ -24,8 +24,9 @@ pub struct Area {
 pub enum AreaShape {
     /// A triangle by its corners. [`LightPoint::triangle`] is 0, with the corners in this order.
     Triangle([Vec3; 3]),
-    /// A parallelogram by a corner and two edges; the front is the side to which e1×e2 points. With P0 = corner, P1 =
-    /// corner + e1, P2 = corner + e1 + e2, P3 = corner + e2, triangle 0 is (P0, P1, P2) and triangle 1 is (P0, P2, P3).
+    /// A parallelogram by a corner and two edges; the front is the side to which e1×e2 points. With P0 = corner,
+    /// P1 = corner + e1, P2 = corner + e1 + e2, P3 = corner + e2, triangle 0 is (P0, P1, P2) and triangle 1 is
+    /// (P0, P2, P3).
     Quad {
         /// P0.
         corner: Vec3,

@@ -1,9 +1,9 @@
 //! Sampling of spheres and disks under a non-uniform transform (ellipsoids and ellipses): in their local space, where
 //! they are round.
 //!
-//! A linear map M takes the unit direction d' of local space to M·d', of length s. It stretches solid angle by |det
-//! M|/s³, lengths along the direction by s, and area on a surface with unit normal n' by |cof(M)·n'|, the length of its
-//! normal in render space.
+//! A linear map M takes the unit direction d' of local space to M·d', of length s. It stretches solid angle by
+//! |det M|/s³, lengths along the direction by s, and area on a surface with unit normal n' by |cof(M)·n'|, the length
+//! of its normal in render space.
 use crate::aimed::{Aimed, visible};
 use crate::{Aiming, Area, AreaShape, LightPoint, LightSample, sphere};
 use dapple_math::motion::Pose;

@@ -21,8 +21,8 @@ struct Cone {
     from_inside: bool,
 }
 
-/// Cone that `p` sees; None from inside a one-sided sphere, which emits outward only. With s = R/d from outside, 1 −
-/// cosθ_max = s²/(1 + √(1 − s²)), which is accurate at every size.
+/// Cone that `p` sees; None from inside a one-sided sphere, which emits outward only. With s = R/d from outside,
+/// 1 − cosθ_max = s²/(1 + √(1 − s²)), which is accurate at every size.
 ///
 /// A two-sided sphere whose surface contains `p`, to within the rounding of the coordinates, is treated like the walls
 /// of a room seen from one of them: the hemisphere towards the centre, far side. The result must not depend on the side

@@ -1,5 +1,5 @@
-//! The layers of a glTF material for one direction above the surface, each with its share: metallic·metal + (1 −
-//! metallic)·(coat over mix(diffuse base, clear dielectric, transmission)).
+//! The layers of a glTF material for one direction above the surface, each with its share:
+//! metallic·metal + (1 − metallic)·(coat over mix(diffuse base, clear dielectric, transmission)).
 
 use crate::albedo::AlbedoRow;
 use crate::choice::{Choice, Shares};

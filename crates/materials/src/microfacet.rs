@@ -2,9 +2,10 @@
 //! shadowing of [Heitz 2014].
 //!
 //! Conventions: directions are in the local frame, with `wo`, `wi` at z ≥ 0 (transmission uses |z|, since Λ is even);
-//! `alpha` = roughness². Shadowing is never divided by a cosine: with the *stretched length* t(w) = √(αx²wx² + αy²wy² +
-//! wz²) = wz(1 + 2Λ(w)), G1 = 2wz/(wz + t) and G2(wo,wi)/(4 wo.z wi.z) = 1/(2(t(wo)wi.z + t(wi)wo.z)), both finite down
-//! to and including grazing directions. cosθ_m enters only through the components of m, never as 1 − cos².
+//! `alpha` = roughness². Shadowing is never divided by a cosine: with the *stretched length*
+//! t(w) = √(αx²wx² + αy²wy² + wz²) = wz(1 + 2Λ(w)), G1 = 2wz/(wz + t) and
+//! G2(wo,wi)/(4 wo.z wi.z) = 1/(2(t(wo)wi.z + t(wi)wo.z)), both finite down to and including grazing directions.
+//! cosθ_m enters only through the components of m, never as 1 − cos².
 
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
