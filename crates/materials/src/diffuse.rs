@@ -1,10 +1,11 @@
 //! Diffuse reflection, alone or under a specular coat.
 //!
 //! Alone it is Lambertian: f = ρ/π. Under a coat with directional albedo E it is
-//! f = ρ/π · (1 − E(wo)) (1 − E(wi)) / (1 − E_mean), which is reciprocal and has an albedo of exactly ρ(1 − E(wo)): base
-//! and coat together reflect no more than the incident light [Kelemen & Szirmay-Kalos 2001]. The sample implementation
-//! of glTF uses (1 − F(wo·m)) instead, which adds up to more than 1 at grazing angles. For a coloured coat the largest
-//! channel is subtracted from all (as in `KHR_materials_specular`), so no channel gains energy.
+//! f = ρ/π · (1 − E(wo)) (1 − E(wi)) / (1 − E_mean), which is reciprocal and has an albedo of exactly ρ(1 − E(wo)):
+//! base and coat together reflect no more than the incident light [Kelemen & Szirmay-Kalos 2001]. The sample
+//! implementation of glTF uses (1 − F(wo·m)) instead, which adds up to more than 1 at grazing angles. For a
+//! coloured coat the largest channel is subtracted from all (as in `KHR_materials_specular`), so no channel
+//! gains energy.
 
 use crate::albedo::AlbedoRow;
 use glam::Vec3;
