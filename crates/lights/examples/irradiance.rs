@@ -1,4 +1,4 @@
-//! Irradiance under a square lamp, by sampling it and by the closed form of its centre line.
+//! Compares the estimated irradiance below a square lamp with its closed form on the centre line.
 //! `cargo run --release --example irradiance -p dapple-lights`
 
 use dapple_lights::{Area, AreaShape, Light};
@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 fn main() {
     let quad = AreaShape::Quad { corner: Vec3::new(-0.5, 1.0, -0.5), e1: Vec3::X, e2: Vec3::Z };
     let lamp = Light::Area(Area { shape: quad, radiance: Vec3::ONE, two_sided: false });
-    // Lambert's formula: four times a corner rectangle of half the side, seen from a distance h.
+    // Lambert's formula: four times a corner rectangle of half the side, at distance h.
     let exact = |h: f64| {
         let slant = (h * h + 0.25).sqrt();
         4.0 * (0.5 / slant) * (0.5 / slant).atan()

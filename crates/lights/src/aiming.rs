@@ -1,28 +1,28 @@
-//! Which points of an area light are aimed at: those that even out its solid angle, its surface, or its one middle.
+//! How points on area lights are sampled: by solid angle, by area, or as one central point; and hits on lights.
 use glam::{Vec2, Vec3};
 
-/// How the points of area lights are chosen. Other lights do not care.
+/// How the points of area lights are sampled. Other lights ignore it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Aiming {
-    /// Evenly in solid angle where that pays ([`crate::Light::sample`]): the least noise.
+    /// Uniformly in solid angle where that reduces noise ([`crate::Light::sample`]): the least noise.
     #[default]
     SolidAngle,
-    /// Evenly over the surface: equal u is the same point from everywhere, so that a fixed set of u makes the light a
-    /// set of point lights [Cook 1984].
+    /// Uniformly over the surface: equal u is the same point for every receiver, so that a fixed set of u turns the
+    /// light into a set of point lights [Cook 1984].
     Surface,
-    /// All of the light's power from its centroid, as a point light: no soft shadow. Never met by a ray.
+    /// The whole power of the light from its centroid, as a point light: no soft shadows. No ray hits it.
     Centroid,
 }
 
-/// Where a ray reached a light.
+/// A hit on a light.
 #[derive(Clone, Copy, Debug)]
 pub struct Reached {
     /// Unit direction of the ray.
     pub wi: Vec3,
-    /// How far it went; infinite for the environment.
+    /// Distance to the hit; infinite for the environment.
     pub distance: f32,
-    /// Geometric normal there.
+    /// Geometric normal at the hit.
     pub n: Vec3,
-    /// Barycentrics of the hit, of corners 1 and 2 of the triangle; zero for anything else.
+    /// Barycentric coordinates of the hit, of corners 1 and 2 of the triangle; zero for other shapes.
     pub at: Vec2,
 }

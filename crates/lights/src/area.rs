@@ -1,30 +1,32 @@
-//! Emitting triangles, quads, spheres and disks, aimed at by solid angle where it pays.
+//! Area lights: emitting triangles, quads, spheres and disks.
 //!
-//! Triangles and quads are sampled evenly in the solid angle they fill while that is at least `SMALL`, else evenly in
-//! area (then both are nearly the same); spheres through the cone they fill; disks evenly in area.
+//! Triangles and quads are sampled uniformly in solid angle if theirs is at least `SMALL`, else uniformly in area (the
+//! two densities are then nearly equal); spheres are sampled in the cone they subtend, and disks uniformly in area.
 use crate::aimed::Aimed;
 use crate::{LightPoint, LightSample, disk, polygon::Facet, sphere};
 use glam::{Vec2, Vec3};
 use std::f64::consts::PI;
 
-/// A surface that emits evenly.
+/// A surface with uniform emission.
 #[derive(Clone, Debug)]
 pub struct Area {
-    /// Where.
+    /// Shape and position.
     pub shape: AreaShape,
     /// Mean radiance, W·m⁻²·sr⁻¹.
     pub radiance: Vec3,
-    /// Emits from the back as well.
+    /// Whether it emits from the back as well.
     pub two_sided: bool,
 }
 
-/// Front side = counter-clockwise / outward / `normal`.
+/// Shapes of area lights. The front is the side from which the corners are counter-clockwise, the outside of a sphere,
+/// and the side of `normal`.
 #[derive(Clone, Copy, Debug)]
 pub enum AreaShape {
-    /// [`LightPoint::triangle`] is 0, its corners in this order.
+    /// A triangle by its corners. [`LightPoint::triangle`] is 0, with the corners in this order.
     Triangle([Vec3; 3]),
-    /// Parallelogram: corner, edge, edge; front where e1×e2 points. With P0 = corner, P1 = corner + e1,
-    /// P2 = corner + e1 + e2, P3 = corner + e2, triangle 0 is (P0, P1, P2) and triangle 1 is (P0, P2, P3).
+    /// A parallelogram by a corner and two edges; the front is the side to which e1×e2 points. With P0 = corner,
+    /// P1 = corner + e1, P2 = corner + e1 + e2, P3 = corner + e2, triangle 0 is (P0, P1, P2) and triangle 1 is
+    /// (P0, P2, P3).
     Quad {
         /// P0.
         corner: Vec3,
@@ -33,14 +35,14 @@ pub enum AreaShape {
         /// P3 − P0.
         e2: Vec3,
     },
-    /// Exact sphere. No barycentrics.
+    /// An exact sphere, without barycentric coordinates.
     Sphere {
         /// Centre.
         centre: Vec3,
         /// Radius.
         radius: f32,
     },
-    /// Exact disk. No barycentrics.
+    /// An exact disk, without barycentric coordinates.
     Disk {
         /// Centre.
         centre: Vec3,
@@ -62,7 +64,7 @@ impl AreaShape {
         }
     }
 
-    /// Its box.
+    /// Bounding box.
     pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
         match *self {
             Self::Triangle([a, b, c]) => (a.min(b).min(c), a.max(b).max(c)),
@@ -80,7 +82,7 @@ impl AreaShape {
         }
     }
 
-    /// Area-weighted middle: where all of the light would sit as one point.
+    /// Area-weighted centroid, at which the light is placed when it is treated as one point.
     pub fn centroid(&self) -> Vec3 {
         match *self {
             Self::Triangle([a, b, c]) => ((a.as_dvec3() + b.as_dvec3() + c.as_dvec3()) / 3.0).as_vec3(),
@@ -97,7 +99,8 @@ fn cross_length(e1: Vec3, e2: Vec3) -> f64 {
 }
 
 impl Area {
-    /// A direction towards the light for `u` in \[0,1)². None from behind a one-sided light and from its plane.
+    /// Samples a direction towards the light with `u` in \[0,1)². None from behind a one-sided light and from the plane
+    /// of a flat one.
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let two_sided = self.two_sided;
         let aimed = match self.shape {
@@ -111,7 +114,7 @@ impl Area {
         self.sample_at(aimed?)
     }
 
-    /// Solid-angle density at `p` of a direction that reaches the light at `distance`; 0 from behind and from its plane.
+    /// Solid-angle density at `p` of a direction that hits the light at `distance`; 0 from behind and from its plane.
     /// Where the light is sampled by solid angle this is 1/Ω, else distance²/(area·cosθ_light), with the cosine taken
     /// from the distance of the plane: area·cosθ·distance is the same for every point of a flat light.
     pub fn pdf(&self, p: Vec3, distance: f32) -> f32 {
@@ -127,8 +130,8 @@ impl Area {
         (pdf as f32).min(f32::MAX)
     }
 
-    /// Towards the point of the surface at `u` in \[0,1)², even in area: corner + u.x·e1 + u.y·e2 for a quad. None when
-    /// it does not shine towards `p`.
+    /// Samples the surface uniformly in area with `u` in \[0,1)²: corner + u.x·e1 + u.y·e2 for a quad. None if the
+    /// point does not emit towards `p`.
     pub(crate) fn sample_surface(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let two_sided = self.two_sided;
         let aimed = match self.shape {
@@ -168,7 +171,7 @@ impl Area {
             AreaShape::Quad { corner, e1, e2 } => {
                 Facet::quad(p, corner, e1, e2).middle(self.two_sided, Vec2::splat(0.5))
             }
-            // The warp takes (½, ½) to the centre.
+            // The warp maps (½, ½) to the centre.
             AreaShape::Disk { centre, normal, radius } => {
                 disk::sample(p, centre, normal, radius, self.two_sided, Vec2::splat(0.5))
             }
@@ -177,7 +180,8 @@ impl Area {
         self.as_point(aimed?)
     }
 
-    /// The shadow ray ends where it enters the sphere: its own surface does not block.
+    /// A sphere as one point. The shadow ray ends where it enters the sphere, so that the sphere does not occlude
+    /// itself.
     fn sample_middle_of_sphere(&self, p: Vec3, centre: Vec3, radius: f32) -> Option<LightSample> {
         let to = centre.as_dvec3() - p.as_dvec3();
         let d = to.length();
@@ -211,13 +215,13 @@ impl Area {
         })
     }
 
-    /// All of a flat light's power from one place.
+    /// Light sample with the power of a whole flat light at one point.
     pub(crate) fn as_point(&self, aimed: Aimed) -> Option<LightSample> {
         let sample = self.sample_at(aimed)?;
         Some(LightSample { radiance: sample.radiance / sample.pdf, pdf: 1.0, delta: true, ..sample })
     }
 
-    /// π·area·radiance, twice that for two sides.
+    /// Power in W per channel: π·area·radiance, twice that for two-sided lights.
     pub fn power(&self) -> Vec3 {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
         self.radiance * (PI * sides * self.shape.area()) as f32

@@ -1,28 +1,28 @@
-//! What is known of a set of lights without looking at each: bounds for choosing among many.
+//! Bounds of a set of lights, from which the light tree computes importance.
 //!
-//! A cluster is a box, a cone of axes, a spread of emission about each axis, and an intensity
-//! [Conty Estevez and Kulla 2018]. "Intensity" is the mean over the channels of the greatest radiant intensity: I of a
-//! point, radiance·area of a surface; importance is then an irradiance, comparable with that of distant lights.
+//! A cluster has a bounding box, a cone of axes, an angle of emission about each axis, and an intensity [Conty Estevez
+//! and Kulla 2018]. The intensity is the mean over the channels of the maximum radiant intensity: I of a point light,
+//! radiance·area of a surface. The importance is therefore an irradiance, comparable with that of distant lights.
 use crate::oval::Oval;
 use crate::{Area, AreaShape, Light};
 use glam::{DVec3, Vec3};
 use libm::{atan2, cos, sin};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Directions of emission: within θ_e of an axis within θ_o of `axis`.
+/// Bound of the directions of emission: within θ_e of an axis that lies within θ_o of `axis`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cone {
     pub axis: DVec3,
     pub theta_o: f64,
     pub theta_e: f64,
-    /// As much along −axis.
+    /// Whether it emits equally about −axis.
     pub two_sided: bool,
 }
 
 impl Cone {
     pub const ALL: Self = Self { axis: DVec3::Z, theta_o: PI, theta_e: FRAC_PI_2, two_sided: false };
 
-    /// The smallest cone around both; all directions when one is two-sided and the other is not.
+    /// The smallest cone around both; all directions if only one of them is two-sided.
     fn union(&self, other: &Self) -> Self {
         let theta_e = self.theta_e.max(other.theta_e);
         let (mut a, mut b) = if self.theta_o >= other.theta_o { (*self, *other) } else { (*other, *self) };
@@ -56,7 +56,7 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// None for lights without place and for lights that send nothing.
+    /// Bounds of one light; None for infinite lights and for lights that emit nothing.
     pub fn of(light: &Light) -> Option<Self> {
         let all = Cone::ALL;
         let bounds = match light {
@@ -70,7 +70,7 @@ impl Bounds {
             Light::Area(l) => {
                 let ((low, high), axis) = (l.shape.bounds(), normal(&l.shape));
                 let flat = |axis| Cone { axis, theta_o: 0.0, theta_e: FRAC_PI_2, two_sided: l.two_sided };
-                // A sphere shows a quarter of its area from everywhere.
+                // The projected area of a sphere is a quarter of its surface area from every direction.
                 let shown = if axis.is_some() { 1.0 } else { 0.25 };
                 let intensity = mean(l.radiance) * l.shape.area() * shown;
                 Self { low, high, cone: axis.map_or(all, flat), intensity }
@@ -81,7 +81,8 @@ impl Bounds {
         (bounds.intensity > 0.0).then_some(bounds)
     }
 
-    /// Of an emitting sphere or disk that is not round where it is now; its box is left to who knows its motion.
+    /// Bounds of an emitting sphere or disk under a non-uniform transform, without the box, which the caller computes
+    /// from the motion.
     pub fn of_oval(area: &Area, oval: &Oval<'_>) -> Option<Self> {
         let axis = oval.normal();
         let flat = |axis| Cone { axis, theta_o: 0.0, theta_e: FRAC_PI_2, two_sided: area.two_sided };
@@ -105,13 +106,13 @@ impl Bounds {
         ((self.low.as_dvec3() + self.high.as_dvec3()) * 0.5).as_vec3()
     }
 
-    /// Half of the box' diagonal.
+    /// Half of the diagonal of the bounding box.
     pub fn radius(&self) -> f64 {
         (self.high.as_dvec3() - self.low.as_dvec3()).length() * 0.5
     }
 }
 
-/// Of its front; none for what emits in all directions.
+/// Normal of the front; None for shapes that emit in all directions.
 fn normal(shape: &AreaShape) -> Option<DVec3> {
     let across = |e1: Vec3, e2: Vec3| e1.as_dvec3().cross(e2.as_dvec3()).try_normalize();
     match *shape {
@@ -122,7 +123,7 @@ fn normal(shape: &AreaShape) -> Option<DVec3> {
     }
 }
 
-/// The channels count alike, as they do in the error of a picture.
+/// Mean of the channels, which are weighted equally, as in the error of an image.
 pub(crate) fn mean(rgb: Vec3) -> f64 {
     let rgb = rgb.as_dvec3();
     ((rgb.x + rgb.y + rgb.z) / 3.0).min(1e200)
@@ -150,6 +151,6 @@ mod tests {
         assert!(cone(0.0, 1.0, 0.0).union(&cone(0.0, -1.0, 0.0)).theta_o >= PI);
         let (a, b) = (cone(0.0, 1.0, 0.0), cone(0.0, -1.0, 0.0));
         let sheet = Cone { two_sided: true, ..a }.union(&Cone { two_sided: true, ..b });
-        assert_eq!(sheet.theta_o, 0.0, "two sides of one sheet");
+        assert_eq!(sheet.theta_o, 0.0, "both sides of one surface");
     }
 }

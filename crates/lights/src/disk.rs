@@ -1,4 +1,4 @@
-//! Aiming at a disk: evenly in area.
+//! Sampling of disks, uniform in area.
 use crate::LightPoint;
 use crate::aimed::{Aimed, visible};
 use dapple_math::Frame;

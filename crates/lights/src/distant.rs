@@ -1,13 +1,13 @@
-//! Light from one direction.
+//! Distant (directional) lights.
 use crate::LightSample;
 use glam::Vec3;
 
-/// `towards` = unit direction to the light; `irradiance` on a facing surface (lx read as W/m²).
+/// A light at infinity in one direction (`KHR_lights_punctual` directional light; lx are read as W/m²).
 #[derive(Clone, Copy, Debug)]
 pub struct Distant {
     /// Unit direction from the scene to the light.
     pub towards: Vec3,
-    /// On a surface that faces the light, W·m⁻² per channel.
+    /// Irradiance on a surface that faces the light, W·m⁻² per channel.
     pub irradiance: Vec3,
 }
 

@@ -1,8 +1,9 @@
-//! Light from everywhere: a constant or a lat-long picture, importance-sampled with MIS compensation.
+//! Environment lights: a constant or an environment map in latitude–longitude layout, importance-sampled with MIS
+//! compensation.
 //!
-//! World direction d lies at u = ½ + atan2(d.x, −d.z)/2π, v = acos(d.y)/π of the picture, v from the top row: the centre
-//! of the picture is −Z and u grows towards +X. A texel is a constant patch unless filtering is asked for. `rotation`
-//! turns the surroundings about +Y by the right-hand rule: what was at −Z moves towards −X.
+//! World direction d maps to u = ½ + atan2(d.x, −d.z)/2π, v = acos(d.y)/π of the map, v from the top row: the centre of
+//! the map is −Z and u grows towards +X. A texel is a constant patch unless filtering is enabled. `rotation` rotates
+//! the environment about +Y by the right-hand rule: what was at −Z moves towards −X.
 use crate::LightSample;
 use crate::patch::Patch;
 use dapple_math::Image;
@@ -12,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 use std::fmt;
 use std::sync::Arc;
 
-/// Radiance by direction. Cheap to clone.
+/// Incident radiance as a function of direction. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Environment(Kind);
 
@@ -26,29 +27,29 @@ enum Kind {
 struct LatLong {
     width: usize,
     height: usize,
-    /// Intensity applied.
+    /// Radiance with the intensity factor applied.
     pixels: Vec<Vec3>,
-    /// Rotation as a shift of u in turns, [0, 1).
+    /// Rotation as a shift of u, in turns, [0, 1).
     shift: f64,
     filtered: bool,
     rows: Rows,
     mean: Vec3,
-    /// None: nothing to aim at.
+    /// Sampling distribution; None if there is nothing to sample.
     table: Option<Grid2d>,
     compensated: bool,
 }
 
 impl Environment {
-    /// The same radiance from everywhere. Never aimed at.
+    /// An environment with the same radiance in every direction. It is never sampled directly.
     pub fn constant(radiance: Vec3) -> Self {
         Self(Kind::Constant(radiance))
     }
 
-    /// u = ½ + atan2(d.x, −d.z)/2π, v = acos(d.y)/π from the top row; texels are constant patches unless `filtered`
-    /// (then bilinear between texel centres, around the seam, held beyond the centres of the first and last row).
-    /// `rotation` in radians about +Y; `intensity` multiplies. A texel that is negative or not finite, before or after
-    /// multiplication, is an error naming it. A picture of one colour becomes [`Environment::constant`]; an empty one is
-    /// black.
+    /// An environment map: u = ½ + atan2(d.x, −d.z)/2π, v = acos(d.y)/π from the top row. Texels are constant patches
+    /// unless `filtered`, which interpolates bilinearly between texel centres, wraps at the seam, and clamps beyond the
+    /// centres of the first and last row. `rotation` is in radians about +Y; `intensity` is a factor. A texel that is
+    /// negative or not finite, before or after multiplication, is an error that names it. A map of one colour becomes
+    /// [`Environment::constant`]; an empty one is black.
     pub fn picture(picture: Image, rotation: f32, intensity: f32, filtered: bool) -> Result<Self, BadTexel> {
         let Image { width, height, mut pixels } = picture;
         pixels.truncate(width.saturating_mul(height));
@@ -82,8 +83,9 @@ impl Environment {
         Ok(Self(Kind::LatLong(Arc::new(map))))
     }
 
-    /// The same light, aimed at in proportion to all of it, so that aiming alone is an unbiased estimate. By default
-    /// only what exceeds the mean is aimed at, and the rest is left to the BSDF [Karlík 2019].
+    /// The same environment, sampled in proportion to its full radiance, so that light sampling alone is an unbiased
+    /// estimator. By default only the radiance above the mean is sampled, and the rest is left to BSDF sampling [Karlík
+    /// 2019].
     pub fn without_compensation(self) -> Self {
         let Kind::LatLong(map) = &self.0 else { return self };
         let table = map.build_table(false);
@@ -92,7 +94,7 @@ impl Environment {
         Self(Kind::LatLong(Arc::new(LatLong { pixels, rows, table, compensated: false, ..**map })))
     }
 
-    /// Radiance from direction `d` (unit).
+    /// Radiance from the unit direction `d`.
     #[inline]
     pub fn radiance(&self, d: Vec3) -> Vec3 {
         match &self.0 {
@@ -101,23 +103,23 @@ impl Environment {
         }
     }
 
-    /// Whether every direction is the same.
+    /// Whether the radiance is the same in every direction.
     pub fn is_constant(&self) -> bool {
         matches!(self.0, Kind::Constant(_))
     }
 
-    /// Whether aiming at it can help (a constant one is left to the BSDF).
+    /// Whether light sampling is of use (a constant environment is left to BSDF sampling).
     pub fn is_sampled(&self) -> bool {
         matches!(&self.0, Kind::LatLong(map) if map.table.is_some())
     }
 
-    /// Whether only what exceeds the mean is aimed at (see [`Environment::without_compensation`]).
+    /// Whether only the radiance above the mean is sampled (see [`Environment::without_compensation`]).
     pub fn is_compensated(&self) -> bool {
         matches!(&self.0, Kind::LatLong(map) if map.compensated)
     }
 
-    /// Mean radiance over the sphere: ∫L dω/4π. *Approximation* with filtering: within a texel solid angle is taken as
-    /// even; it steers choices only.
+    /// Mean radiance over the sphere: ∫L dω/4π. *Approximation* with filtering: solid angle is assumed to be uniform
+    /// within a texel; the value only affects the probabilities of selection.
     pub fn mean(&self) -> Vec3 {
         match &self.0 {
             Kind::Constant(radiance) => *radiance,
@@ -125,13 +127,13 @@ impl Environment {
         }
     }
 
-    /// A direction for `u` in \[0,1)². None when nothing is aimed at.
+    /// Samples a direction with `u` in \[0,1)². None if there is nothing to sample.
     pub fn sample(&self, u: Vec2) -> Option<LightSample> {
         let Kind::LatLong(map) = &self.0 else { return None };
         map.sample(map.table.as_ref()?, u)
     }
 
-    /// Solid-angle density of `sample` at direction `wi` (unit); 0 when nothing is aimed at.
+    /// Solid-angle density of `sample` at the unit direction `wi`; 0 if there is nothing to sample.
     pub fn pdf(&self, wi: Vec3) -> f32 {
         let Kind::LatLong(map) = &self.0 else { return 0.0 };
         let Some(table) = &map.table else { return 0.0 };
@@ -139,7 +141,7 @@ impl Environment {
         map.density(table, column, row) * map.share(column, row, within.x.into(), wi.y.into())
     }
 
-    /// Bytes held for pixels and tables.
+    /// Memory use in bytes of texels and tables.
     pub fn memory_bytes(&self) -> usize {
         let Kind::LatLong(map) = &self.0 else { return 0 };
         let table = if map.table.is_some() { size_of::<f64>() } else { 0 };
@@ -147,7 +149,7 @@ impl Environment {
     }
 }
 
-/// cosθ of the borders between rows and the solid angle of the rows.
+/// cosθ of the borders between rows, and the solid angle of the rows.
 #[derive(Debug)]
 struct Rows {
     /// height + 1 values from 1 to −1.
@@ -169,8 +171,8 @@ impl Rows {
 }
 
 impl LatLong {
-    /// Column, row, and place in texels (x right, y down) of a direction. θ = atan2(√(x² + z²), y): acos(y) would lose
-    /// half of the digits at the poles. Total: any direction, NaN too, gives a texel.
+    /// Column, row, and position in texels (x right, y down) of a direction. θ = atan2(√(x² + z²), y): acos(y) would
+    /// lose half of the digits at the poles. Any direction, even NaN, gives a valid texel.
     #[inline]
     fn locate(&self, d: Vec3) -> (usize, usize, Vec2) {
         let turn = 0.5 + libm::atan2f(d.x, -d.z) as f64 / TAU + self.shift;
@@ -193,7 +195,7 @@ impl LatLong {
         if self.filtered { self.bilinear(column, row, within) } else { self.texel(column, row) }
     }
 
-    /// Between the centres of the four texels around a place.
+    /// Interpolates between the centres of the four texels around a position.
     fn bilinear(&self, column: usize, row: usize, within: Vec2) -> Vec3 {
         let (c0, c1, s) = if within.x < 0.5 {
             ((column + self.width - 1) % self.width, column, within.x + 0.5)
@@ -210,8 +212,8 @@ impl LatLong {
         top.lerp(bottom, t)
     }
 
-    /// Mean radiance of a cell: its texel, or what bilinear filtering makes of the nine around it, so that no cell with
-    /// any light counts as dark.
+    /// Mean radiance of a cell: its texel, or with bilinear filtering the weighted mean of the nine texels around it,
+    /// so that no cell with any light counts as dark.
     fn cell(&self, column: usize, row: usize) -> DVec3 {
         if !self.filtered {
             return self.texel(column, row).as_dvec3();
@@ -236,8 +238,8 @@ impl LatLong {
         ((0..self.height).map(row).sum::<DVec3>() / (4.0 * PI)).as_vec3()
     }
 
-    /// Weight of a cell: its luminance (less the mean luminance, when compensated, [Karlík 2019, §4]) times its solid
-    /// angle. None when no cell has any: then everything is left to the BSDF.
+    /// Builds the distribution. The weight of a cell is its luminance (minus the mean luminance, if compensated,
+    /// [Karlík 2019, §4]) times its solid angle. None if all weights are 0: everything is then left to BSDF sampling.
     fn build_table(&self, compensated: bool) -> Option<Grid2d> {
         let mean = if compensated { luminance(self.mean.as_dvec3()) } else { 0.0 };
         let mut weights = Vec::with_capacity(self.pixels.len());
@@ -249,21 +251,22 @@ impl LatLong {
         Grid2d::new(self.width, self.height, &weights)
     }
 
-    /// Probability of the cell over its solid angle.
+    /// Probability of the cell divided by its solid angle.
     #[inline]
     fn density(&self, table: &Grid2d, column: usize, row: usize) -> f32 {
         let probability_times_cells = table.cell_pdf(column as u32, row as u32) as f64;
         (probability_times_cells / (self.height as f64 * self.rows.solid_angle[row])) as f32
     }
 
-    /// Luminance of the texels around a cell.
+    /// Luminance of a cell and its neighbours.
     fn patch(&self, column: usize, row: usize) -> Patch {
         let columns = [(column + self.width - 1) % self.width, column, (column + 1) % self.width];
         let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
         Patch(rows.map(|r| columns.map(|c| luminance(self.texel(c, r).as_dvec3()))))
     }
 
-    /// Density within a cell, in parts of an even one, at a place in texels from its left border and a height cosθ.
+    /// Density within a cell relative to the uniform density, at a distance in texels from its left border and a height
+    /// cosθ.
     fn share(&self, column: usize, row: usize, x: f64, y: f64) -> f32 {
         if !self.filtered {
             return 1.0;
@@ -273,9 +276,9 @@ impl LatLong {
         self.patch(column, row).density((x, down)) as f32
     }
 
-    /// Within the cell even in azimuth and cosθ, that is, in solid angle; with filtering, by the luminance between the
-    /// texels (in cosθ as if it were θ). The radiance is that of the chosen cell, also where the direction rounds into its
-    /// neighbour.
+    /// Samples a direction. Within the cell it is uniform in azimuth and cosθ, that is, in solid angle; with filtering
+    /// it follows the luminance between the texels (in cosθ as if it were θ). Without filtering the radiance is that of
+    /// the selected cell, even if the direction rounds into its neighbour.
     fn sample(&self, table: &Grid2d, u: Vec2) -> Option<LightSample> {
         let chosen = table.sample(u);
         let (column, row) = (chosen.cell.0 as usize, chosen.cell.1 as usize);
@@ -291,7 +294,7 @@ impl LatLong {
         let radiance = if self.filtered { self.radiance(wi) } else { self.texel(column, row) };
         let mut pdf = self.density(table, column, row);
         if self.filtered {
-            // Where the direction really is, unless it rounds into a neighbour.
+            // Position of the rounded direction, unless it rounds into a neighbour.
             let (c, r, within) = self.locate(wi);
             let (x, y) = if (c, r) == (column, row) { (within.x.into(), wi.y.into()) } else { (h, y) };
             pdf *= self.share(column, row, x, y);
@@ -313,14 +316,14 @@ fn luminance(c: DVec3) -> f64 {
     c.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// A texel that cannot be light: negative, infinite or not a number.
+/// An invalid texel of an environment map: negative, infinite or not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BadTexel {
     /// Column from the left.
     pub x: usize,
     /// Row from the top.
     pub y: usize,
-    /// What the picture says there.
+    /// Value of the texel in the image.
     pub value: Vec3,
 }
 impl fmt::Display for BadTexel {
@@ -351,7 +354,7 @@ mod tests {
         };
         let env = numbered(0.0);
         let at = |env: &Environment, x: f32, y: f32, z: f32| env.radiance(Vec3::new(x, y, z).normalize()).x;
-        assert_eq!(at(&env, 0.1, 0.1, -1.0), 2.0, "−Z is the centre, +X to its right");
+        assert_eq!(at(&env, 0.1, 0.1, -1.0), 2.0, "−Z is the centre, and +X is to its right");
         assert_eq!(at(&env, 1.0, 0.1, 0.1), 3.0);
         assert_eq!(at(&env, -1.0, -0.1, -0.1), 5.0);
         assert_eq!(at(&env, -0.1, 1.0, 0.1), 0.0);
@@ -387,7 +390,7 @@ mod tests {
     #[test]
     fn filtering_meets_the_texels_at_their_centres_and_wraps() {
         let env = Environment::picture(picture(8, 4, |x, y| (x + 8 * y) as f32), 0.0, 1.0, true).unwrap();
-        let Kind::LatLong(map) = &env.0 else { panic!("not a picture") };
+        let Kind::LatLong(map) = &env.0 else { panic!("not an environment map") };
         assert_eq!(map.bilinear(3, 2, Vec2::splat(0.5)).x, 19.0);
         assert_eq!(map.bilinear(3, 2, Vec2::new(0.0, 0.5)).x, 18.5);
         assert_eq!(map.bilinear(0, 2, Vec2::new(0.0, 0.5)).x, 0.5 * (16.0 + 23.0));

@@ -1,32 +1,32 @@
-//! How much light could each of eight clusters send to a receiver? All eight at once, in plain loops over arrays that a
-//! compiler turns into vector instructions; every lane is worked out alone, so the bits do not depend on the machine.
+//! Importance of eight clusters at once, in loops over arrays that the compiler vectorises. Every lane is computed
+//! independently, so the results are bitwise identical on every machine.
 use crate::cluster::Bounds;
 use glam::Vec3;
 use std::f64::consts::PI;
 
 pub(crate) const LANES: usize = 8;
 
-/// Bounds of eight clusters; lanes without one have intensity 0.
+/// Bounds of eight clusters; unused lanes have intensity 0.
 #[derive(Clone, Debug)]
 pub(crate) struct Lanes {
     x: [f32; LANES],
     y: [f32; LANES],
     z: [f32; LANES],
-    /// Radius of the ball around the box.
+    /// Radius of the bounding sphere of the box.
     radius: [f32; LANES],
     axis_x: [f32; LANES],
     axis_y: [f32; LANES],
     axis_z: [f32; LANES],
-    /// Of θ_o; the cosine is −2 for all directions.
+    /// Cosine of θ_o; −2 for all directions.
     cos_o: [f32; LANES],
     sin_o: [f32; LANES],
     cos_e: [f32; LANES],
     intensity: [f32; LANES],
-    /// Clears the sign of the cosine to the axis of two-sided clusters.
+    /// Mask that clears the sign of the cosine to the axis of two-sided clusters.
     sign_mask: [u32; LANES],
 }
 
-/// Least squared distance that counts: keeps the sum of eight weights finite. (Intensities are at most 2.)
+/// Minimum squared distance, which keeps the sum of eight weights finite. (Intensities are at most 2.)
 const LEAST: f32 = 1e-36;
 
 impl Lanes {
@@ -45,14 +45,14 @@ impl Lanes {
         sign_mask: [u32::MAX; LANES],
     };
 
-    /// Puts a cluster in; intensity in units of `unit`.
+    /// Stores a cluster; its intensity is in units of `unit`.
     pub fn set(&mut self, lane: usize, b: &Bounds, unit: f64) {
         let centre = b.centre();
         (self.x[lane], self.y[lane], self.z[lane]) = (centre.x, centre.y, centre.z);
         self.radius[lane] = b.radius() as f32;
         let axis = b.cone.axis.as_vec3();
         (self.axis_x[lane], self.axis_y[lane], self.axis_z[lane]) = (axis.x, axis.y, axis.z);
-        // Opened by what f32 rounds off.
+        // Widened by the rounding error of f32.
         let theta_o = b.cone.theta_o + 1e-6;
         let everywhere = theta_o >= PI;
         self.cos_o[lane] = if everywhere { -2.0 } else { libm::cos(theta_o) as f32 };
@@ -62,11 +62,11 @@ impl Lanes {
         self.sign_mask[lane] = if b.cone.two_sided { u32::MAX >> 1 } else { u32::MAX };
     }
 
-    /// I·cosθ'·cosθ'ᵢ/d² with θ' = max(0, θ − θ_o − θ_u) (0 beyond θ_e) at the lights, θ'ᵢ = max(0, θᵢ − θ_u) at the
-    /// receiver (left out when `n` is zero), θ_u the half-angle of the ball around the box, and d² at least the square of
-    /// the ball's radius [Conty Estevez and Kulla 2018, §4.2]. Inside the ball both cosines are 1. The intensities where
-    /// all of that is 0. Only products, ratios and roots of coordinates: scaling the scene by a power of two scales the
-    /// weights by one.
+    /// Weights I·cosθ'·cosθ'ᵢ/d² with θ' = max(0, θ − θ_o − θ_u) (0 beyond θ_e) at the lights, θ'ᵢ = max(0, θᵢ − θ_u)
+    /// at the receiver (omitted if `n` is zero), θ_u the half-angle of the bounding sphere, and d² at least the square
+    /// of its radius [Conty Estevez and Kulla 2018, §4.2]. Inside the bounding sphere both cosines are 1. If all
+    /// weights are 0, the intensities are used instead. Only products, ratios and roots of coordinates occur: scaling
+    /// the scene by a power of two scales the weights by one.
     #[inline]
     pub fn weigh(&self, p: Vec3, n: Vec3) -> Weights {
         let weights = if n == Vec3::ZERO { self.weights::<false>(p, n) } else { self.weights::<true>(p, n) };
@@ -82,7 +82,7 @@ impl Lanes {
     #[inline]
     fn weights<const NORMAL: bool>(&self, p: Vec3, n: Vec3) -> [f32; LANES] {
         let mut weights = [0.0; LANES];
-        // By index: the compiler sees that nothing is out of bounds and takes the lanes together.
+        // Indexing lets the compiler prove that nothing is out of bounds and vectorise over the lanes.
         #[allow(clippy::needless_range_loop)]
         for i in 0..LANES {
             let (x, y, z) = (self.x[i] - p.x, self.y[i] - p.y, self.z[i] - p.z);
@@ -107,7 +107,7 @@ impl Lanes {
     }
 }
 
-/// An angle in [0, π] by its cosine and sine.
+/// An angle in [0, π], represented by its cosine and sine.
 #[derive(Clone, Copy)]
 struct Angle {
     cos: f32,
@@ -132,7 +132,7 @@ impl Angle {
     }
 }
 
-/// Like max and min, but one instruction each; the second operand for NaN.
+/// Like max and min, but one instruction each; return the second operand for NaN.
 #[inline]
 fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -146,17 +146,17 @@ fn sum(weights: &[f32; LANES]) -> f64 {
     weights.iter().map(|w| *w as f64).sum()
 }
 
-/// Weights of eight choices, not all 0.
+/// Weights of eight lanes, not all 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weights {
     weights: [f32; LANES],
     sum: f64,
-    /// Importances; else intensities, because nothing reaches the receiver.
+    /// Whether these are importances; otherwise they are intensities, because no lane reaches the receiver.
     reached: bool,
 }
 
 impl Weights {
-    /// Estimate of the irradiance all lanes could send, in the unit of their intensity.
+    /// Estimate of the irradiance that all lanes could send, in the unit of their intensity.
     pub fn importance(&self) -> f64 {
         if self.reached { self.sum } else { 0.0 }
     }
@@ -166,7 +166,7 @@ impl Weights {
         self.weights[lane] as f64 / self.sum
     }
 
-    /// Lane, its probability as [`Weights::share`] says, and u stretched back to \[0,1).
+    /// Selects a lane: returns it, its probability as given by [`Weights::share`], and u rescaled to \[0,1).
     pub fn pick(&self, u: f64) -> (usize, f64, f64) {
         let target = u * self.sum;
         let (mut below, mut chosen, mut start) = (0.0, 0, 0.0);

@@ -1,8 +1,9 @@
-//! Where light comes from, and how to aim at it.
+//! Light sources and light sampling.
 //!
-//! [`Light::sample`] aims from a receiver at one light, [`Light::pdf`] is its density, [`LightSampler`] says which light to
-//! aim at. All densities are per solid angle at the receiver. Units: radiance W·m⁻²·sr⁻¹, intensity W·sr⁻¹, irradiance
-//! W·m⁻², per channel of linear Rec.709; lengths in render units. Nothing here knows what stands in the way.
+//! [`Light::sample`] samples a direction from a receiver towards one light, [`Light::pdf`] is the probability density
+//! of that direction, and [`LightSampler`] selects the light to sample. All densities are per solid angle at the
+//! receiver. Units: radiance W·m⁻²·sr⁻¹, intensity W·sr⁻¹, irradiance W·m⁻², per channel of linear Rec.709; lengths in
+//! render units. Visibility is not known to this crate.
 #![forbid(unsafe_code)]
 mod aimed;
 pub mod aiming;

@@ -1,29 +1,29 @@
-//! One light of any kind: sample towards it, density of a direction that reaches it.
+//! The light types: sampling a direction towards a light, and the density of a direction that hits it.
 use crate::{Aiming, Area, Distant, Environment, LightSample, Moving, Patterned, Point, Reached, Spot};
 use glam::{DVec3, Vec2, Vec3};
 
-/// One light.
+/// A light of any type.
 #[derive(Clone, Debug)]
 pub enum Light {
-    /// All directions from one point.
+    /// A point light.
     Point(Point),
-    /// A cone from one point.
+    /// A spot light.
     Spot(Spot),
-    /// One direction.
+    /// A distant light.
     Distant(Distant),
     /// An emitting surface.
     Area(Area),
-    /// An emitting triangle whose texture varies.
+    /// An emitting triangle with textured emission.
     Patterned(Box<Patterned>),
-    /// Everything around the scene.
+    /// The environment of the scene.
     Environment(Environment),
-    /// Any of the others but the environment, on the way somewhere.
+    /// Any of the other types but the environment, in motion.
     Moving(Box<Moving>),
 }
 
 impl Light {
-    /// A direction from `p` towards the light for `u` in \[0,1)², `time` seconds after the shutter opened.
-    /// None when the light cannot reach `p` (behind a one-sided emitter, in its plane, density 0).
+    /// Samples a direction from `p` towards the light with `u` in \[0,1)², `time` seconds after the shutter opened.
+    /// None if the light cannot reach `p` (behind a one-sided emitter, in its plane, density 0).
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2, time: f32) -> Option<LightSample> {
         match self {
@@ -37,10 +37,10 @@ impl Light {
         }
     }
 
-    /// Solid-angle density at `p` with which `sample` gives the direction `wi` (unit) that was seen to reach this light
-    /// at distance `distance` with geometric normal `n` there, at the same `time`. 0 for delta lights.
+    /// Solid-angle density at `p` with which `sample` returns the unit direction `wi`, which is known to hit this light
+    /// at `distance` with geometric normal `n`, at the same `time`. 0 for delta lights.
     ///
-    /// Area lights know their own shape: their density follows from `p` and `distance`, and `n` is not looked at.
+    /// The density of area lights follows from their shape, `p` and `distance`; they ignore `n`.
     #[inline]
     pub fn pdf(&self, p: Vec3, wi: Vec3, distance: f32, n: Vec3, time: f32) -> f32 {
         match self {
@@ -52,8 +52,8 @@ impl Light {
         }
     }
 
-    /// As [`Light::sample`], aimed as `aiming` says. The centroid's sample is delta: its radiance is the irradiance on a
-    /// surface that faces it.
+    /// As [`Light::sample`], with the points of area lights selected according to `aiming`. The sample of the centroid
+    /// is a delta sample: its radiance is the irradiance on a surface that faces it.
     pub fn sample_as(&self, aiming: Aiming, p: Vec3, u: Vec2, time: f32) -> Option<LightSample> {
         match (self, aiming) {
             (Self::Area(area), Aiming::Surface) => area.sample_surface(p, u),
@@ -64,7 +64,7 @@ impl Light {
         }
     }
 
-    /// Solid-angle density at `p` of [`Light::sample_as`] for a direction `wi` that reaches the light at `distance`.
+    /// Solid-angle density at `p` of [`Light::sample_as`] for a direction `wi` that hits the light at `distance`.
     pub fn pdf_as(&self, aiming: Aiming, p: Vec3, wi: Vec3, distance: f32, n: Vec3, time: f32) -> f32 {
         match (self, aiming) {
             (Self::Area(area), Aiming::Surface) => area.pdf_surface(p, wi, distance),
@@ -75,7 +75,7 @@ impl Light {
         }
     }
 
-    /// As [`Light::pdf_as`] where it is known which place of the surface is reached: `at`, the barycentrics of the hit.
+    /// As [`Light::pdf_as`] if the hit point on the surface is known: `at`, its barycentric coordinates.
     pub fn pdf_at(&self, aiming: Aiming, p: Vec3, reached: &Reached, time: f32) -> f32 {
         let &Reached { wi, distance, n, at } = reached;
         match self {
@@ -85,7 +85,7 @@ impl Light {
         }
     }
 
-    /// Total power in W per channel (distant and environment: through a disk of the scene's radius).
+    /// Total power in W per channel (distant lights and the environment: through a disk of the radius of the scene).
     pub fn power(&self, scene_radius: f32) -> Vec3 {
         let disk = std::f32::consts::PI * scene_radius * scene_radius;
         match self {
@@ -99,7 +99,7 @@ impl Light {
         }
     }
 
-    /// Where a light without extent is at a time; None for the others.
+    /// Position at `time` of a light without extent; None for the others.
     pub fn position(&self, time: f32) -> Option<Vec3> {
         match self {
             Self::Point(light) => Some(light.p),
@@ -109,7 +109,8 @@ impl Light {
         }
     }
 
-    /// Box that a light without extent stays in while the shutter is open, flat if it stands still; None for the others.
+    /// Box that contains a light without extent while the shutter is open, a single point if the light does not move;
+    /// None for the others.
     pub fn positions(&self) -> Option<(DVec3, DVec3)> {
         match self {
             Self::Moving(light) => self.position(0.0).map(|_| light.swept()),
@@ -117,7 +118,7 @@ impl Light {
         }
     }
 
-    /// Bytes held, the environment's own table left out.
+    /// Memory use in bytes, without the table of the environment.
     pub fn memory_bytes(&self) -> usize {
         let beside = match self {
             Self::Patterned(light) => size_of::<Patterned>() + light.pattern.memory_bytes(),
@@ -127,7 +128,7 @@ impl Light {
         size_of::<Self>() + beside
     }
 
-    /// Whether it sends nothing.
+    /// Whether it emits nothing.
     pub fn is_dark(&self) -> bool {
         match self {
             Self::Point(light) => light.intensity == Vec3::ZERO,
@@ -149,7 +150,7 @@ impl Light {
         }
     }
 
-    /// Whether only `sample` can find this light, never a ray.
+    /// Whether only `sample` can find this light, and no ray can hit it.
     pub fn is_delta(&self) -> bool {
         match self {
             Self::Point(_) | Self::Spot(_) | Self::Distant(_) => true,
@@ -181,7 +182,7 @@ mod tests {
         ]
     }
 
-    /// Σ over midpoints of radiance·cos/pdf is the irradiance, whichever way the points are spread.
+    /// Σ over midpoints of radiance·cos/pdf is the irradiance for either distribution of the points.
     fn irradiance(light: &Light, aiming: Aiming, n: u32) -> f64 {
         let mut sum = 0.0;
         for i in 0..n * n {
@@ -189,7 +190,7 @@ mod tests {
             if let Some(s) = light.sample_as(aiming, Vec3::ZERO, u, 0.0) {
                 sum += f64::from(s.radiance.x * s.wi.z.max(0.0) / s.pdf);
                 let again = light.pdf_as(aiming, Vec3::ZERO, s.wi, s.distance, s.point.unwrap().n, 0.0);
-                // At grazing angles the density runs off with the rounding of the cosine.
+                // At grazing angles the rounding error of the cosine dominates the density.
                 let close = (again / s.pdf - 1.0).abs() < 1e-3 + 1e-6 * s.pdf;
                 assert!(close, "{again} {}", s.pdf);
             }

@@ -1,8 +1,9 @@
-//! Which light to aim at.
+//! Selection of one light for next-event estimation.
 //!
-//! Lights are chosen by the irradiance they could send to the receiver (see [`crate::Light`] for units): a few one by one,
-//! many by a tree. Nothing here knows what stands in the way, so a share of the choices is even over all lights: a dim
-//! light in view is found even if a bright one hides.
+//! A light is selected in proportion to an estimate of the irradiance that it could send to the receiver (see
+//! [`crate::Light`] for units). Up to eight finite lights are weighted one by one, larger sets by a light tree.
+//! Visibility is unknown here, so a fixed share of the selections is uniform over all lights: a dim visible light is
+//! selected often enough even if a bright light is occluded.
 use crate::Light;
 use crate::cluster::{Bounds, mean};
 use crate::lanes::{LANES, Weights};
@@ -10,27 +11,28 @@ use crate::tree::Tree;
 use dapple_sampling::{Key, discrete::Choice};
 use glam::Vec3;
 
-/// Share of choices that is even over all lights: among few (each weighed alone), and among many.
+/// Share of selections that is uniform over all lights: for small sets (each light weighted alone), and for large sets.
 const EVEN_FEW: f64 = 1.0 / 8.0;
 const EVEN_MANY: f64 = 1.0 / 16.0;
 
-/// None of its pmfs is 0 for a light that can contribute.
+/// Distribution over the lights of a scene. A light that can contribute never has probability 0.
 #[derive(Clone, Debug)]
 pub struct LightSampler {
-    /// The lights that can be chosen, by their number in the scene: first those without place, then the others.
+    /// Scene indices of the lights that can be selected: first the infinite lights, then the finite ones.
     lights: Vec<u32>,
-    /// Place in `lights` by number in the scene; `NEVER` for those that are not chosen.
-    places: Vec<u32>,
+    /// Slot in `lights` by scene index; `NEVER` for lights that are never selected.
+    slots: Vec<u32>,
     far: Vec<Far>,
     near: Option<Tree>,
-    /// Share of the power that comes from `far`.
+    /// Share of the total power that comes from `far`.
     far_power: f64,
-    /// Share of choices that is even over all lights.
+    /// Share of selections that is uniform over all lights.
     even: f64,
 }
 const NEVER: u32 = u32::MAX;
 
-/// A light without place: irradiance on a facing surface, and where from unless from everywhere.
+/// An infinite light: its irradiance on a facing surface, and its direction, or `None` if it arrives from all
+/// directions.
 #[derive(Clone, Copy, Debug)]
 struct Far {
     irradiance: f64,
@@ -38,8 +40,8 @@ struct Far {
 }
 
 impl LightSampler {
-    /// `lights` in the order they are addressed by; lights that never need aiming at (constant environment) get pmf 0, and
-    /// so do black ones. None when no light can be aimed at.
+    /// `lights` is ordered by scene index. Lights that are never sampled directly (constant environment) get pmf 0, and
+    /// so do black ones. Returns None if no light can be sampled.
     pub fn new(lights: &[Light], scene_radius: f32) -> Option<Self> {
         let (mut numbers, mut far, mut power) = (Vec::new(), Vec::new(), [0.0; 2]);
         for (i, light) in lights.iter().enumerate() {
@@ -59,91 +61,92 @@ impl LightSampler {
         }
         let even = if bounds.len() <= LANES { EVEN_FEW } else { EVEN_MANY };
         let near = Tree::new(&bounds);
-        let mut places = vec![NEVER; lights.len()];
-        numbers.iter().enumerate().for_each(|(place, &light)| places[light as usize] = place as u32);
+        let mut slots = vec![NEVER; lights.len()];
+        numbers.iter().enumerate().for_each(|(slot, &light)| slots[light as usize] = slot as u32);
         let far_power = if power[0] > 0.0 { power[0] / (power[0] + power[1]) } else { 0.0 };
-        (!numbers.is_empty()).then_some(Self { lights: numbers, places, far, near, far_power, even })
+        (!numbers.is_empty()).then_some(Self { lights: numbers, slots, far, near, far_power, even })
     }
 
-    /// Chooses for a receiver at `p` with normal `n` on the side that light is received from (zero = no normal: any
-    /// side), by `uc` in \[0,1). `u` of the choice is `uc` stretched back to \[0,1).
+    /// Selects a light for a receiver at `p` with normal `n` on the side from which light is received (zero: no normal,
+    /// any side), with `uc` in \[0,1). The field `u` of the result is `uc` rescaled to \[0,1).
     pub fn sample(&self, p: Vec3, n: Vec3, uc: f32) -> Option<Choice> {
         let uc = refined(uc, p);
         let (count, even) = (self.lights.len(), self.even);
-        let here = self.here(p, n);
-        let (place, aimed, u) = if uc < even {
+        let receiver = self.receiver(p, n);
+        let (slot, by_importance, u) = if uc < even {
             let x = uc / even * count as f64;
-            let place = (x as usize).min(count - 1);
-            (place, self.aimed_pmf(&here, p, n, place), x - place as f64)
+            let slot = (x as usize).min(count - 1);
+            (slot, self.importance_pmf(&receiver, p, n, slot), x - slot as f64)
         } else {
-            self.aim(&here, p, n, ((uc - even) / (1.0 - even)).min(1.0 - f64::EPSILON))
+            self.sample_importance(&receiver, p, n, ((uc - even) / (1.0 - even)).min(1.0 - f64::EPSILON))
         };
-        let pmf = even / count as f64 + (1.0 - even) * aimed;
+        let pmf = even / count as f64 + (1.0 - even) * by_importance;
         let u = (u as f32).clamp(0.0, 1.0 - f32::EPSILON / 2.0);
-        Some(Choice { index: self.lights[place] as usize, pmf: pmf as f32, u })
+        Some(Choice { index: self.lights[slot] as usize, pmf: pmf as f32, u })
     }
 
-    /// Probability with which `sample` chooses `light` (its number in the scene); the same bits.
+    /// Probability with which `sample` selects `light` (its scene index); bitwise equal to the value in the sample.
     pub fn pmf(&self, p: Vec3, n: Vec3, light: usize) -> f32 {
-        match self.places.get(light) {
+        match self.slots.get(light) {
             None | Some(&NEVER) => 0.0,
-            Some(&place) => {
-                let aimed = self.aimed_pmf(&self.here(p, n), p, n, place as usize);
-                (self.even / self.lights.len() as f64 + (1.0 - self.even) * aimed) as f32
+            Some(&slot) => {
+                let by_importance = self.importance_pmf(&self.receiver(p, n), p, n, slot as usize);
+                (self.even / self.lights.len() as f64 + (1.0 - self.even) * by_importance) as f32
             }
         }
     }
 
-    /// Whether `light` (its number in the scene) is ever chosen.
+    /// Whether `light` (its scene index) is ever selected.
     pub fn contains(&self, light: usize) -> bool {
-        self.places.get(light).is_some_and(|&place| place != NEVER)
+        self.slots.get(light).is_some_and(|&slot| slot != NEVER)
     }
 
-    /// Bytes held.
+    /// Memory use in bytes.
     pub fn memory_bytes(&self) -> usize {
         let near = self.near.as_ref().map_or(0, Tree::memory_bytes);
-        size_of_val(&*self.lights) + size_of_val(&*self.places) + size_of_val(&*self.far) + near
+        size_of_val(&*self.lights) + size_of_val(&*self.slots) + size_of_val(&*self.far) + near
     }
 
-    /// What choosing and its probability share: the importance of the lights without place, their probability, and the
-    /// weights at the root of the tree. With few lights the share goes by importance, which is then that of each light;
-    /// with many half by importance and half by power, because the importance of a whole tree is a poor guess for a
-    /// receiver inside it.
-    fn here(&self, p: Vec3, n: Vec3) -> Here {
+    /// Values shared by `sample` and `pmf`: the importance of the infinite lights, their probability, and the weights
+    /// at the root of the tree. With few lights the probability is proportional to importance, which is then the
+    /// importance of each light; with many lights it is half by importance and half by power, because the importance of
+    /// a whole tree is a poor estimate for a receiver inside its bounding box.
+    fn receiver(&self, p: Vec3, n: Vec3) -> Receiver {
         let Some(tree) = &self.near else {
-            return Here { far: self.far_importance(n), share: 1.0, root: None };
+            return Receiver { far: self.far_importance(n), share: 1.0, root: None };
         };
         let root = tree.root(p, n);
         if self.far.is_empty() {
-            return Here { far: 0.0, share: 0.0, root: Some(root) };
+            return Receiver { far: 0.0, share: 0.0, root: Some(root) };
         }
         let (far, near) = (self.far_importance(n), tree.importance(&root));
-        let here = if far + near > 0.0 { far / (far + near) } else { self.far_power };
+        let by_importance = if far + near > 0.0 { far / (far + near) } else { self.far_power };
         let few = self.even == EVEN_FEW;
-        Here { far, share: if few { here } else { 0.5 * (here + self.far_power) }, root: Some(root) }
+        let share = if few { by_importance } else { 0.5 * (by_importance + self.far_power) };
+        Receiver { far, share, root: Some(root) }
     }
 
     fn far_importance(&self, n: Vec3) -> f64 {
         self.far.iter().map(|f| f.importance(n)).sum()
     }
 
-    /// Place, probability and u stretched back, by importance.
-    fn aim(&self, here: &Here, p: Vec3, n: Vec3, u: f64) -> (usize, f64, f64) {
-        match (&self.near, &here.root) {
-            (Some(tree), Some(root)) if u >= here.share => {
-                let u = ((u - here.share) / (1.0 - here.share)).min(1.0 - f64::EPSILON);
+    /// Selects by importance; returns the slot, its probability and the rescaled u.
+    fn sample_importance(&self, receiver: &Receiver, p: Vec3, n: Vec3, u: f64) -> (usize, f64, f64) {
+        match (&self.near, &receiver.root) {
+            (Some(tree), Some(root)) if u >= receiver.share => {
+                let u = ((u - receiver.share) / (1.0 - receiver.share)).min(1.0 - f64::EPSILON);
                 let (item, probability, u) = tree.sample(root, p, n, u);
-                (self.far.len() + item, (1.0 - here.share) * probability, u)
+                (self.far.len() + item, (1.0 - receiver.share) * probability, u)
             }
             _ => {
-                let (place, probability, u) = self.aim_far(here.far, n, u / here.share);
-                (place, here.share * probability, u)
+                let (slot, probability, u) = self.sample_far(receiver.far, n, u / receiver.share);
+                (slot, receiver.share * probability, u)
             }
         }
     }
 
-    /// One of the lights without place: number, probability and u stretched back.
-    fn aim_far(&self, sum: f64, n: Vec3, u: f64) -> (usize, f64, f64) {
+    /// Selects one of the infinite lights; returns its slot, its probability and the rescaled u.
+    fn sample_far(&self, sum: f64, n: Vec3, u: f64) -> (usize, f64, f64) {
         let (mut low, mut last) = (0.0, (0, 0.0, 0.0));
         for (i, far) in self.far.iter().enumerate() {
             let p = probability(far.importance(n), sum, self.far.len());
@@ -158,27 +161,27 @@ impl LightSampler {
         last
     }
 
-    /// Probability with which `aim` gives a place.
-    fn aimed_pmf(&self, here: &Here, p: Vec3, n: Vec3, place: usize) -> f64 {
-        if let Some(far) = self.far.get(place) {
-            return here.share * probability(far.importance(n), here.far, self.far.len());
+    /// Probability with which `sample_importance` selects a slot.
+    fn importance_pmf(&self, receiver: &Receiver, p: Vec3, n: Vec3, slot: usize) -> f64 {
+        if let Some(far) = self.far.get(slot) {
+            return receiver.share * probability(far.importance(n), receiver.far, self.far.len());
         }
-        match (&self.near, &here.root) {
-            (Some(tree), Some(root)) => (1.0 - here.share) * tree.pmf(root, p, n, place - self.far.len()),
+        match (&self.near, &receiver.root) {
+            (Some(tree), Some(root)) => (1.0 - receiver.share) * tree.pmf(root, p, n, slot - self.far.len()),
             _ => 0.0,
         }
     }
 }
 
-/// See [`LightSampler::here`].
-struct Here {
+/// See [`LightSampler::receiver`].
+struct Receiver {
     far: f64,
     share: f64,
     root: Option<Weights>,
 }
 
-/// With many lights the 24 bits of `uc` would be used up on the way down: below them come bits of a hash of `uc` and `p`.
-/// Order is kept.
+/// Extends `uc` by bits of a hash of `uc` and `p`: with many lights its 24 bits would be used up on the way down the
+/// tree. The order of values is preserved.
 fn refined(uc: f32, p: Vec3) -> f64 {
     const STEPS: f64 = (1 << 24) as f64;
     let u = (uc as f64).clamp(0.0, 1.0 - 1.0 / STEPS);
@@ -208,7 +211,7 @@ impl Far {
     }
 }
 
-/// weight/sum; even where nothing has weight.
+/// weight/sum; uniform if all weights are zero.
 fn probability(weight: f64, sum: f64, count: usize) -> f64 {
     if sum > 0.0 { weight / sum } else { 1.0 / count as f64 }
 }

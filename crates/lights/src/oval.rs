@@ -1,9 +1,9 @@
-//! Aiming at a sphere or a disk that an uneven transform has made an ellipsoid or an ellipse: in its own space, where it
-//! is round.
+//! Sampling of spheres and disks under a non-uniform transform (ellipsoids and ellipses): in their local space, where
+//! they are round.
 //!
-//! A linear map M takes the unit direction d' of its own space to M·d', of length s. It stretches solid angle by
-//! |det M|/s³, lengths along the direction by s, and the surface whose unit normal is n' by |cof(M)·n'|, the length of its
-//! normal in render space.
+//! A linear map M takes the unit direction d' of local space to M·d', of length s. It stretches solid angle by
+//! |det M|/s³, lengths along the direction by s, and area on a surface with unit normal n' by |cof(M)·n'|, the length
+//! of its normal in render space.
 use crate::aimed::{Aimed, visible};
 use crate::{Aiming, Area, AreaShape, LightPoint, LightSample, sphere};
 use dapple_math::motion::Pose;
@@ -11,7 +11,7 @@ use dapple_sampling::warp;
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 
-/// A sphere or disk in its own space, and where that lies.
+/// A sphere or disk in its local space, and its pose.
 pub(crate) struct Oval<'a> {
     pub area: &'a Area,
     pub pose: &'a Pose,
@@ -62,8 +62,8 @@ impl Oval<'_> {
         (pdf as f32).min(f32::MAX)
     }
 
-    /// Surface area in square render units: over the sphere's normals by midpoints in height and angle, which the mean of
-    /// a smooth function over a sphere leaves at an error of parts in a thousand for axes up to 1 : 30.
+    /// Surface area in square render units. For an ellipsoid it is the mean over the normals of the sphere by the
+    /// midpoint rule in height and angle; for axes up to 1 : 30 the error is a few parts in a thousand.
     pub fn surface(&self) -> f64 {
         let m = &self.pose.to_world.matrix3;
         let stretch = |n: Vec3| (cofactor(m) * n.as_dvec3()).length();
@@ -79,13 +79,13 @@ impl Oval<'_> {
         }
     }
 
-    /// Unit normal of the front in render space; none for what emits in all directions.
+    /// Unit normal of the front in render space; None for shapes that emit in all directions.
     pub fn normal(&self) -> Option<DVec3> {
         let AreaShape::Disk { normal, .. } = self.area.shape else { return None };
         Some(self.pose.normals().apply(normal.as_dvec3()))
     }
 
-    /// Evenly in the cone that the sphere fills in its own space.
+    /// Samples uniformly in the cone that the sphere subtends in its local space.
     fn cone(&self, p: Vec3, centre: Vec3, radius: f32, u: Vec2) -> Option<Aimed> {
         let from = self.pose.to_object.transform_point3(p.as_dvec3()).as_vec3();
         let own = sphere::sample(from, centre, radius, self.area.two_sided, u)?;
@@ -99,14 +99,14 @@ impl Oval<'_> {
         (pdf > 0.0 && pdf.is_finite()).then_some(Aimed { wi: wi.as_vec3(), distance, pdf, point })
     }
 
-    /// Solid angle of its own space per solid angle of render space, about its own unit direction `along`.
+    /// Solid angle in local space per solid angle in render space, about the unit direction `along` of local space.
     fn per_solid_angle(&self, along: DVec3) -> f64 {
         let m = &self.pose.to_world.matrix3;
         let s = (*m * along).length();
         s * s * s / m.determinant().abs()
     }
 
-    /// Towards a place of its own space with the unit normal `n` there, chosen evenly from the area `whole`.
+    /// Samples a point given in local space with the unit normal `n`, drawn uniformly from a surface of area `whole`.
     fn at(&self, p: Vec3, place: Vec3, n: Vec3, whole: f64) -> Option<Aimed> {
         let to = self.pose.to_world.transform_point3(place.as_dvec3()) - p.as_dvec3();
         let (wi, distance) = (to.try_normalize()?, to.length());
@@ -116,7 +116,7 @@ impl Oval<'_> {
         usable.then(|| Aimed { wi: wi.as_vec3(), distance: distance as f32, pdf, point })
     }
 
-    /// distance²/(cosθ·area): the area of what `whole` becomes, were all of it like the surface at `n`.
+    /// distance²/(cosθ·area) in render space, where area is `whole` scaled by the area stretch at `n`.
     fn density(&self, wi: DVec3, distance: f64, n: DVec3, whole: f64) -> f64 {
         let stretch = (cofactor(&self.pose.to_world.matrix3) * n).length();
         let cos = -wi.dot(self.pose.normals().apply(n));
@@ -131,7 +131,8 @@ impl Oval<'_> {
         LightPoint { p, p_error, n, triangle: 0, u: 0.0, v: 0.0 }
     }
 
-    /// An ellipsoid as one point that shines as it does from far away: radiance times its outline, πR²|det M|·|M⁻¹·ω|.
+    /// An ellipsoid as one point with its intensity in the far field: radiance times projected area, πR²|det
+    /// M|·|M⁻¹·ω|.
     fn middle(&self, p: Vec3, centre: Vec3, radius: f32) -> Option<LightSample> {
         let to = self.pose.to_world.transform_point3(centre.as_dvec3()) - p.as_dvec3();
         let (wi, d) = (to.try_normalize()?, to.length());
@@ -152,7 +153,7 @@ impl Oval<'_> {
     }
 }
 
-/// Takes normals to render space: det(M)·M⁻ᵀ without the inverse.
+/// Maps normals to render space: det(M)·M⁻ᵀ without the inverse.
 fn cofactor(m: &DMat3) -> DMat3 {
     DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
 }

@@ -1,12 +1,12 @@
-//! The congruent parts that a triangle is divided into.
+//! Congruent parts of a subdivided triangle.
 use glam::DVec2;
 
 /// One of the congruent parts of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
-    /// Barycentrics (of corners 1 and 2) of its first corner.
+    /// Barycentric coordinates (of corners 1 and 2) of its first corner.
     pub corner: DVec2,
-    /// Its side over that of the whole; negative when it is turned by half a turn.
+    /// Side length relative to the whole triangle; negative if the part is rotated by half a turn.
     pub step: f64,
 }
 
@@ -14,18 +14,18 @@ impl Part {
     /// The whole triangle.
     pub const WHOLE: Self = Self { corner: DVec2::ZERO, step: 1.0 };
 
-    /// Barycentrics of its corners.
+    /// Barycentric coordinates of its corners.
     pub fn corners(&self) -> [DVec2; 3] {
         let Self { corner, step } = *self;
         [corner, corner + DVec2::new(step, 0.0), corner + DVec2::new(0.0, step)]
     }
 
-    /// Its area over that of the whole.
+    /// Area relative to the whole triangle.
     pub fn area(&self) -> f64 {
         self.step * self.step
     }
 
-    /// Three at the corners, in their order, and the turned one between them.
+    /// One of the four quarters: 0 to 2 lie at the corners, in their order, and 3 is the rotated one between them.
     pub fn quarter(&self, which: usize) -> Self {
         let half = 0.5 * self.step;
         let (towards, step) = match which {
@@ -37,7 +37,7 @@ impl Part {
         Self { corner: self.corner + towards * half, step }
     }
 
-    /// Which quarter the place is in.
+    /// Index of the quarter that contains the point `at`.
     pub(crate) fn quarter_of(&self, at: DVec2) -> usize {
         let at = (at - self.corner) / self.step;
         match at {

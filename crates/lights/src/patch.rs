@@ -1,9 +1,10 @@
-//! Points within a texel by the brightness that interpolation between texels gives it.
+//! Sampling of a point within a texel in proportion to the bilinearly interpolated luminance.
 //!
-//! Interpolated between the centres of texels, a texel's square is made of four bilinear quarters. Its density is sampled
-//! exactly: first the height by the marginal density, then the place along that line; both are linear on each half.
+//! Interpolation between texel centres divides the square of a texel into four bilinear quarters. The density is
+//! sampled exactly: first the height by the marginal density, then the position along that line; both are linear on
+//! each half.
 
-/// Values, not negative, of a texel and the eight around it, in rows from the top.
+/// Non-negative values of a texel and its eight neighbours, in rows from the top.
 pub(crate) struct Patch(pub [[f64; 3]; 3]);
 
 /// A function on \[0, 1\], linear between its values at 0, ½ and 1.
@@ -11,7 +12,7 @@ pub(crate) struct Patch(pub [[f64; 3]; 3]);
 struct Line([f64; 3]);
 
 impl Line {
-    /// Between the centres of three texels, over the middle one.
+    /// Interpolates between the centres of three texels, over the middle one.
     fn over([a, b, c]: [f64; 3]) -> Self {
         Self([0.5 * (a + b), b, 0.5 * (b + c)])
     }
@@ -26,7 +27,7 @@ impl Line {
         0.25 * (a + b + b + c)
     }
 
-    /// The place that `u` in \[0, 1) takes if these values are a density; even where they are all zero.
+    /// Maps `u` in \[0, 1) to a position with these values as the density; uniform if they are all zero.
     fn sample(&self, u: f64) -> f64 {
         let [a, b, c] = self.0;
         let total = a + b + b + c;
@@ -43,24 +44,24 @@ impl Line {
 }
 
 impl Patch {
-    /// By height: the mean along each line.
+    /// Marginal density over the height: the mean along each line.
     fn marginal(&self) -> Line {
         Line::over(self.0.map(|row| Line::over(row).mean()))
     }
 
-    /// Along the line at a height.
+    /// Values along the line at height `y`.
     fn line(&self, y: f64) -> Line {
         let [top, middle, bottom] = self.0;
         Line::over([0, 1, 2].map(|i| Line::over([top[i], middle[i], bottom[i]]).at(y)))
     }
 
-    /// The point that `u` in \[0, 1)² takes, x to the right and y down in \[0, 1\].
+    /// Maps `u` in \[0, 1)² to a point, x to the right and y down in \[0, 1\].
     pub fn sample(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let y = self.marginal().sample(y);
         (self.line(y).sample(x), y)
     }
 
-    /// Density at a point, in parts of an even one.
+    /// Density at a point relative to the uniform density.
     pub fn density(&self, (x, y): (f64, f64)) -> f64 {
         let mean = self.marginal().mean();
         if mean > 0.0 { self.line(y).at(x) / mean } else { 1.0 }

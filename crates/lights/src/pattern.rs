@@ -1,11 +1,12 @@
-//! How is the emission of a textured triangle spread over it? A tree of congruent quarters that bounds it, and points
-//! chosen in proportion to emission times solid angle.
+//! Sampling of textured emission on a triangle: a tree of congruent quarters bounds the emission, and points are
+//! sampled in proportion to emission times solid angle.
 //!
-//! A triangle falls into four congruent ones; those in which the emission still varies are divided again, the greatest
-//! differences first. A leaf without emission is never chosen; in every other leaf the density is at least a quarter of
-//! the greatest emission there, so no weight exceeds four times the mean. On the way down a part is chosen by its share
-//! of the emission times the solid angle that it fills, while that of what is divided is at least `WIDE`; below, where
-//! its quarters look nearly alike, by its share alone.
+//! A triangle is divided into four congruent ones. Parts in which the emission still varies are divided again, the
+//! largest differences first. A leaf without emission is never sampled; in every other leaf the density is at least a
+//! quarter of the largest emission there, so no sample weight exceeds four times the mean. During the descent a part is
+//! selected by its share of the emission times its solid angle, as long as the divided part has a solid angle of at
+//! least `WIDE`; below that its quarters have nearly the same solid angle per area, and the share of the emission alone
+//! is used.
 pub use crate::part::Part;
 use crate::polygon::Facet;
 use crate::{Aiming, Area, AreaShape, LightSample};
@@ -14,52 +15,52 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
 
-/// What is known of the emission in a part, in any unit.
+/// Bounds and estimated mean of the emission in a part, in any unit.
 #[derive(Clone, Copy, Debug)]
 pub struct Emitted {
-    /// Nowhere less.
+    /// Lower bound over the part.
     pub low: f64,
-    /// Nowhere more; 0 where it is known to be dark.
+    /// Upper bound over the part; 0 if the part is known to be dark.
     pub high: f64,
-    /// About the mean.
+    /// Approximate mean over the part.
     pub mean: f64,
-    /// Too small a part to be divided.
+    /// Whether the part is too small to be divided.
     pub is_fine: bool,
 }
 
 impl Emitted {
-    /// Share of the greatest value up to which differences are left alone.
+    /// Variation, relative to the upper bound, up to which the emission counts as uniform.
     const EVEN: f64 = 0.25;
 
     fn is_even(&self) -> bool {
         self.high - self.low <= Self::EVEN * self.high
     }
 
-    /// Density in a leaf: at least a quarter of the greatest emission.
+    /// Density in a leaf: at least a quarter of the largest emission.
     fn weight(&self) -> f64 {
         self.mean.clamp(0.25 * (self.low + self.high), self.high)
     }
 }
 
-/// Relative variance of the emission over the surface up to which points chosen evenly are left alone: a pattern takes
-/// a third longer per sample where nothing else takes time, and has to win more than that.
+/// Relative variance of the emission over the surface up to which uniform sampling is kept: sampling a pattern takes a
+/// third longer where nothing else takes time, and has to reduce the variance by more than that.
 pub const WORTH: f64 = 0.3;
 
-/// Solid angle in sr from which on the quarters of a part are weighed by theirs.
+/// Solid angle in sr from which the quarters of a part are weighted by their solid angles.
 const WIDE: f64 = 1.0 / 32.0;
 
-/// Share of the emission that may be uncertain when dividing ends.
+/// Share of the emission that may still be uncertain when subdivision stops.
 const CERTAIN: f64 = 0.02;
 
-/// Emission over a triangle, as a density to choose points by.
+/// Emission over a triangle as a sampling density.
 #[derive(Clone, Debug)]
 pub struct Pattern {
     nodes: Vec<Node>,
-    /// Barycentrics of the middle of the emission.
+    /// Barycentric coordinates of the centroid of the emission.
     middle: Vec2,
 }
 
-/// A part that is divided: each quarter's share of the emission, and its own node.
+/// A divided part: the share of the emission and the node of each quarter.
 #[derive(Clone, Debug)]
 struct Node {
     shares: [f32; 4],
@@ -68,34 +69,35 @@ struct Node {
 const LEAF: u32 = u32::MAX;
 
 impl Pattern {
-    /// `judge` bounds the emission in a part; at most `budget` parts are judged. `middle`: barycentrics of the middle of
-    /// the emission, where all of it sits as one point. None where points chosen evenly serve as well: where nothing emits,
-    /// or the emission varies little. Also the mean of the density over the triangle, in the unit of `judge`: 0 only
-    /// where nothing emits.
-    pub fn new(budget: usize, middle: Vec2, mut judge: impl FnMut(&Part) -> Emitted) -> (Option<Self>, f64) {
-        let mut parts = vec![Judged::new(Part::WHOLE, judge(&Part::WHOLE))];
-        let mut open = BinaryHeap::from_iter(parts[0].open(0));
+    /// Builds the tree. `bound` returns the bounds of the emission in a part and is called for at most `budget` parts.
+    /// `middle` is the centroid of the emission in barycentric coordinates, at which the whole emission is placed when
+    /// the light is treated as one point. Returns None where uniform sampling serves as well: where nothing emits, or
+    /// the emission varies little. Also returns the mean of the density over the triangle, in the unit of `bound`: 0
+    /// only where nothing emits.
+    pub fn new(budget: usize, middle: Vec2, mut bound: impl FnMut(&Part) -> Emitted) -> (Option<Self>, f64) {
+        let mut parts = vec![BuildPart::new(Part::WHOLE, bound(&Part::WHOLE))];
+        let mut open = BinaryHeap::from_iter(parts[0].candidate(0));
         let (mut uncertain, mut all) = (parts[0].difference(), parts[0].emission());
         while parts.len() + 4 <= budget && uncertain > CERTAIN * all {
-            let Some(Open { index, .. }) = open.pop() else { break };
+            let Some(Candidate { index, .. }) = open.pop() else { break };
             let first = parts.len();
             parts[index].quarters = Some(first);
             (uncertain, all) = (uncertain - parts[index].difference(), all - parts[index].emission());
             for which in 0..4 {
                 let part = parts[index].part.quarter(which);
-                let judged = Judged::new(part, judge(&part));
-                (uncertain, all) = (uncertain + judged.difference(), all + judged.emission());
-                open.extend(judged.open(first + which));
-                parts.push(judged);
+                let child = BuildPart::new(part, bound(&part));
+                (uncertain, all) = (uncertain + child.difference(), all + child.emission());
+                open.extend(child.candidate(first + which));
+                parts.push(child);
             }
         }
-        let squares: f64 = parts.iter().filter(|p| p.quarters.is_none()).map(Judged::square).sum();
+        let squares: f64 = parts.iter().filter(|p| p.quarters.is_none()).map(BuildPart::square).sum();
         let sums = sums(&parts);
         let worth = sums[0] > 0.0 && sums[0].is_finite() && squares > (1.0 + WORTH) * sums[0] * sums[0];
         (worth.then(|| Self { nodes: nodes(&parts, &sums), middle }), sums[0])
     }
 
-    /// That of the triangle with corners 1 and 2 exchanged.
+    /// Pattern of the triangle with corners 1 and 2 exchanged.
     pub(crate) fn mirrored(&self) -> Self {
         let swapped = |[a, b, c, d]: [f32; 4]| [a, c, b, d];
         let links = |[a, b, c, d]: [u32; 4]| [a, c, b, d];
@@ -103,12 +105,13 @@ impl Pattern {
         Self { nodes: nodes.collect(), middle: Vec2::new(self.middle.y, self.middle.x) }
     }
 
-    /// Bytes held.
+    /// Memory use in bytes.
     pub fn memory_bytes(&self) -> usize {
         size_of::<Self>() + self.nodes.capacity() * size_of::<Node>()
     }
 
-    /// Way to the leaf at which `choose` ends, which picks one of four by their weights: the leaf, and its probability.
+    /// Descends to a leaf; `choose` selects one of four quarters by their weights. Returns the leaf and its
+    /// probability.
     fn descend(
         &self,
         whole: &Facet,
@@ -139,25 +142,25 @@ impl Pattern {
     }
 }
 
-/// A part under construction.
-struct Judged {
+/// A part during construction of the tree.
+struct BuildPart {
     part: Part,
     emitted: Emitted,
     quarters: Option<usize>,
 }
 
-impl Judged {
+impl BuildPart {
     fn new(part: Part, emitted: Emitted) -> Self {
         Self { part, emitted, quarters: None }
     }
 
-    /// To be divided, and how urgently.
-    fn open(&self, index: usize) -> Option<Open> {
+    /// Heap entry of a part that is to be divided, with its priority.
+    fn candidate(&self, index: usize) -> Option<Candidate> {
         let difference = self.difference();
-        (difference > 0.0).then_some(Open { difference, index })
+        (difference > 0.0).then_some(Candidate { difference, index })
     }
 
-    /// Between the bounds of its emission, where that is to be told apart.
+    /// Difference between the bounds of the emission times the area; 0 for a part that is not divided any further.
     fn difference(&self) -> f64 {
         let e = &self.emitted;
         if e.is_fine || e.is_even() { 0.0 } else { (e.high - e.low) * self.part.area() }
@@ -172,30 +175,30 @@ impl Judged {
     }
 }
 
-/// Ordered by difference, then the first first.
-struct Open {
+/// Ordered by difference; ties go to the lower index.
+struct Candidate {
     difference: f64,
     index: usize,
 }
-impl Ord for Open {
+impl Ord for Candidate {
     fn cmp(&self, other: &Self) -> Ordering {
         self.difference.total_cmp(&other.difference).then(other.index.cmp(&self.index))
     }
 }
-impl PartialOrd for Open {
+impl PartialOrd for Candidate {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
-impl PartialEq for Open {
+impl PartialEq for Candidate {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
-impl Eq for Open {}
+impl Eq for Candidate {}
 
-/// Emission of every part: density times area of leaves, summed. Quarters stand behind what they divide.
-fn sums(parts: &[Judged]) -> Vec<f64> {
+/// Emission of every part: density times area, summed over its leaves. Quarters follow the part they divide.
+fn sums(parts: &[BuildPart]) -> Vec<f64> {
     let mut sums = vec![0.0; parts.len()];
     for (i, part) in parts.iter().enumerate().rev() {
         sums[i] = match part.quarters {
@@ -206,8 +209,8 @@ fn sums(parts: &[Judged]) -> Vec<f64> {
     sums
 }
 
-/// The divided parts that emit, in the order of their making, the whole first.
-fn nodes(parts: &[Judged], sums: &[f64]) -> Vec<Node> {
+/// Nodes of the divided parts that emit, in order of creation, the whole triangle first.
+fn nodes(parts: &[BuildPart], sums: &[f64]) -> Vec<Node> {
     let mut numbers = vec![LEAF; parts.len()];
     let mut count = 0;
     for (number, (part, sum)) in numbers.iter_mut().zip(parts.iter().zip(sums)) {
@@ -216,7 +219,7 @@ fn nodes(parts: &[Judged], sums: &[f64]) -> Vec<Node> {
             count += 1;
         }
     }
-    // A share that f32 cannot hold must not become none.
+    // A positive share that underflows in f32 must not become zero.
     let share = |sum: f64, of: f64| {
         if sum > 0.0 { ((sum / of) as f32).max(f32::MIN_POSITIVE) } else { 0.0 }
     };
@@ -230,12 +233,12 @@ fn nodes(parts: &[Judged], sums: &[f64]) -> Vec<Node> {
         .collect()
 }
 
-/// A triangle whose emission varies.
+/// A triangle with textured emission.
 #[derive(Clone, Debug)]
 pub struct Patterned {
-    /// The triangle, with its mean radiance.
+    /// The triangle with its mean radiance.
     pub area: Area,
-    /// How the emission is spread over it.
+    /// Sampling density of the emission over the triangle.
     pub pattern: Arc<Pattern>,
 }
 
@@ -245,7 +248,7 @@ impl Patterned {
         Some(Facet::triangle(p, a, b, c))
     }
 
-    /// As [`crate::Light::sample_as`]. The centroid is that of the emission.
+    /// As [`crate::Light::sample_as`]. The centroid is the centroid of the emission.
     pub(crate) fn sample_as(&self, aiming: Aiming, p: Vec3, u: Vec2) -> Option<LightSample> {
         let (whole, two_sided) = (self.facet(p)?, self.area.two_sided);
         if aiming == Aiming::Centroid {
@@ -265,7 +268,8 @@ impl Patterned {
         self.area.sample_at(aimed)
     }
 
-    /// Density per solid angle at `p` of [`Patterned::sample_as`] for the place `at` (barycentrics) at `distance`.
+    /// Density per solid angle at `p` of [`Patterned::sample_as`] for the point `at` (barycentric coordinates) at
+    /// `distance`.
     pub(crate) fn pdf_at(&self, aiming: Aiming, p: Vec3, distance: f32, at: Vec2) -> f32 {
         let Some(whole) = self.facet(p) else { return 0.0 };
         let (at, by_angle) = (at.as_dvec2(), aiming == Aiming::SolidAngle);
@@ -281,14 +285,15 @@ impl Patterned {
         ((pdf * probability) as f32).min(f32::MAX)
     }
 
-    /// Density of a direction, whose place follows from it: less exact than [`Patterned::pdf_at`] where leaves are small.
+    /// Density of a direction, from which the point is computed: less accurate than [`Patterned::pdf_at`] if leaves are
+    /// small.
     pub(crate) fn pdf(&self, aiming: Aiming, p: Vec3, wi: Vec3, distance: f32) -> f32 {
         let at = self.facet(p).and_then(|whole| whole.place(wi));
         at.map_or(0.0, |at| self.pdf_at(aiming, p, distance, at))
     }
 }
 
-/// One of four by weight: the pair by u.x, which of the two by u.y, both stretched back to \[0, 1).
+/// Selects one of four by weight: the pair by u.x, the element of the pair by u.y, both rescaled to \[0, 1).
 fn pick(weights: &[f64; 4], sum: f64, u: &mut DVec2) -> usize {
     let stretched = |u: &mut f64, first: f64, sum: f64| {
         let share = first / sum;
@@ -306,7 +311,7 @@ fn pick(weights: &[f64; 4], sum: f64, u: &mut DVec2) -> usize {
 mod tests {
     use super::*;
 
-    /// Emission `lit` inside the part around `at` of side `size`, `dim` elsewhere.
+    /// Emission `lit` within `size` of `at` in either barycentric coordinate, `dim` elsewhere.
     fn spot(at: DVec2, size: f64, lit: f64, dim: f64) -> Option<Pattern> {
         let inside = |p: DVec2| (p - at).abs().max_element() <= size;
         Pattern::new(4000, Vec2::ZERO, |part| {

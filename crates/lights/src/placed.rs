@@ -1,8 +1,8 @@
-//! Where is a light that moves? It is taken to render space at a time, and sampled there as a light that stands still.
+//! Moving lights at one time: the light is transformed to render space and sampled there as a light at rest.
 //!
-//! Sampling and density put the light where it is at the time they are asked about, so both speak of the same shape.
+//! Sampling and density use the pose of the light at the same given time, so that they agree on its shape.
 use crate::cluster::{Bounds, Cone};
-use crate::moving::Still;
+use crate::moving::LocalLight;
 use crate::oval::Oval;
 use crate::{
     Aiming, Area, AreaShape, Distant, Light, LightPoint, LightSample, Moving, Patterned, Point, Reached, Spot,
@@ -12,7 +12,8 @@ use dapple_math::offset::gamma;
 use glam::{Vec2, Vec2Swizzles, Vec3};
 
 impl Moving {
-    /// The light where it is at `time`; None when its transform leaves nothing of it then, and for what is not round.
+    /// The light in its pose at `time`. None if its transform is degenerate at that time, and for ellipsoids and
+    /// ellipses.
     pub fn at(&self, time: f32) -> Option<Light> {
         self.posed(time).map(|(light, _)| light)
     }
@@ -26,48 +27,48 @@ impl Moving {
             Some(d.as_vec3()).filter(|d| d.is_finite())
         };
         match &self.light {
-            Still::Point(l) => Some((Light::Point(Point { p: point(l.p), ..*l }), None)),
-            Still::Spot(l) => {
+            LocalLight::Point(l) => Some((Light::Point(Point { p: point(l.p), ..*l }), None)),
+            LocalLight::Spot(l) => {
                 let spot = Spot { p: point(l.p), axis: direction(l.axis)?, ..*l };
                 Some((Light::Spot(spot), None))
             }
-            Still::Distant(l) => {
+            LocalLight::Distant(l) => {
                 Some((Light::Distant(Distant { towards: direction(l.towards)?, ..*l }), None))
             }
-            Still::Area(l) => {
+            LocalLight::Area(l) => {
                 let pose = self.motion.pose_at(time)?;
                 let shape = l.shape.posed(&pose);
                 Some((Light::Area(Area { shape, ..*l }), Some(pose)))
             }
-            Still::Patterned(l, patterns) => {
+            LocalLight::Patterned(l, patterns) => {
                 let pose = self.motion.pose_at(time)?;
                 let area = Area { shape: l.shape.posed(&pose), ..*l };
                 let pattern = patterns[usize::from(pose.is_mirrored())].clone();
                 Some((Light::Patterned(Box::new(Patterned { area, pattern })), Some(pose)))
             }
-            Still::Oval(_) => None,
+            LocalLight::Oval(_) => None,
         }
     }
 
     /// As [`Light::sample_as`].
     pub(crate) fn sample_as(&self, aiming: Aiming, p: Vec3, u: Vec2, time: f32) -> Option<LightSample> {
-        if let Still::Oval(area) = &self.light {
+        if let LocalLight::Oval(area) = &self.light {
             let pose = self.motion.pose_at(time.into())?;
             let mut sample = Oval { area, pose: &pose }.sample_as(aiming, p, u)?;
-            sample.point = sample.point.map(|point| own(&point, &pose, p));
+            sample.point = sample.point.map(|point| surface_point(&point, &pose, p));
             return Some(sample);
         }
         let (light, pose) = self.posed(time)?;
         let mut sample = light.sample_as(aiming, p, u, time)?;
         if let (Some(point), Some(pose)) = (&mut sample.point, pose) {
-            *point = own(point, &pose, p);
+            *point = surface_point(point, &pose, p);
         }
         Some(sample)
     }
 
     /// As [`Light::pdf_as`].
     pub(crate) fn pdf_as(&self, aiming: Aiming, p: Vec3, wi: Vec3, distance: f32, n: Vec3, time: f32) -> f32 {
-        if let Still::Oval(area) = &self.light {
+        if let LocalLight::Oval(area) = &self.light {
             let pose = self.motion.pose_at(time.into());
             return pose.map_or(0.0, |pose| Oval { area, pose: &pose }.pdf_as(aiming, p, wi, distance));
         }
@@ -86,9 +87,9 @@ impl Moving {
         }
     }
 
-    /// As [`Light::power`], when the shutter opens.
+    /// As [`Light::power`], at the time when the shutter opens.
     pub(crate) fn power(&self, scene_radius: f32) -> Vec3 {
-        if let Still::Oval(area) = &self.light {
+        if let LocalLight::Oval(area) = &self.light {
             let surface = self.motion.pose_at(0.0).map_or(0.0, |pose| Oval { area, pose: &pose }.surface());
             let sides = if area.two_sided { 2.0 } else { 1.0 };
             return area.radiance * (std::f64::consts::PI * sides * surface) as f32;
@@ -97,13 +98,14 @@ impl Moving {
     }
 
     fn bounds_at(&self, time: f32) -> Option<Bounds> {
-        let Still::Oval(area) = &self.light else { return Bounds::of(&self.at(time)?) };
+        let LocalLight::Oval(area) = &self.light else { return Bounds::of(&self.at(time)?) };
         let pose = self.motion.pose_at(time.into())?;
         Bounds::of_oval(area, &Oval { area, pose: &pose })
     }
 
-    /// Bounds that hold at every time: the box is swept, the cone kept only if nothing turns. *Approximation*: the
-    /// intensity is the greatest of a few times; it shapes the choice, not the result.
+    /// Bounds that hold at every time: the box is swept, and the cone is kept only if no direction changes.
+    /// *Approximation*: the intensity is the maximum of a few times; this affects the probabilities of selection, not
+    /// the expected result.
     pub(crate) fn cluster(&self) -> Option<Bounds> {
         const TIMES: u32 = 8;
         let times = (0..=TIMES).map(|i| self.seconds * (i as f32 / TIMES as f32));
@@ -122,8 +124,8 @@ impl Moving {
 }
 
 impl AreaShape {
-    /// The shape in render space, its front still in front: a mirror swaps two corners of a triangle, and the edges of a
-    /// quad.
+    /// The shape in render space with its front preserved: a reflection exchanges two corners of a triangle, and the
+    /// edges of a quad.
     fn posed(&self, pose: &Pose) -> Self {
         let point = |p: Vec3| pose.to_world.transform_point3(p.as_dvec3()).as_vec3();
         let vector = |v: Vec3| pose.to_world.transform_vector3(v.as_dvec3()).as_vec3();
@@ -146,9 +148,9 @@ impl AreaShape {
     }
 }
 
-/// A sampled place as the surface has it: barycentrics in the order of its own corners, and an error bound that also
-/// covers how rays from `from` see the moved surface (they are rounded in its own space).
-fn own(point: &LightPoint, pose: &Pose, from: Vec3) -> LightPoint {
+/// A sampled point in terms of the surface in motion: barycentric coordinates in the order of its own corners, and an
+/// error bound that also covers the rounding of rays from `from`, which is done in the local space of the surface.
+fn surface_point(point: &LightPoint, pose: &Pose, from: Vec3) -> LightPoint {
     let local = |p: Vec3| pose.to_object.transform_point3(p.as_dvec3()).abs();
     let seen = pose.error((local(from) + local(point.p)) * f64::from(gamma(4)));
     let rounding = (pose.to_world.translation.abs() + point.p.abs().as_dvec3()) * f64::from(gamma(4));

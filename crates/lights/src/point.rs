@@ -1,34 +1,34 @@
-//! Point and spot lights as KHR_lights_punctual defines them; its photometric numbers are read as radiometric ones,
-//! 1 cd as 1 W/sr per channel.
+//! Point and spot lights as KHR_lights_punctual defines them. Its photometric values are read as radiometric ones, 1 cd
+//! as 1 W/sr per channel.
 use crate::LightSample;
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
-/// The same intensity in all directions.
+/// A point light: the same intensity in all directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     /// Position.
     pub p: Vec3,
-    /// W·sr⁻¹ per channel.
+    /// Intensity in W·sr⁻¹ per channel.
     pub intensity: Vec3,
-    /// glTF range in render units, beyond which there is no light; infinite = none.
+    /// glTF range in render units, beyond which the light is zero; infinite for none.
     pub range: f32,
 }
 
-/// A point light through a cone with a soft edge.
+/// A spot light: a point light restricted to a cone with a soft edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot {
     /// Position.
     pub p: Vec3,
-    /// Unit direction the light shines in.
+    /// Unit direction in which the light emits.
     pub axis: Vec3,
-    /// W·sr⁻¹ per channel inside the inner cone.
+    /// Intensity in W·sr⁻¹ per channel inside the inner cone.
     pub intensity: Vec3,
-    /// 1 − cosine of the angle at which the fall-off begins, from [`Spot::height`].
+    /// 1 − cosine of the angle at which the fall-off begins, as returned by [`Spot::height`].
     pub inner: f64,
-    /// 1 − cosine of the angle at which the light ends, not below `inner`; equal to it for a hard edge.
+    /// 1 − cosine of the angle at which the light ends, not less than `inner`; equal to it for a hard edge.
     pub outer: f64,
-    /// glTF range in render units; infinite = none.
+    /// glTF range in render units; infinite for none.
     pub range: f32,
 }
 
@@ -36,15 +36,15 @@ impl Point {
     pub(crate) fn sample(&self, p: Vec3) -> Option<LightSample> {
         towards(self.p, p, self.intensity, self.range)
     }
-    /// 4πI.
+    /// Power in W per channel, 4πI.
     pub(crate) fn power(&self) -> Vec3 {
         self.intensity * (2.0 * TAU) as f32
     }
 }
 
 impl Spot {
-    /// 1 − cosθ = 2·sin²(θ/2) of an angle in radians: the height of the cap of the unit sphere around which a cone of that
-    /// half angle reaches. Unlike the cosine it keeps its digits at every angle.
+    /// 1 − cosθ = 2·sin²(θ/2) of an angle in radians: the height of the cap that a cone of this half-angle cuts from
+    /// the unit sphere. Unlike the cosine it keeps its precision at every angle.
     pub fn height(angle: f64) -> f64 {
         let sin = libm::sin(0.5 * angle);
         2.0 * sin * sin
@@ -57,11 +57,11 @@ impl Spot {
         (sample.radiance != Vec3::ZERO).then_some(sample)
     }
 
-    /// Share of the intensity in the direction `d` (unit, away from the light): 1 inside the inner cone, 0 outside the
-    /// outer one, between them ((cosθ − cos_outer)/(cos_inner − cos_outer))² as in KHR_lights_punctual. The differences of
-    /// cosines are differences of heights 1 − cosθ = |d − axis|²/2, which do not cancel, so that cones of any width have
-    /// their full intensity. The least difference of 0.001 in the extension's sample code is not honoured: it would dim
-    /// every cone narrower than 2.6°.
+    /// Fraction of the intensity in the direction `d` (unit, away from the light): 1 inside the inner cone, 0 outside
+    /// the outer one, between them ((cosθ − cos_outer)/(cos_inner − cos_outer))² as in KHR_lights_punctual. Differences
+    /// of cosines are computed as differences of heights 1 − cosθ = |d − axis|²/2, which do not cancel, so that cones
+    /// of any width have their full intensity. The minimum difference of 0.001 in the extension's sample code is not
+    /// applied: it would dim every cone narrower than 2.6°.
     pub fn falloff(&self, d: DVec3) -> f64 {
         let axis = self.axis.as_dvec3().normalize_or_zero();
         let height = 0.5 * (d - axis).length_squared();
@@ -80,14 +80,15 @@ impl Spot {
         2.0 * libm::asin((0.5 * self.outer).clamp(0.0, 1.0).sqrt())
     }
 
-    /// I·2π∫ falloff dcos = I·2π·(h_inner + (h_outer − h_inner)/3) with the heights h = 1 − cosθ.
+    /// Power in W per channel, I·2π∫ falloff dcos = I·2π·(h_inner + (h_outer − h_inner)/3), with the heights
+    /// h = 1 − cosθ.
     pub(crate) fn power(&self) -> Vec3 {
         self.intensity * (TAU * (self.inner + (self.outer - self.inner) / 3.0)) as f32
     }
 }
 
-/// From `p` to a point light: irradiance on a facing surface I/d² times glTF's window. None at the light itself, out of
-/// range, and where the value is not finite.
+/// Sample from `p` towards a point light: irradiance on a facing surface I/d² times the range window of glTF. None at
+/// the light itself, out of range, and where the value is not finite.
 fn towards(light: Vec3, p: Vec3, intensity: Vec3, range: f32) -> Option<LightSample> {
     let v: DVec3 = light.as_dvec3() - p.as_dvec3();
     let d2 = v.length_squared();
@@ -104,7 +105,7 @@ fn towards(light: Vec3, p: Vec3, intensity: Vec3, range: f32) -> Option<LightSam
     })
 }
 
-/// clamp(1 − (d/range)⁴, 0, 1): the fall-off to the range recommended by KHR_lights_punctual. 1 for an infinite range.
+/// clamp(1 − (d/range)⁴, 0, 1): the fall-off to the range that KHR_lights_punctual recommends. 1 for an infinite range.
 fn window(d: f64, range: f64) -> f64 {
     let r = d / range;
     (1.0 - r * r * r * r).clamp(0.0, 1.0)
@@ -126,7 +127,7 @@ mod tests {
         }
     }
 
-    /// Away from the axis by `angle`.
+    /// Direction at `angle` from the axis.
     fn at(angle: f64) -> DVec3 {
         DVec3::new(libm::sin(angle), 0.0, -libm::cos(angle))
     }
@@ -144,7 +145,8 @@ mod tests {
         assert!(light.sample(Vec3::new(0.0, 1e-30, 2.0)).is_none(), "not representable");
     }
 
-    /// Cones from 1e-4 rad to a right angle, soft, nearly hard and hard; the integral over the angle by midpoints.
+    /// Cones from 1e-4 rad to a right angle, soft, nearly hard and hard; the integral over the angle by the midpoint
+    /// rule.
     #[test]
     fn spot_power_is_the_integral_of_its_falloff() {
         for outer in [1e-4, 1e-3, 0.0175, 0.3, 1.0, PI / 2.0] {
@@ -160,7 +162,7 @@ mod tests {
         }
     }
 
-    /// The stated intensity on the axis, whatever the cone, its direction and the distance.
+    /// The intensity on the axis is the specified one for any cone, direction and distance.
     #[test]
     fn every_cone_has_its_full_intensity_on_the_axis() {
         for k in 0..=80 {

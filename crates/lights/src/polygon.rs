@@ -1,4 +1,4 @@
-//! Aiming at triangles and parallelograms.
+//! Sampling of triangles and parallelograms.
 use crate::aimed::{Aimed, SMALL, visible};
 use crate::part::Part;
 use crate::solid_angle::{Arm, Wedge, facing};
@@ -6,7 +6,7 @@ use crate::{LightPoint, rectangle};
 use dapple_sampling::warp;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
-/// A triangle (P0, P0 + e1, P0 + e2) or a parallelogram with those edges, as a receiver sees it. f64 throughout.
+/// A triangle (P0, P0 + e1, P0 + e2) or a parallelogram with those edges, relative to a receiver; all in f64.
 pub(crate) struct Facet {
     corner: DVec3,
     /// From the receiver to P0.
@@ -33,8 +33,8 @@ impl Facet {
         Self { corner, p0, e1, e2, facing: facing(p0, e1, e2), is_quad }
     }
 
-    /// The one or two triangles around P0: (P0, P0 + e1, P0 + e2), or (P0, P1, P2) and (P0, P2, P3). Neighbours share
-    /// the side through P0, so the map from the unit square stays continuous over the diagonal.
+    /// The one or two triangles at P0: (P0, P0 + e1, P0 + e2), or (P0, P1, P2) and (P0, P2, P3). The latter share the
+    /// side through P0, so the map from the unit square is continuous across the diagonal.
     fn wedges(&self) -> (Wedge, Option<Wedge>) {
         let arm = |v: DVec3| Arm::new(self.p0 + v);
         let (apex, one, three) = (arm(DVec3::ZERO), arm(self.e1), arm(self.e2));
@@ -45,7 +45,7 @@ impl Facet {
         (Wedge::new(self.facing, apex, one, two), Some(Wedge::new(self.facing, apex, two, three)))
     }
 
-    /// A part of the triangle; the same plane, so the same side is seen.
+    /// A part of the triangle. It lies in the same plane, so the receiver sees the same side of it.
     pub fn part(&self, part: &Part) -> Self {
         let offset = self.e1 * part.corner.x + self.e2 * part.corner.y;
         Self {
@@ -58,13 +58,13 @@ impl Facet {
         }
     }
 
-    /// Solid angle that it fills.
+    /// Solid angle that the shape subtends at the receiver.
     pub fn omega(&self) -> f64 {
         let (first, second) = self.wedges();
         first.omega + second.map_or(0.0, |w| w.omega)
     }
 
-    /// Place (along e1, e2) where a direction meets it.
+    /// Coordinates (along e1, e2) of the point that a direction hits.
     pub fn place(&self, wi: Vec3) -> Option<Vec2> {
         self.hit(wi.as_dvec3()).map(|(_, at)| at.as_vec2())
     }
@@ -94,22 +94,22 @@ impl Facet {
         Some(self.aimed(wi, distance, 1.0 / omega, at))
     }
 
-    /// Evenly in area.
+    /// Samples uniformly in area.
     pub fn sample_surface(&self, u: Vec2, two_sided: bool) -> Option<Aimed> {
         Some(self.at(self.spread(u), visible(self.facing, two_sided)?))
     }
 
-    /// As `sample_surface` chooses it.
+    /// Solid-angle density of `sample_surface`.
     pub fn pdf_surface(&self, distance: f32, two_sided: bool) -> f64 {
         visible(self.facing, two_sided).map_or(0.0, |facing| self.area_pdf(distance as f64, facing))
     }
 
-    /// The place `at` (along e1, e2), as if it were chosen evenly in area.
+    /// The point `at` (along e1, e2), with the density of uniform sampling in area.
     pub fn middle(&self, two_sided: bool, at: Vec2) -> Option<Aimed> {
         Some(self.at(at.as_dvec2(), visible(self.facing, two_sided)?))
     }
 
-    /// Place along e1, e2, even in area.
+    /// Coordinates along e1, e2, uniform in area.
     fn spread(&self, u: Vec2) -> DVec2 {
         if self.is_quad { u } else { warp::triangle(u) }.as_dvec2()
     }
@@ -120,7 +120,7 @@ impl Facet {
         self.aimed(to / distance, distance, self.area_pdf(distance, facing), at)
     }
 
-    /// As `sample` chooses it; `distance` is that of the point reached.
+    /// Solid-angle density of `sample` for a point at `distance`.
     pub fn pdf(&self, distance: f32, two_sided: bool) -> f64 {
         let Some(facing) = visible(self.facing, two_sided) else { return 0.0 };
         let (first, second) = self.wedges();
@@ -134,7 +134,8 @@ impl Facet {
         share * distance * distance * distance / facing
     }
 
-    /// Distance and place (along e1, e2) where the direction meets the plane, held inside the shape against rounding.
+    /// Distance and coordinates (along e1, e2) of the intersection with the plane, clamped to the shape against
+    /// rounding.
     fn hit(&self, wi: DVec3) -> Option<(f64, DVec2)> {
         let n = self.e1.cross(self.e2);
         let distance = self.p0.dot(n) / wi.dot(n);
@@ -148,7 +149,7 @@ impl Facet {
 
     fn aimed(&self, wi: DVec3, distance: f64, pdf: f64, at: DVec2) -> Aimed {
         let p = (self.corner + self.e1 * at.x + self.e2 * at.y).as_vec3();
-        // Rounded once, plus the rounding that the edges of a quad came with.
+        // Rounded once, plus the rounding in the edges of a quad.
         let p_error = (p.abs() + self.e1.abs().as_vec3() + self.e2.abs().as_vec3()) * f32::EPSILON;
         let n = self.e1.cross(self.e2).normalize().as_vec3();
         let (triangle, u, v) = match self.is_quad {

@@ -1,10 +1,10 @@
-//! Aiming at a rectangle: a map from the unit square that is smooth and even in solid angle, so that grids and strata
-//! keep their quality (the fan of triangles in `polygon` bunches at its apex).
+//! Sampling of rectangles by a map from the unit square that is smooth and uniform in solid angle, so that grids and
+//! strata keep their quality (the triangle fan in `polygon` concentrates points at its apex).
 use glam::{DVec2, DVec3};
 use libm::{cos, sin};
 
-/// Cosine between the edges up to which a parallelogram counts as a rectangle. *Approximation*: slivers of that relative
-/// width along two edges are sampled too much or too little.
+/// Cosine between the edges up to which a parallelogram is treated as a rectangle. *Approximation*: slivers of that
+/// relative width along two edges are sampled too much or too little.
 const SQUARE_TO: f64 = 1e-5;
 
 pub(crate) fn is_rectangle(e1: DVec3, e2: DVec3) -> bool {
@@ -12,9 +12,10 @@ pub(crate) fn is_rectangle(e1: DVec3, e2: DVec3) -> bool {
     cos * cos <= SQUARE_TO * SQUARE_TO * e1.length_squared() * e2.length_squared()
 }
 
-/// Way from the receiver to a place on the rectangle, and the place (along e1, e2, each in \[0,1\]), for `u` in \[0,1)²: even in the solid angle `omega` that the rectangle with corner
-/// `p0` (from the receiver) fills [Ureña, Fajardo and King 2013]. Their inner angles enter only by cosine and sine, and
-/// their sum by `omega`, so that no inverse cosine is needed and nothing cancels close to the plane.
+/// Vector from the receiver to a point on the rectangle, and the coordinates of that point (along e1, e2, each in
+/// \[0,1\]), for `u` in \[0,1)²: uniform in the solid angle `omega` of the rectangle with corner `p0` (relative to the
+/// receiver) [Ureña, Fajardo and King 2013]. The inner angles of that method enter only by cosine and sine, and their
+/// sum by `omega`, so that no inverse cosine is needed and nothing cancels close to the plane.
 pub(crate) fn sample(p0: DVec3, e1: DVec3, e2: DVec3, omega: f64, u: DVec2) -> (DVec3, DVec2) {
     let lx = e1.length();
     let ex = e1 / lx;
@@ -22,7 +23,7 @@ pub(crate) fn sample(p0: DVec3, e1: DVec3, e2: DVec3, omega: f64, u: DVec2) -> (
     let (x0, y0, z) = (p0.dot(ex), p0.dot(ey), p0.dot(ex.cross(ey)));
     let (x1, y1) = (x0 + lx, y0 + ly);
     let (h, h2) = (z.abs(), z * z);
-    // z of the unit normals of the planes through the receiver and one edge each.
+    // z components of the unit normals of the planes through the receiver and one edge each.
     let n = |x: f64| x / (h2 + x * x).sqrt();
     let (n0, n2, n3) = (-n(y0), n(y1), -n(x0));
     // sin² of the angle between two planes: 1 − n²m² with 1 − n² = h²/(h² + x²).
@@ -35,7 +36,7 @@ pub(crate) fn sample(p0: DVec3, e1: DVec3, e2: DVec3, omega: f64, u: DVec2) -> (
     let (cu, su) = (cos(u.x * omega), sin(u.x * omega));
     let (ca, sa) = (ck * cu - sk * su, sk * cu + ck * su);
     let f = (ca * n0 - n2) / sa;
-    // xu = c·h/√(1 − c²) with c = ±1/√(f² + n0²), and 1 − n0² = h²/(h² + y0²) taken where it does not cancel.
+    // xu = c·h/√(1 − c²) with c = ±1/√(f² + n0²), and 1 − n0² = h²/(h² + y0²) in the form that does not cancel.
     let rest = f * f - m(y0);
     let x = if rest > 0.0 { h.copysign(f) / rest.sqrt() } else { f64::INFINITY.copysign(f) };
     let x = x.clamp(x0, x1);
@@ -45,7 +46,7 @@ pub(crate) fn sample(p0: DVec3, e1: DVec3, e2: DVec3, omega: f64, u: DVec2) -> (
     let v = low + u.y * (high - low);
     let y = v * (d2 / (1.0 - v * v).max(f64::MIN_POSITIVE)).sqrt();
     let y = y.clamp(y0, y1);
-    // Not through the place: a receiver closer than the rounding of the place still sees all directions.
+    // Not computed from the coordinates: a receiver closer than their rounding error still gets all directions.
     (ex * x + ey * y + ex.cross(ey) * z, DVec2::new((x - x0) / lx, (y - y0) / ly))
 }
 
@@ -55,7 +56,7 @@ mod tests {
     use crate::solid_angle;
     use glam::Vec3;
 
-    /// The part with u.x below a bound, and likewise u.y, fills the same part of the solid angle.
+    /// The part with u.x below a bound, and likewise u.y, subtends the same share of the solid angle.
     #[test]
     fn parts_of_the_square_fill_their_share() {
         for (x, y, z) in [(-0.5, -0.5, 1.0), (0.3, -2.0, 0.5), (-0.2, -0.7, 1e-3), (3.0, 2.0, 0.3)] {

@@ -1,8 +1,8 @@
-//! How large does a triangle look, and how to aim at it evenly?
+//! Solid angle of triangles, and sampling that is uniform in it.
 //!
-//! Everything follows from the triple product of the first corner with the two *edges*, which keeps its digits at every
-//! size, never from angle sums or from unit corners, which lose them (see [`triangle`]). Worked out in f64: the
-//! receiver may lie in the triangle's plane or on its edge.
+//! All values follow from the triple product of the first corner with the two *edges*, which keeps its precision at
+//! every size. Sums of angles and normalised corners, which lose precision, are not used (see [`triangle`]). The
+//! computation is in f64, because the receiver may lie in the plane of the triangle or on its edge.
 use glam::{DVec2, DVec3, Vec3};
 use libm::{atan2, cos, sin};
 
@@ -17,13 +17,14 @@ pub fn triangle(p: Vec3, corners: [Vec3; 3]) -> f64 {
     Wedge::new(facing, Arm::new(a - p), Arm::new(b - p), Arm::new(c - p)).omega
 }
 
-/// −a·(e1×e2): |·| = 2·area·(distance of the plane), positive when the receiver sees the front (counter-clockwise).
+/// −a·(e1×e2): its absolute value is 2·area·(distance to the plane); positive if the receiver sees the front
+/// (counter-clockwise).
 #[inline]
 pub(crate) fn facing(a: DVec3, e1: DVec3, e2: DVec3) -> f64 {
     -a.dot(e1.cross(e2))
 }
 
-/// From the receiver to one corner.
+/// Vector from the receiver to one corner, with its length.
 #[derive(Clone, Copy)]
 pub(crate) struct Arm {
     v: DVec3,
@@ -36,7 +37,7 @@ impl Arm {
     }
 }
 
-/// A triangle as the receiver sees it, with what sampling it needs.
+/// A triangle relative to the receiver, with the values needed for sampling.
 #[derive(Clone, Copy)]
 pub(crate) struct Wedge {
     /// Solid angle, sr.
@@ -47,7 +48,7 @@ pub(crate) struct Wedge {
     end: Arm,
 }
 impl Wedge {
-    /// `facing` of the triangle apex, start, end; its sign does not matter.
+    /// `facing` belongs to the triangle (apex, start, end); its sign does not matter.
     #[inline]
     pub fn new(facing: f64, apex: Arm, start: Arm, end: Arm) -> Self {
         let (a, b, c) = (apex, start, end);
@@ -60,11 +61,11 @@ impl Wedge {
         Self { omega, facing, apex, start, end }
     }
 
-    /// Unit direction, uniform in solid angle over the triangle for `u` in \[0,1)². u.x turns the side of the triangle
-    /// about the apex from `start` to `end`; u.y goes along it from the apex. [Arvo 1995], in the form without inverse
-    /// trigonometric functions: with σ = u.x·Ω/2, the far corner of the part of solid angle 2σ is the mirror image of
-    /// `start` about (G0·cosσ − G1·sinσ)·start + G2·sinσ·end [Peters 2021].
-    /// None when the receiver lies on an edge, to rounding.
+    /// Unit direction, uniform in solid angle over the triangle for `u` in \[0,1)². u.x rotates the far side of the
+    /// sampled part about the apex from `start` to `end`; u.y moves along it from the apex. [Arvo 1995], in the form
+    /// without inverse trigonometric functions: with σ = u.x·Ω/2, the far corner of the part of solid angle 2σ is the
+    /// mirror image of `start` about (G0·cosσ − G1·sinσ)·start + G2·sinσ·end [Peters 2021]. None if the receiver lies
+    /// on an edge, to rounding.
     #[inline]
     pub fn sample(&self, u: DVec2) -> Option<DVec3> {
         let (apex, start, end) = (self.apex.unit()?, self.start.unit()?, self.end.unit()?);
@@ -76,7 +77,7 @@ impl Wedge {
         let r = start * (g0 * c - g1 * s) + end * (g2 * s);
         let r2 = r.length_squared();
         let far = r * (2.0 * start.dot(r) / r2) - start;
-        // Evenly in height above the apex' tangent plane: 1 − cos = u.y·(1 − apex·far), stable for short arcs.
+        // Uniform in height above the tangent plane of the apex: 1 − cos = u.y·(1 − apex·far), stable for short arcs.
         let height = 0.5 * (far - apex).length_squared();
         let w = u.y * height;
         let across = far - apex * (1.0 - height);
@@ -95,8 +96,8 @@ impl Arm {
     }
 }
 
-/// atan2(n, d) for n > 0; the series n/d serves when the angle is below 1e-5 (relative error 3e-11) at a fraction of the
-/// cost, which is how most lights look from most places.
+/// atan2(n, d) for n > 0. For angles below 1e-5, which most lights subtend from most points, the series n/d is used
+/// (relative error 3e-11), at a fraction of the cost.
 #[inline]
 fn half_angle(n: f64, d: f64) -> f64 {
     if n < 1e-5 * d { n / d } else { atan2(n, d) }

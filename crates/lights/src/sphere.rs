@@ -1,4 +1,5 @@
-//! Aiming at a sphere: evenly in the cone it fills from outside, evenly over all directions from inside.
+//! Sampling of spheres: uniform in the cone that a sphere subtends from outside, uniform over all directions from
+//! inside.
 use crate::LightPoint;
 use crate::aimed::{Aimed, visible};
 use dapple_math::Frame;
@@ -6,26 +7,27 @@ use dapple_sampling::warp;
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// The directions in which a receiver sees the sphere: the cone of 1 − cosθ ≤ `height` about `w`.
+/// Directions in which a receiver sees the sphere: the cone of 1 − cosθ ≤ `height` about `w`.
 struct Cone {
-    /// Towards the centre.
+    /// Unit direction towards the centre.
     w: DVec3,
-    /// Distance of the centre.
+    /// Distance to the centre.
     d: f64,
-    /// d² − R², without cancellation.
+    /// d² − R², computed without cancellation.
     gap: f64,
-    /// 1 − cosθ_max; 2 = all directions.
+    /// 1 − cosθ_max; 2 for all directions.
     height: f64,
-    /// The far side of the sphere is what is seen.
+    /// Whether the visible side is the far side of the sphere.
     from_inside: bool,
 }
 
-/// What `p` can see of the sphere; None from inside a one-sided one (it emits outward only). With s = R/d from outside,
-/// 1 − cosθ_max = s²/(1 + √(1 − s²)), accurate at every size.
+/// Cone that `p` sees; None from inside a one-sided sphere, which emits outward only. With s = R/d from outside,
+/// 1 − cosθ_max = s²/(1 + √(1 − s²)), which is accurate at every size.
 ///
-/// A two-sided sphere seen from a point that lies on it, to within the rounding of its coordinates, is seen like the wall
-/// of a room: the hemisphere towards the centre, far side. Which side of the surface such a point was rounded to must
-/// not matter: a point outside must not see the wall it lies on, one inside must see all of the rest.
+/// A two-sided sphere whose surface contains `p`, to within the rounding of the coordinates, is treated like the walls
+/// of a room seen from one of them: the hemisphere towards the centre, far side. The result must not depend on the side
+/// to which such a point was rounded: a point outside must not see the surface it lies on, and a point inside must see
+/// all of the rest.
 fn seen(p: Vec3, centre: Vec3, radius: f32, two_sided: bool) -> Option<Cone> {
     let f = centre.as_dvec3() - p.as_dvec3();
     let (d, r) = (f.length(), radius as f64);
@@ -49,7 +51,7 @@ pub(crate) fn sample(p: Vec3, centre: Vec3, radius: f32, two_sided: bool, u: Vec
     let r = radius as f64;
     let v = u.x as f64 * cone.height;
     let (cos, sin) = (1.0 - v, (v * (2.0 - v)).max(0.0).sqrt());
-    // β: angle between the direction and the normal at the place it meets.
+    // β: angle between the direction and the normal at the intersection.
     let sin_beta = (cone.d * sin / r).min(1.0);
     let cos_beta = (1.0 - sin_beta * sin_beta).sqrt();
     let (distance, along) = if cone.from_inside {
@@ -78,7 +80,7 @@ pub(crate) fn pdf(p: Vec3, centre: Vec3, radius: f32, two_sided: bool) -> f64 {
     seen(p, centre, radius, two_sided).map_or(0.0, |cone| density(&cone))
 }
 
-/// Towards a point even over the whole surface. None where it faces away.
+/// Samples a point uniformly on the whole surface. None if it faces away.
 pub(crate) fn sample_surface(p: Vec3, centre: Vec3, radius: f32, two_sided: bool, u: Vec2) -> Option<Aimed> {
     let n = warp::sphere(u);
     let place = centre + n * radius;
@@ -91,7 +93,7 @@ pub(crate) fn sample_surface(p: Vec3, centre: Vec3, radius: f32, two_sided: bool
     Some(Aimed { wi: wi.as_vec3(), distance: distance as f32, pdf: pdf as f32, point })
 }
 
-/// As `sample_surface` chooses the point that `wi` reaches at `distance`.
+/// Solid-angle density of `sample_surface` for the point at `distance` along `wi`.
 pub(crate) fn pdf_surface(
     p: Vec3,
     centre: Vec3,

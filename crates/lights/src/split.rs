@@ -1,16 +1,17 @@
-//! Where to cut a set of lights in two: surface-area-orientation heuristic over buckets [Conty Estevez and Kulla 2018, §4.1].
+//! Binary splits of a set of lights: surface-area-orientation heuristic over buckets [Conty Estevez and Kulla 2018,
+//! §4.1].
 use crate::cluster::Bounds;
 use glam::Vec3;
 use std::f64::consts::PI;
 
 const BUCKETS: usize = 12;
 
-/// A light as the heuristic needs it, small and in place.
+/// Compact copy of the bounds of one light, as the heuristic needs them.
 #[derive(Clone, Copy)]
 pub(crate) struct Item {
     low: Vec3,
     high: Vec3,
-    /// Mean direction: the axis times (1 + cosθ_o)/2, which is the mean of a cap of half-angle θ_o.
+    /// Mean direction: the axis times (1 + cosθ_o)/2, which is the mean over a spherical cap of half-angle θ_o.
     direction: Vec3,
     intensity: f32,
     pub number: u32,
@@ -19,23 +20,23 @@ pub(crate) struct Item {
 impl Item {
     pub fn new(b: &Bounds, number: u32, unit: f64) -> Self {
         let axis = b.cone.axis.as_vec3();
-        // Both sides of a sheet count as one direction.
+        // A two-sided surface has no preferred side: its axis is turned into one half space.
         let flip = b.cone.two_sided && axis.x + 2.0 * axis.y + 4.0 * axis.z < 0.0;
         let length = 0.5 * (1.0 + libm::cos(b.cone.theta_o.min(PI))) as f32;
         let direction = axis * if flip { -length } else { length };
         Self { low: b.low, high: b.high, direction, intensity: (b.intensity / unit) as f32, number }
     }
 
-    /// Twice the centre.
+    /// Twice the centre of the bounding box.
     fn place(&self) -> Vec3 {
         self.low + self.high
     }
 }
 
-/// The heuristic with its table.
+/// The heuristic with its precomputed table.
 pub(crate) struct SplitHeuristic {
-    /// M_Ω for θ_e = π/2 by the length R of the mean direction. *Approximation*: the axes are taken to fill their cone
-    /// evenly, cosθ_o = 2R − 1; it shapes the tree, not its probabilities.
+    /// M_Ω for θ_e = π/2, tabulated over the length R of the mean direction. *Approximation*: the axes are assumed to
+    /// fill their cone uniformly, cosθ_o = 2R − 1; this affects the shape of the tree, not its probabilities.
     spread: [f32; Self::STEPS + 1],
 }
 
@@ -52,25 +53,25 @@ impl SplitHeuristic {
 
     /// Intensity · size · spread of directions.
     pub fn cost(&self, items: &[Item]) -> f64 {
-        let mut pile = Pile::EMPTY;
-        items.iter().for_each(|item| pile.add(item));
-        self.cost_of(&pile)
+        let mut totals = Totals::EMPTY;
+        items.iter().for_each(|item| totals.add(item));
+        self.cost_of(&totals)
     }
 
-    /// Size = squared diagonal, which unlike the surface area is not 0 for lights in a row.
-    fn cost_of(&self, pile: &Pile) -> f64 {
-        if pile.count == 0.0 {
+    /// The size is the squared diagonal, which unlike the surface area is not 0 for lights in a row.
+    fn cost_of(&self, totals: &Totals) -> f64 {
+        if totals.count == 0.0 {
             return 0.0;
         }
-        let r = (pile.direction.length() / pile.count).clamp(0.0, 1.0) * Self::STEPS as f32;
+        let r = (totals.direction.length() / totals.count).clamp(0.0, 1.0) * Self::STEPS as f32;
         let i = (r as usize).min(Self::STEPS - 1);
         let spread = self.spread[i] + (self.spread[i + 1] - self.spread[i]) * (r - i as f32);
-        let size = (pile.high.as_dvec3() - pile.low.as_dvec3()).length_squared();
-        pile.intensity as f64 * size * spread as f64
+        let size = (totals.high.as_dvec3() - totals.low.as_dvec3()).length_squared();
+        totals.intensity as f64 * size * spread as f64
     }
 
-    /// Orders the items so that those before the returned place form one part; neither part is empty. At the bucket border
-    /// of least cost; in the middle when `balanced` or when no border parts them.
+    /// Partitions the items and returns the index of the first item of the second part; neither part is empty. The
+    /// split is at the bucket border of least cost, or at the median if `balanced` or if no border separates the items.
     pub fn halve(&self, items: &mut [Item], balanced: bool) -> usize {
         let mut low = Vec3::INFINITY;
         let mut high = Vec3::NEG_INFINITY;
@@ -87,16 +88,17 @@ impl SplitHeuristic {
         }
         let axis = (0..3).fold(0, |best, axis| if extent[axis] > extent[best] { axis } else { best });
         let half = items.len() / 2;
-        // Ties by number, so that the order is total.
+        // Ties are broken by number, so that the order is total.
         let key =
             |a: &Item, b: &Item| a.place()[axis].total_cmp(&b.place()[axis]).then(a.number.cmp(&b.number));
         items.select_nth_unstable_by(half, key);
         half
     }
 
-    /// Axis and border of least cost: that of both sides, times the box' longest side over its side along the axis.
+    /// Axis and border of least cost: the cost of both sides, times the longest side of the box over its side along the
+    /// axis.
     fn cheapest(&self, items: &[Item], low: Vec3, extent: Vec3) -> Option<(usize, usize)> {
-        let mut buckets = [[Pile::EMPTY; BUCKETS]; 3];
+        let mut buckets = [[Totals::EMPTY; BUCKETS]; 3];
         for item in items {
             for (axis, buckets) in buckets.iter_mut().enumerate() {
                 buckets[bucket(item.place()[axis], low[axis], extent[axis])].add(item);
@@ -115,10 +117,10 @@ impl SplitHeuristic {
         best.map(|(_, axis, border)| (axis, border))
     }
 
-    /// Cost of both sides of each border between buckets.
-    fn costs(&self, buckets: &[Pile; BUCKETS]) -> [f64; BUCKETS - 1] {
+    /// Total cost of both sides for each border between buckets.
+    fn costs(&self, buckets: &[Totals; BUCKETS]) -> [f64; BUCKETS - 1] {
         let mut costs = [0.0; BUCKETS - 1];
-        let (mut below, mut above) = (Pile::EMPTY, Pile::EMPTY);
+        let (mut below, mut above) = (Totals::EMPTY, Totals::EMPTY);
         for i in 0..BUCKETS - 1 {
             below.join(&buckets[i]);
             costs[i] += self.cost_of(&below);
@@ -130,7 +132,7 @@ impl SplitHeuristic {
     }
 }
 
-/// Moves the items for which `keep` holds to the front, others behind; gives how many it holds for.
+/// Moves the items for which `keep` holds to the front and the others behind them; returns how many it holds for.
 fn partition(items: &mut [Item], keep: impl Fn(&Item) -> bool) -> usize {
     let mut front = 0;
     for i in 0..items.len() {
@@ -142,21 +144,21 @@ fn partition(items: &mut [Item], keep: impl Fn(&Item) -> bool) -> usize {
     front
 }
 
-/// 0 where the extent is 0.
+/// Bucket of a coordinate; 0 if the extent is 0.
 fn bucket(x: f32, low: f32, extent: f32) -> usize {
     (((x - low) / extent * BUCKETS as f32) as usize).min(BUCKETS - 1)
 }
 
-/// What the cost of a set of lights needs, gathered in one pass.
+/// Totals of a set of lights from which its cost follows, gathered in one pass.
 #[derive(Clone, Copy)]
-struct Pile {
+struct Totals {
     low: Vec3,
     high: Vec3,
     direction: Vec3,
     intensity: f32,
     count: f32,
 }
-impl Pile {
+impl Totals {
     const EMPTY: Self = Self {
         low: Vec3::INFINITY,
         high: Vec3::NEG_INFINITY,
@@ -182,8 +184,8 @@ impl Pile {
     }
 }
 
-/// 2π(1 − cosθ_o) + (π/2)(2θ_w·sinθ_o − cos(θ_o − 2θ_w) − 2θ_o·sinθ_o + cosθ_o), θ_w = min(θ_o + π/2, π): the measure of
-/// the directions of emission for θ_e = π/2.
+/// 2π(1 − cosθ_o) + (π/2)(2θ_w·sinθ_o − cos(θ_o − 2θ_w) − 2θ_o·sinθ_o + cosθ_o), θ_w = min(θ_o + π/2, π): the measure
+/// of the directions of emission for θ_e = π/2.
 fn measure(theta_o: f64) -> f64 {
     let (s, c) = (libm::sin(theta_o), libm::cos(theta_o));
     let w = (theta_o + 0.5 * PI).min(PI);

@@ -1,5 +1,5 @@
-//! A tree of lights: choosing one of many in time that grows with the logarithm of their number
-//! [Conty Estevez and Kulla 2018], eight ways at a time.
+//! Light tree with eight children per node: selects one of many lights in time logarithmic in their number [Conty
+//! Estevez and Kulla 2018].
 use crate::cluster::{Bounds, Cone};
 use crate::lanes::{LANES, Lanes, Weights};
 use crate::split::{Item, SplitHeuristic};
@@ -9,30 +9,30 @@ use glam::Vec3;
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
-    /// Per item: the way to its leaf, three bits per level from the lowest; and how many levels.
+    /// Per item: the path to its leaf, three bits per level from the lowest, and the number of levels.
     trails: Vec<(u64, u8)>,
-    /// Intensity of the nodes is in this unit, a power of two.
+    /// Unit of the intensities in the nodes, a power of two.
     unit: f64,
 }
 
 #[derive(Clone, Debug)]
 struct Node {
     lanes: Lanes,
-    /// Node of each child; of a leaf, the item with [`LEAF`] set.
+    /// Node index of each child; for a leaf, the item index with [`LEAF`] set.
     links: [u32; LANES],
 }
 const LEAF: u32 = 1 << 31;
 
-/// From this depth on, sets are cut into equal numbers: 10 + log8(2³¹) levels fit the trail.
+/// Depth from which sets are divided into parts of equal size: 10 + log8(2³¹) levels fit the trail.
 const BALANCED_FROM: u32 = 10;
 
 impl Tree {
-    /// Item i is the i-th of `items`. None when there are none, or 2³¹ and more.
+    /// Builds the tree; item i is the i-th of `items`. None for an empty set, or for 2³¹ items and more.
     pub fn new(items: &[Bounds]) -> Option<Self> {
         if items.is_empty() || items.len() >= LEAF as usize {
             return None;
         }
-        // A power of two, so that the unit rounds nothing.
+        // A power of two, so that dividing by the unit rounds nothing.
         let total: f64 = items.iter().map(|b| b.intensity).sum();
         let unit = libm::exp2(libm::floor(libm::log2(total)));
         let mut order: Vec<Item> = items.iter().zip(0..).map(|(b, i)| Item::new(b, i, unit)).collect();
@@ -42,17 +42,17 @@ impl Tree {
         Some(Self { nodes: build.nodes, trails: build.trails, unit })
     }
 
-    /// What the children of the root could send to a receiver, for the three functions below.
+    /// Weights of the children of the root for a receiver, an argument of the three functions below.
     pub fn root(&self, p: Vec3, n: Vec3) -> Weights {
         self.nodes[0].lanes.weigh(p, n)
     }
 
-    /// Estimate of the irradiance all of it could send.
+    /// Estimate of the irradiance that the whole tree could send.
     pub fn importance(&self, root: &Weights) -> f64 {
         root.importance() * self.unit
     }
 
-    /// Item, its probability, and u stretched back to \[0,1).
+    /// Selects an item: returns it, its probability, and u rescaled to \[0,1).
     pub fn sample(&self, root: &Weights, p: Vec3, n: Vec3, u: f64) -> (usize, f64, f64) {
         let (mut at, mut weights, mut probability, mut u) = (0, *root, 1.0, u);
         loop {
@@ -67,7 +67,7 @@ impl Tree {
         }
     }
 
-    /// The probability with which `sample` gives `item`: the same products in the same order.
+    /// Probability with which `sample` selects `item`: the same products in the same order.
     pub fn pmf(&self, root: &Weights, p: Vec3, n: Vec3, item: usize) -> f64 {
         let (mut trail, levels) = self.trails[item];
         let (mut at, mut weights, mut probability) = (0, *root, 1.0);
@@ -83,7 +83,7 @@ impl Tree {
         probability
     }
 
-    /// Bytes held.
+    /// Memory use in bytes.
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.nodes) + size_of_val(&*self.trails)
     }
@@ -98,7 +98,7 @@ struct Build<'a> {
 }
 
 impl Build<'_> {
-    /// Adds the node over `order` and all below it; gives its bounds.
+    /// Adds the node for `order` and all nodes below it; returns its bounds.
     fn node(&mut self, order: &mut [Item], trail: u64, depth: u32) -> Bounds {
         let at = self.nodes.len();
         self.nodes.push(Node { lanes: Lanes::EMPTY, links: [LEAF; LANES] });
@@ -123,12 +123,12 @@ impl Build<'_> {
             self.nodes[at].links[lane] = link;
             all = Some(all.map_or(bounds, |all| all.union(&bounds)));
         }
-        // A node always has items.
+        // A node is never empty.
         all.unwrap_or(Bounds { low: Vec3::ZERO, high: Vec3::ZERO, cone: Cone::ALL, intensity: 0.0 })
     }
 
-    /// Sizes of the up to eight parts into which the items are ordered: the part of greatest cost is halved until there
-    /// are eight (of greatest number, when balanced).
+    /// Orders the items into at most eight parts and returns the sizes of these: the part of largest cost (of largest
+    /// size, if `balanced`) is halved until there are eight.
     fn cut(&self, order: &mut [Item], balanced: bool) -> Vec<usize> {
         if order.len() <= LANES {
             return vec![1; order.len()];
@@ -165,7 +165,8 @@ mod tests {
 
     #[test]
     fn hostile_sets_build_within_the_trail() {
-        // Geometric spacing defeats buckets; equal places defeat any axis; intensities beyond f32 in one set.
+        // Geometric spacing defeats buckets; equal positions defeat any axis; intensities beyond the range of f32 in
+        // one set.
         let geometric: Vec<_> = (0..120).map(|i| point(libm::exp2f(-(i as f32)), 0.0, 1.0)).collect();
         let equal: Vec<_> = (0..3000).map(|_| point(1.0, 1.0, 1.0)).collect();
         let steep: Vec<_> =

@@ -1,4 +1,5 @@
-//! Which light is chosen: probabilities that add up, that are kept, that do not depend on units, and that find what counts.
+//! Light selection: the probabilities add up, match the samples, are independent of units, and favour lights that
+//! contribute.
 mod support;
 use dapple_lights::{Area, AreaShape, Distant, Environment, Light, LightSampler, Point, Spot};
 use dapple_math::Image;
@@ -12,8 +13,9 @@ fn random_point(rng: &mut Rng, size: f32) -> Vec3 {
     (Vec3::new(rng.f32(), rng.f32(), rng.f32()) - 0.5) * size
 }
 
-/// `near` lights of all kinds in a box of size 10·scale, and a sky, a sun and a constant sky that is never chosen.
-/// Scaling by a power of two scales every number exactly, intensities by its square.
+/// `near` lights of all kinds in a box of size 10·scale; with `far` also an environment map, a distant light, and a
+/// constant environment that is never selected. Scaling by a power of two scales every number exactly, intensities by
+/// its square.
 fn lights(near: usize, far: bool, scale: f32) -> Vec<Light> {
     let mut rng = Rng::new(77);
     let mut lights = Vec::new();
@@ -52,7 +54,7 @@ fn sets(scale: f32) -> Vec<Vec<Light>> {
         .to_vec()
 }
 
-/// Places in, at and far from the lights; with and without a normal.
+/// Receivers among, near and far from the lights, with and without a normal.
 fn receivers(count: usize) -> Vec<(Vec3, Vec3)> {
     let mut rng = Rng::new(3);
     (0..count)
@@ -111,7 +113,7 @@ fn frequencies_follow_the_probabilities() {
     }
 }
 
-/// u stretched back is uniform given the light: its mean is ½.
+/// The rescaled u is uniform given the light: its mean is ½.
 #[test]
 fn what_is_left_of_u_is_uniform() {
     for lights in sets(1.0) {
@@ -138,7 +140,8 @@ fn units_do_not_matter() {
     }
 }
 
-/// E at `p` for normal n by choosing and aiming, `count` samples; u of the choice by an Owen-scrambled sequence.
+/// E at `p` for normal n by selecting and sampling lights, `count` samples; u of the selection from an Owen-scrambled
+/// sequence.
 fn irradiance(lights: &[Light], p: Vec3, n: Vec3, count: u32, seen: impl Fn(usize) -> bool) -> (f64, f64) {
     let choice = LightSampler::new(lights, 100.0).unwrap();
     let key = Key::pixel(5, 0, 0);
@@ -151,7 +154,7 @@ fn irradiance(lights: &[Light], p: Vec3, n: Vec3, count: u32, seen: impl Fn(usiz
     })
 }
 
-/// A dim light in view beside an equal one 1e12 times brighter that is hidden: 5 % at 4096 samples.
+/// A dim visible light beside an occluded equal one that is 1e12 times brighter: 5 % error at 4096 samples.
 #[test]
 fn a_dim_light_beside_a_hidden_bright_one() {
     let make = |x: f32, radiance: f32| {
@@ -166,7 +169,7 @@ fn a_dim_light_beside_a_hidden_bright_one() {
     }
 }
 
-/// Many point lights on a square grid within a disk: the sum over all, and the disk formula.
+/// Many point lights on a square grid within a disk, and the sum of their contributions.
 fn many_points(rings: i32) -> (Vec<Light>, f64) {
     let (mut lights, mut sum) = (Vec::new(), 0.0);
     let h = rings as f64 * 0.5;
@@ -192,7 +195,7 @@ fn thirty_thousand_lights() {
     assert!((exact / formula - 1.0).abs() < 1e-3);
     let (e, se) = irradiance(&lights, Vec3::ZERO, Vec3::Z, 100_000, |_| true);
     assert!((e - exact).abs() < 4.0 * se && se < 0.005 * exact, "{e} ± {se}, {exact}");
-    // A uniform choice has a relative standard deviation of 0.9 here; the tree's is smaller by far.
+    // Uniform selection has a relative standard deviation of 0.9 here; that of the tree is far smaller.
     assert!(se * (100_000f64).sqrt() < 0.5 * exact, "{}", se / exact);
 }
 

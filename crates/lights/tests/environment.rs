@@ -1,4 +1,4 @@
-//! Irradiance under environments, by aiming and by cosine-weighted directions together, against closed forms.
+//! Irradiance under environments, by light sampling and cosine-weighted sampling combined, against closed forms.
 mod support;
 use dapple_lights::{Environment, Light};
 use dapple_math::Image;
@@ -18,7 +18,7 @@ fn frame(n: Vec3) -> Mat3 {
     Mat3::from_cols(x, y, n)
 }
 
-/// One aimed and one cosine-weighted direction, by the power heuristic.
+/// One light sample and one cosine-weighted sample, combined by the power heuristic.
 fn irradiance(env: &Environment, n: Vec3, count: u32) -> (f64, f64) {
     let (light, to_world) = (Light::Environment(env.clone()), frame(n));
     let mut rng = Rng::new(99);
@@ -37,7 +37,7 @@ fn irradiance(env: &Environment, n: Vec3, count: u32) -> (f64, f64) {
     })
 }
 
-/// ∫ of the cosine with +Y over texels of row r, all columns: π(sin²θ_{r+1} − sin²θ_r) in the upper half.
+/// ∫ of the cosine with +Y over the texels of row r, all columns: π(sin²θ_{r+1} − sin²θ_r) in the upper half.
 fn row_irradiance(height: usize, r: usize) -> f64 {
     let sin2 = |r: usize| (r as f64 * PI / height as f64).sin().powi(2);
     PI * (sin2(r + 1) - sin2(r))
@@ -51,11 +51,11 @@ fn a_sun_of_one_texel() {
             let exact = PI + (m as f64 - 1.0) * row_irradiance(height, row) / width as f64;
             let env = Environment::picture(picture(width, height, sky), 0.4, 1.0, false).unwrap();
             for env in [env.clone(), env.without_compensation()] {
-                // 64 samples are already good to 2 %: the sun is found every time.
+                // 64 samples are accurate to 2 %: the sun is sampled every time.
                 let (_, se) = irradiance(&env, Vec3::Y, 64);
                 assert!(se < 0.02 * exact || !env.is_compensated(), "{width}×{height}, {m}: {se} of {exact}");
-                // Cosine-weighted directions meet the texel too rarely to show in the standard error; what they then
-                // leave out is at most the texel at radiance 1.
+                // Cosine-weighted directions hit the texel too rarely to contribute to the standard error; the
+                // resulting deficit is at most the contribution of the texel at radiance 1.
                 let rare = row_irradiance(height, row) / width as f64 / exact;
                 let got = irradiance(&env, Vec3::Y, 20_000);
                 agree(&format!("{width}×{height}, {m}"), got, exact, 2e-6 + rare);
@@ -73,7 +73,7 @@ fn a_white_row_at_the_pole_and_a_white_sky() {
     let sides =
         Environment::picture(picture(width, height, |_, y| f32::from(y != 0)), 0.0, 1.0, false).unwrap();
     agree("sides", irradiance(&sides, Vec3::Y, 100_000), PI - row_irradiance(height, 0), 1e-6);
-    // White, but by a hair not constant: everything is left to the cosine, exactly π in every orientation.
+    // White and almost constant: everything is left to cosine-weighted sampling, exactly π in every orientation.
     let mut rng = Rng::new(1);
     for i in 0..20 {
         let speck = |x, y| if (x, y) == (5, 9) { 1.0 - 1e-6 } else { 1.0 };
@@ -94,7 +94,7 @@ fn a_constant_picture_is_never_aimed_at() {
     assert_eq!(irradiance(&black, Vec3::Y, 10), (0.0, 0.0));
 }
 
-/// L = 1 + ω·y in texels: E = π + 2π/3 on a floor, up to the steps of the texels; filtered likewise.
+/// L = 1 + ω·y, sampled by texels: E = π + 2π/3 on a floor, up to the discretisation; likewise with filtering.
 #[test]
 fn a_gradient() {
     let (width, height) = (128, 64);
@@ -109,7 +109,8 @@ fn a_gradient() {
     }
 }
 
-/// Aiming alone, without compensation, is unbiased: mean of L/pdf is 4π times the mean, for every rotation.
+/// Light sampling alone, without compensation, is unbiased: the mean of L/pdf is 4π times the mean radiance, for every
+/// rotation.
 #[test]
 fn mean_and_power_are_the_integral() {
     for filtered in [false, true] {
@@ -117,7 +118,7 @@ fn mean_and_power_are_the_integral() {
         let env = Environment::picture(sky, 2.0, 3.0, filtered).unwrap();
         let whole = env.clone().without_compensation();
         let got = mean(400_000, 8, |u| whole.sample(u).map_or(0.0, |s| (s.radiance.x / s.pdf) as f64));
-        // With filtering the stated mean takes solid angle as even within texels.
+        // With filtering, `Environment::mean` assumes uniform solid angle within texels.
         let rounding = if filtered { 5e-3 } else { 1e-6 };
         agree("mean", got, 4.0 * PI * env.mean().x as f64, rounding);
         let power = Light::Environment(env.clone()).power(3.0).x as f64;
@@ -131,7 +132,7 @@ fn poles_and_seams_are_finite() {
     for env in [env.clone(), env.without_compensation()] {
         for d in [Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z, Vec3::X, Vec3::new(-0.0, 1.0, -0.0)] {
             assert!(env.radiance(d).is_finite() && env.pdf(d).is_finite());
-            // Continuous across the seam and the poles' neighbourhood.
+            // Continuous across the seam and near the poles.
             let near = (d.as_dvec3() + DVec3::splat(1e-6)).normalize().as_vec3();
             assert!(d.y.abs() > 0.5 || (env.radiance(d) - env.radiance(near)).length() < 1e-3);
         }

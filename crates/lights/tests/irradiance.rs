@@ -1,4 +1,4 @@
-//! Irradiance under every shape against its closed form, from touching to far away.
+//! Irradiance under every light shape against its closed form, at distances from contact to far away.
 mod support;
 use dapple_lights::AreaShape;
 use glam::{DVec3, Vec2, Vec3};
@@ -15,12 +15,13 @@ fn square_lights_of_any_size_and_place() {
             let exact = if a >= 0.05 {
                 PI * rectangle([xd - ad, xd + ad], [-ad, ad], 1.0)
             } else {
-                // The form factor of small squares cancels; the point formula with its second-order term does not.
+                // The form factor of small squares suffers from cancellation; the point formula with its second-order
+                // term does not.
                 let d2 = 1.0 + xd * xd;
                 let curvature = (24.0 * xd * xd / (d2 * d2) - 8.0 / d2) * ad * ad / 6.0;
                 4.0 * ad * ad / (d2 * d2) * (1.0 + curvature)
             };
-            // Corners near x = 30 carry 24 bits of 30, not of a.
+            // Corners near x = 30 have 24 bits of precision relative to 30, not to a.
             let rounding = 4e-6 + 3e-6 * xd * 1e-3 / ad;
             agree(
                 &format!("a {a} x {x}"),
@@ -76,7 +77,8 @@ fn a_triangle_from_close_by() {
     }
 }
 
-/// Mean of 1/pdf is the solid angle, at every size: one triangle in a fixed place, shrunk towards its first corner.
+/// The mean of 1/pdf is the solid angle, at every size: a triangle at a fixed position, shrunk towards its first
+/// corner.
 #[test]
 fn mean_of_one_over_pdf_is_the_solid_angle() {
     for k in 0..13 {
@@ -133,12 +135,16 @@ fn a_sphere_from_near_on_and_inside() {
             agree("inside", irradiance(&area(sphere, true), Vec3::ZERO, n, 200_000), PI, 1e-6);
         }
         let light = area(sphere, false);
-        assert!(light.sample(Vec3::ZERO, Vec2::splat(0.3), 0.0).is_none(), "it emits outward only");
+        assert!(
+            light.sample(Vec3::ZERO, Vec2::splat(0.3), 0.0).is_none(),
+            "a one-sided sphere emits outward only"
+        );
         assert_eq!(light.pdf(Vec3::ZERO, Vec3::Z, 1.0, Vec3::Z, 0.0), 0.0);
     }
 }
 
-/// The wall of a room seen from itself: rounding decides on which side of the sphere the place lies, and must not count.
+/// A spherical room seen from its own wall: rounding puts the point on either side of the sphere, which must not
+/// matter.
 #[test]
 fn a_spherical_room_from_its_own_wall() {
     let (centre, radius) = (Vec3::new(3.0, -5.0, 11.0), 7.0);
@@ -151,10 +157,10 @@ fn a_spherical_room_from_its_own_wall() {
         let rounded_in = (p - centre).as_dvec3().length() < radius as f64;
         *if rounded_in { &mut inside } else { &mut outside } += 1;
         let s = light.sample(p, rng.vec2(), 0.0).unwrap();
-        assert!(s.wi.dot(d) < 1e-5, "never to the outside, where the wall itself is");
+        assert!(s.wi.dot(d) < 1e-5, "sampled to the outside, where the wall itself is");
         let reached = (p + s.wi * s.distance - centre).length();
         assert!((reached - radius).abs() < 1e-5 * radius, "{reached}");
-        assert!(s.distance > radius * s.wi.dot(-d), "the far side");
+        assert!(s.distance > radius * s.wi.dot(-d), "not the far side");
         assert_eq!(s.pdf, light.pdf(p, s.wi, s.distance, Vec3::Z, 0.0));
     }
     assert!(inside > 100 && outside > 100);
@@ -179,7 +185,8 @@ fn disks() {
     }
 }
 
-/// In the plane: nothing. Behind a one-sided light: nothing. On a corner or edge, and one float off the plane: finite.
+/// In the plane and behind a one-sided light the irradiance is zero; on a corner or edge, and one float off the plane,
+/// it is finite.
 #[test]
 fn in_the_plane_behind_and_on_the_edge() {
     let quad = square(1.0, 0.0, 0.0);

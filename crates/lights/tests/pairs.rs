@@ -1,4 +1,4 @@
-//! `sample` follows `pdf`, for every shape from every kind of place; the places reported are where the rays go.
+//! The samples of every light shape follow `pdf` for receivers of every kind, and the reported points lie on the rays.
 mod support;
 use dapple_lights::{AreaShape, Environment, Light};
 use dapple_math::Image;
@@ -45,7 +45,7 @@ fn cases() -> Vec<(AreaShape, Vec3, bool)> {
     ]
 }
 
-/// A flat shape as the image of the unit square: place and area per area of the square; and back.
+/// A flat shape parametrised over the unit square: point and area per area of the square, and the inverse map.
 struct Chart {
     place: Box<dyn Fn(Vec2) -> (DVec3, f64)>,
     back: Box<dyn Fn(DVec3) -> Vec2>,
@@ -74,7 +74,7 @@ fn chart(shape: &AreaShape) -> Option<Chart> {
     let n = e1.cross(e2);
     let place = move |s: Vec2| {
         let s = s.as_dvec2();
-        // The triangle as a square with one side drawn together.
+        // The triangle as a square with one side collapsed to a point.
         let (at, stretch) = if triangle { (DVec2::new(s.x * (1.0 - s.y), s.x * s.y), s.x) } else { (s, 1.0) };
         (a + e1 * at.x + e2 * at.y, n.length() * stretch)
     };
@@ -87,7 +87,7 @@ fn chart(shape: &AreaShape) -> Option<Chart> {
     Some(Chart { place: Box::new(place), back: Box::new(back), n: n.normalize() })
 }
 
-/// Directions over the cone that the sphere fills (the whole sphere from inside): 1 − cosθ over its greatest value, φ.
+/// Directions in the cone that the sphere subtends (all directions from inside): 1 − cosθ over its maximum, and φ.
 fn sphere_directions(test: &ChiSquare, light: &Light, shape: &AreaShape, p: Vec3) -> Outcome {
     let AreaShape::Sphere { centre, radius } = *shape else { panic!("a sphere") };
     let (to, r) = ((centre - p).as_dvec3(), radius as f64);
@@ -108,15 +108,15 @@ fn sphere_directions(test: &ChiSquare, light: &Light, shape: &AreaShape, p: Vec3
             let v = s.x as f64 * height;
             let (sin, phi) = ((v * (2.0 - v)).sqrt(), TAU * s.y as f64);
             let wi = (x * (sin * phi.cos()) + y * (sin * phi.sin()) + z * (1.0 - v)).as_vec3();
-            // A direction on the very edge may round past it.
+            // A direction on the edge of the cone may round to its outside.
             let (t, n) = hit(shape, p, wi).unwrap_or((to.length(), z));
             (light.pdf(p, wi, t as f32, n.as_vec3(), 0.0) as f64 * TAU * height) as f32
         },
     )
 }
 
-/// Flat shapes as densities over the shape, pdf·cosθ/d², which have no outline to miss; spheres as directions about
-/// their centre.
+/// Flat shapes are tested as densities over the shape, pdf·cosθ/d², which have no silhouette to resolve; spheres as
+/// directions about their centre.
 #[test]
 fn area_lights_follow_their_density() {
     let test = ChiSquare::family(cases().len());
@@ -145,7 +145,8 @@ fn area_lights_follow_their_density() {
     }
 }
 
-/// The same density on both sides of multiple importance sampling, at the distance and the place reported.
+/// `sample` and `pdf` give the same density, as MIS requires, at the reported distance, and the reported point is on
+/// the ray.
 #[test]
 fn samples_carry_their_density_and_their_place() {
     let mut rng = Rng::new(11);
@@ -159,14 +160,14 @@ fn samples_carry_their_density_and_their_place() {
             let point = s.point.unwrap();
             let reached = p.as_dvec3() + s.wi.as_dvec3() * s.distance as f64;
             let off = (reached - point.p.as_dvec3()).length() / (s.distance as f64 + p.length() as f64);
-            // Where a ray grazes the shape, the rounding of its direction is multiplied.
+            // At grazing angles the rounding error of the direction is amplified.
             let slope = s.wi.dot(point.n).abs() as f64;
             assert!(off < 1e-6 / slope.max(1e-3), "{shape:?} from {p}: off by {off:.1e}, slope {slope}");
         }
     }
 }
 
-/// Barycentrics of flat lights are those of the triangles named in the documentation.
+/// Barycentric coordinates of flat lights refer to the triangles named in the documentation.
 #[test]
 fn barycentrics_name_the_place() {
     let mut rng = Rng::new(12);
@@ -190,7 +191,7 @@ fn barycentrics_name_the_place() {
                 let c = corners.map(|c| c.as_dvec3());
                 (c[1] - c[0]).cross(c[2] - c[0]).normalize().as_vec3()
             };
-            assert!((point.n - exact).length() < 1e-6, "front = counter-clockwise");
+            assert!((point.n - exact).length() < 1e-6, "the front is counter-clockwise");
         }
     }
 }
@@ -218,7 +219,7 @@ fn picture(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> Imag
 
 #[test]
 fn environments_follow_their_density() {
-    // Bumps, a hot texel near a pole, dark places.
+    // Bumps, a bright texel near a pole, dark regions.
     let sky = |x: usize, y: usize| match (x, y) {
         (3, 0) => 50.0,
         (11, 5) => 200.0,
@@ -243,7 +244,7 @@ fn environments_follow_their_density() {
     }
 }
 
-/// A sample and a lookup in its direction give the same texel and density, but for directions on a border.
+/// A sample and a lookup in its direction give the same texel and density, except for directions on a border.
 #[test]
 fn environment_samples_look_up_their_own_texel() {
     let env = Environment::picture(picture(64, 32, |x, y| (1 + x + 64 * y) as f32), 0.7, 1.0, false).unwrap();
@@ -256,7 +257,7 @@ fn environment_samples_look_up_their_own_texel() {
     assert!(differ <= 10, "{differ} of 100 000");
 }
 
-/// The same of an interpolated picture: the radiance is the one in the direction, to the last bit.
+/// The same for an interpolated map: the radiance is that of the sampled direction, to the last bit.
 #[test]
 fn interpolated_environment_samples_are_what_is_seen_there() {
     let sky = picture(64, 32, |x, y| if (x, y) == (40, 9) { 1e4 } else { (x % 7 + y) as f32 });

@@ -1,5 +1,5 @@
-//! Triangles whose emission varies, and round lights that are oval: `sample` follows `pdf`, the integral of the density is
-//! one, and the light is that of quadrature.
+//! Triangles with textured emission, and spheres under non-uniform transforms: the samples follow `pdf`, the density
+//! integrates to one, and the irradiance agrees with quadrature.
 use dapple_lights::pattern::{Emitted, Part, Pattern, Patterned};
 use dapple_lights::{Aiming, Area, AreaShape, Light, Moving, Reached};
 use dapple_math::Motion;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 const CORNERS: [Vec3; 3] = [Vec3::new(-1.0, -0.7, 0.5), Vec3::new(1.3, -0.4, 0.9), Vec3::new(-0.1, 1.2, 0.6)];
 
-/// Emission at barycentrics: a lit square, a ramp, and black.
+/// Emission at barycentric coordinates: a bright square, a ramp, and black.
 fn emission(at: DVec2) -> f64 {
     let lit = (at - DVec2::new(0.62, 0.21)).abs().max_element() < 0.02;
     if lit {
@@ -22,7 +22,7 @@ fn emission(at: DVec2) -> f64 {
     }
 }
 
-/// Bounds of it in a part, as a texture's pyramid would have them.
+/// Bounds of the emission in a part, as the mip pyramid of a texture would give them.
 fn judge(part: &Part) -> Emitted {
     let [a, b, c] = part.corners();
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -49,7 +49,8 @@ fn patterned() -> Light {
 const PLACES: [Vec3; 4] =
     [Vec3::ZERO, Vec3::new(0.2, 0.1, 0.6), Vec3::new(40.0, -10.0, 30.0), Vec3::new(0.9, 0.4, 1.2)];
 
-/// The triangle as a square with one side drawn together: place, barycentrics, area per area of the square.
+/// The triangle as a square with one side collapsed to a point: position, barycentric coordinates, area per area of the
+/// square.
 fn place(s: Vec2) -> (DVec3, DVec2, f64) {
     let s = s.as_dvec2();
     let at = DVec2::new(s.x * (1.0 - s.y), s.x * s.y);
@@ -63,7 +64,7 @@ fn normal() -> DVec3 {
     (b - a).cross(c - a).normalize()
 }
 
-/// Density per area of the square in which `place` lays out the triangle.
+/// Density per area of the square over which `place` parametrises the triangle.
 fn density(light: &Light, aiming: Aiming, p: Vec3, s: Vec2) -> f32 {
     let (q, at, stretch) = place(s);
     let to = q - p.as_dvec3();
@@ -95,7 +96,7 @@ fn patterns_follow_their_density() {
     }
 }
 
-/// Equal from sample and hit but where rounding puts the hit into the next part; a dark place is never aimed at.
+/// Samples and hits have equal densities unless rounding moves the hit to the next part; dark points are never sampled.
 #[test]
 fn samples_carry_their_density_and_their_place() {
     let light = patterned();
@@ -123,7 +124,7 @@ fn place_of(u: f32, v: f32) -> DVec3 {
     a + (b - a) * f64::from(u) + (c - a) * f64::from(v)
 }
 
-/// ∫ emission·|cosθ| dω over midpoints of the sampler, and over midpoints of the triangle.
+/// ∫ emission·|cosθ| dω by Monte Carlo agrees with the midpoint rule over the triangle.
 #[test]
 fn irradiance_is_that_of_quadrature() {
     let light = patterned();
@@ -153,22 +154,22 @@ fn irradiance_is_that_of_quadrature() {
                 (mean - exact).abs() < 4.0 * error + 2e-3 * exact,
                 "{aiming:?} {p}: {mean} ± {error}, {exact}"
             );
-            // Near points, too: evenly aimed at, the lit square alone makes it about 16. Evenly over the surface the
-            // distance comes on top.
+            // Near receivers are included. With uniform sampling the bright square alone would make it about 16.
+            // Uniform sampling of the surface has the variation of the distance in addition.
             let relative = variance / (mean * mean);
             assert!(aiming == Aiming::Surface || relative < 0.5, "{aiming:?} {p}: {relative}");
         }
     }
 }
 
-/// Turned, sheared and unevenly scaled, the same at all times.
+/// A motion that is constant in time: rotated, sheared and non-uniformly scaled.
 fn still(m: DAffine3) -> Arc<Motion> {
     let translation = Track::new(vec![0.0, 1.0], vec![DVec3::ZERO; 2], Interpolation::Linear).unwrap();
     let trs = Trs { translation: Channel::Track(Arc::new(translation)), ..Trs::default() };
     Arc::new(Motion::new(vec![Node::Trs(trs), Node::Fixed(m)], DAffine3::IDENTITY, 0.0))
 }
 
-/// Directions towards an ellipsoid, from near, far and inside, against the density of those that meet it.
+/// Directions towards an ellipsoid, from near, far and inside, against the density of directions that hit it.
 #[test]
 fn ovals_follow_their_density() {
     let shear =
@@ -199,7 +200,7 @@ fn ovals_follow_their_density() {
             |wi| meets(wi).map_or(0.0, |t| light.pdf(p, wi, t as f32, Vec3::Z, 0.5)),
         );
         assert!(outcome.passed(), "from {p}: {outcome}");
-        // Both ways give one irradiance.
+        // Both sampling methods give the same irradiance.
         let irradiance = |aiming| {
             let n = 500;
             let mut sum = 0.0;

@@ -1,13 +1,14 @@
-//! Draws a BSDF in the plane of incidence: `cargo run --release --example plot -p dapple-materials -- [NAME] [ROUGHNESS]
-//! [DEGREES] [FILE.svg]`, NAME one of metal, plastic, glass, pane, matte. Without FILE, text on stdout.
+//! Plots a BSDF in the plane of incidence: `cargo run --release --example plot -p dapple-materials -- [NAME]
+//! [ROUGHNESS]
+//! [DEGREES] [FILE.svg]`, NAME one of metal, plastic, glass, pane, matte. Without FILE it prints text to stdout.
 //!
-//! The curve is f·|cosθ_i| (what a light of unit irradiance would show) on a logarithmic radius; dots are samples.
+//! The curve is f·|cosθ_i| (the radiance under a light of unit irradiance) on a logarithmic radius; dots are samples.
 
 use dapple_materials::{Bsdf, Lobes, Material};
 use glam::{Vec2, Vec3};
 use std::fmt::Write;
 
-/// Decades of f·cos from the centre to the rim.
+/// Decades of f·cos from the centre to the outer circle.
 const DECADES: f32 = 4.0;
 
 fn main() {
@@ -16,7 +17,7 @@ fn main() {
     let number = |i: usize, default: f32| args.get(i).and_then(|s| s.parse().ok()).unwrap_or(default);
     let (name, roughness, degrees) = (text(0, "glass"), number(1, 0.4), number(2, 40.0));
     let Some(material) = material(&name, roughness) else {
-        eprintln!("no material {name}: metal, plastic, glass, pane, matte");
+        eprintln!("unknown material '{name}' (expected metal, plastic, glass, pane or matte)");
         std::process::exit(2);
     };
     let bsdf = Bsdf::new(&material, in_plane(-degrees.to_radians()));
@@ -45,12 +46,12 @@ fn material(name: &str, roughness: f32) -> Option<Material> {
     })
 }
 
-/// Direction in the xz plane, `angle` from the normal.
+/// Direction in the xz plane at `angle` from the normal.
 fn in_plane(angle: f32) -> Vec3 {
     Vec3::new(libm::sinf(angle), 0.0, libm::cosf(angle))
 }
 
-/// Where the curve is at `angle`, inside the unit circle.
+/// Point of the curve at `angle`, inside the unit circle.
 fn curve(bsdf: &Bsdf, angle: f32) -> Vec2 {
     let wi = in_plane(angle);
     let value = bsdf.f(wi, Lobes::ALL).max_element() * wi.z.abs();
@@ -105,7 +106,7 @@ fn svg(bsdf: &Bsdf) -> String {
     out + "</svg>\n"
 }
 
-/// `n` sampled directions, turned into the plane about the normal.
+/// `n` sampled directions, rotated into the xz plane about the normal.
 fn samples(bsdf: &Bsdf, n: u32) -> Vec<Vec3> {
     let golden = |k: u32, step: f32| (k as f32 * step).fract();
     (0..n)

@@ -1,9 +1,9 @@
-//! How much of the light a rough coat reflects in all directions together: the directional albedo of the GGX lobe, from
-//! a table.
+//! Directional albedo of the GGX reflection lobe, from a table.
 //!
-//! E(μ) = F0·C(μ,α) + (F90 − F0)·B(μ,α) for Schlick's Fresnel term. Smooth surfaces: C = 1, B = (1 − μ)⁵. Rough ones: a
-//! table (see `examples/albedo_table.rs`), bilinear in μ and roughness, that lies everywhere at or above the truth —
-//! *approximation*, by at most 0.005 — and whose mean over the hemisphere is exact for the interpolant.
+//! E(μ) = F0·C(μ,α) + (F90 − F0)·B(μ,α) for Schlick's Fresnel term. Smooth surfaces have C = 1, B = (1 − μ)⁵. Rough
+//! surfaces use a table (see `examples/albedo_table.rs`), bilinear in μ and roughness, whose values are nowhere below
+//! the exact ones — *approximation*, above them by at most 0.005 — and whose mean over the hemisphere is exact for the
+//! interpolant.
 
 use crate::albedo_table::{MEAN, NX, NY, TABLE};
 use crate::fresnel::schlick_weight;
@@ -12,7 +12,7 @@ use crate::microfacet::SMOOTH_ALPHA;
 /// √1e-3, the roughness of the first row.
 const R0: f32 = 0.031_622_78;
 
-/// A place between two rows of the table: one roughness. `None`: smooth.
+/// A position between two rows of the table, for one roughness. `None` for smooth surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlbedoRow(Option<(u32, f32)>);
 
@@ -51,7 +51,7 @@ impl AlbedoRow {
         Self(Some((j as u32, ((r - low) / (high - low)).clamp(0.0, 1.0))))
     }
 
-    /// Albedo seen from cosine `mu` (0..1).
+    /// Directional albedo at the cosine `mu` (0..1).
     pub fn at(self, mu: f32) -> DirectionalAlbedo {
         let Some((j, fraction)) = self.0 else {
             return DirectionalAlbedo { c: 1.0, b: schlick_weight(mu) };
@@ -71,7 +71,7 @@ impl AlbedoRow {
         DirectionalAlbedo { c: part(0), b: part(1) }
     }
 
-    /// 2∫₀¹ E(μ) μ dμ of the interpolant; 1 and 1/21 when smooth.
+    /// 2∫₀¹ E(μ) μ dμ of the interpolant; 1 and 1/21 for smooth surfaces.
     pub fn mean(self) -> DirectionalAlbedo {
         let Some((j, fraction)) = self.0 else {
             return DirectionalAlbedo { c: 1.0, b: 1.0 / 21.0 };

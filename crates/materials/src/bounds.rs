@@ -1,35 +1,36 @@
-//! Which lobes can a material have, from whichever side and at whichever angle it is seen?
+//! Bounds of the lobes that a material can have, over both sides and all angles.
 //!
-//! What the whole of a render has to know of materials follows from these bounds: whether light can be aimed at a surface,
-//! whether it lets light go straight on, how many lobes a ray meets. [`crate::Bsdf::lobes`] never leaves them.
+//! The renderer derives global properties of materials from these bounds: whether light sampling applies to a surface,
+//! whether it transmits light without refraction, and how many lobes a ray can meet. [`crate::Bsdf::lobes`] is always a
+//! subset of them.
 
 use crate::microfacet::SMOOTH_ALPHA;
 use crate::mirror::SHARP_BLUR;
 use crate::{Lobe, Lobes, Material, Mirror};
 use glam::Vec3;
 
-/// Indices that differ by less are taken as equal. [`crate::fresnel::Interface`] does so for half of this.
+/// Indices that differ by less are treated as equal. [`crate::fresnel::Interface`] uses half of this.
 const EQUAL_INDICES: f32 = 2e-4;
 
-/// Values that differ from place to place on a surface. Textures multiply factors, so each lies between 0 and the
-/// material's own.
+/// Parameters that vary over a surface. Textures multiply factors, so each value lies between 0 and that of the
+/// material.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Varying {
-    /// Share of metal, and roughness.
+    /// Metallic and roughness.
     pub metallic_roughness: bool,
-    /// Share of what goes through.
+    /// Transmission.
     pub transmission: bool,
-    /// The index of refraction: where bodies touch, it is the ratio of theirs. That of thin walls stays.
+    /// The index of refraction: where bodies touch, it is the ratio of their indices. That of thin walls is constant.
     pub ior: bool,
 }
 
 impl Varying {
-    /// The same values everywhere.
+    /// No parameter varies.
     pub const NOTHING: Self = Self { metallic_roughness: false, transmission: false, ior: false };
 }
 
 impl Material {
-    /// Lobes that the material can have; it has no others, anywhere.
+    /// Lobes that the material can have; it has no others at any point.
     pub fn lobe_bounds(&self, varying: Varying) -> Lobes {
         if let Some(mirror) = &self.mirror {
             return mirror.lobe_bounds();
@@ -56,26 +57,26 @@ impl Material {
         bounds
     }
 
-    /// Whether light can go through.
+    /// Whether light can be transmitted.
     #[inline]
     pub fn transmits(&self, varying: Varying) -> bool {
         self.transmission > 0.0 && self.mirror.is_none() && !self.is_metal(varying)
     }
 
-    /// Whether light that goes through a smooth surface goes straight on: through a thin wall, and where the index is that of
-    /// the outside, or not known.
+    /// Whether light transmitted by a smooth surface keeps its direction: through a thin wall, and where the index
+    /// equals that of the outside or is unknown.
     #[inline]
     pub fn keeps_direction(&self) -> bool {
         self.thin || !self.has_index() || self.index_contrast() < EQUAL_INDICES
     }
 
-    /// Whether anything but the diffuse base reflects light.
+    /// Whether any layer but the diffuse base reflects light.
     fn reflects(&self, varying: Varying) -> bool {
         let coated = self.specular > 0.0 && !self.is_clear(varying);
         self.metallic > 0.0 || coated || self.transmits(varying) && self.interface_reflects(varying)
     }
 
-    /// Whether the surface of clear matter reflects light at some angle. Where the index falls it does so in any case.
+    /// Whether the surface of a clear dielectric reflects light at some angle. Towards a lower index it always does.
     fn interface_reflects(&self, varying: Varying) -> bool {
         if self.thin {
             return self.specular > 0.0 && self.has_interface() || self.has_index() && self.ior < 1.0;
@@ -83,12 +84,12 @@ impl Material {
         varying.ior || self.has_interface() && (self.specular > 0.0 || self.has_index())
     }
 
-    /// Whether the index differs from that of the outside by as much as either side of the surface may see.
+    /// Whether the index differs from that of the outside by at least what either side of the surface may resolve.
     fn has_interface(&self) -> bool {
         !self.has_index() || self.index_contrast() >= 0.25 * EQUAL_INDICES
     }
 
-    /// Whether the index is known: glTF's 0 says that it is not.
+    /// Whether the index is known: 0 in glTF means that it is not.
     #[inline]
     fn has_index(&self) -> bool {
         self.ior > 0.0
@@ -104,7 +105,7 @@ impl Material {
         self.metallic >= 1.0 && !varying.metallic_roughness
     }
 
-    /// Whether all that enters the dielectric goes through.
+    /// Whether all light that enters the dielectric is transmitted.
     fn is_clear(&self, varying: Varying) -> bool {
         self.transmission >= 1.0 && !varying.transmission
     }
@@ -120,32 +121,32 @@ impl Mirror {
     }
 }
 
-/// Values that code above this crate reads or sets without knowing what else they decide.
+/// Access for other crates, which do not depend on the meaning of the fields.
 impl Material {
-    /// Whether it is an infinitely thin wall.
+    /// Whether the material is an infinitely thin wall.
     #[inline]
     pub fn is_thin(&self) -> bool {
         self.thin
     }
 
-    /// Whether some light goes through, at this very point.
+    /// Whether some light is transmitted at this point.
     #[inline]
     pub fn has_transmission(&self) -> bool {
         self.transmission > 0.0
     }
 
-    /// Whether its surface is smoother than one of this perceptual roughness.
+    /// Whether the surface is smoother than the given perceptual roughness.
     pub fn is_smoother_than(&self, roughness: f32) -> bool {
         self.roughness < roughness
     }
 
-    /// The base colour, which is all that a shadeless surface shows.
+    /// The base colour, the only visible property of an unlit surface.
     #[inline]
     pub fn base_color(&self) -> Vec3 {
         self.base_color
     }
 
-    /// The same matter, met where the index of refraction is another one.
+    /// Replaces the index of refraction, for surfaces where two bodies touch.
     #[inline]
     pub fn set_ior(&mut self, ior: f32) {
         self.ior = ior;

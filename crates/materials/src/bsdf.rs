@@ -1,11 +1,12 @@
-//! The sum of lobes at one point seen from one direction, with value, density and sampling that agree.
+//! The BSDF at one point for one outgoing direction: a sum of lobes with consistent value, density and sampling.
 //!
-//! Built once per path vertex from plain numbers; lobes without weight do not exist (a bare Lambert surface has one
-//! lobe and no table look-up). Either side of a surface may be hit: everything is turned so that `wo` is above it, and
-//! only the index of refraction knows which side that was. Opaque matter therefore looks alike from both sides.
+//! A BSDF is built once per path vertex from plain numbers; lobes without weight are omitted (a plain Lambertian
+//! surface has one lobe and no table lookup). Either side of a surface may be hit: all directions are flipped so that
+//! `wo` is above it, and only the index of refraction depends on the side. Opaque materials therefore look alike from
+//! both sides.
 //!
-//! With several lobes, one is chosen by its share of the light, and the weight is the sum of all lobes' f·cos over the
-//! mixture density: the balance heuristic over lobes (see `choice`).
+//! With several lobes, one is selected by its share of the light, and the weight is the sum of f·cos of all lobes over
+//! the mixture density: the balance heuristic over lobes (see `choice`).
 
 use crate::layers::Layers;
 use crate::mirror::{SHARP_BLUR, SquareBlur, WIDEST_BLUR};
@@ -15,23 +16,24 @@ use dapple_sampling::warp;
 use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
-/// Ready to evaluate for one `wo`. Directions are unit, point away, local frame; wo.z may be negative (back side).
+/// A BSDF for one `wo`. Directions are unit vectors that point away, in the local frame; wo.z may be negative (back
+/// side).
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf {
-    /// Turned so that z ≥ 0.
+    /// Outgoing direction, flipped so that z ≥ 0.
     wo: Vec3,
-    /// −1 when turned over, else 1.
+    /// −1 if `wo` was flipped, else 1.
     side: f32,
     live: Lobes,
     body: Body,
 }
 
-/// What the surface is.
+/// Kind of the surface.
 #[derive(Clone, Copy, Debug)]
 enum Body {
-    /// Seen edge-on.
+    /// Seen edge-on; no light is scattered.
     Nothing,
-    /// A bare diffuse base of this reflectance: most of most scenes, so it carries nothing else about.
+    /// An uncoated diffuse base of this reflectance: the most common material, stored without any other data.
     Lambert(Vec3),
     Mirror {
         kr: Vec3,
@@ -41,15 +43,15 @@ enum Body {
 }
 
 impl Bsdf {
-    /// `wo` local; `wo.z < 0` means the ray arrives at the back side. Parameters outside their ranges are clamped, and
-    /// not-a-number counts as 0.
+    /// Builds the BSDF for the local direction `wo`; `wo.z < 0` means that the ray arrives at the back side. Parameters
+    /// outside their ranges are clamped, and NaN counts as 0.
     pub fn new(material: &Material, wo: Vec3) -> Self {
         Self::losing_as(material, wo, None)
     }
 
-    /// As [`Self::new`], about a shading normal that leans: what single scattering loses between the facets of a rough
-    /// surface is what it loses at cosine `mu`, that of `wo` to the normal without the lean, so that a normal map neither
-    /// takes light nor gives any. Fresnel's terms are those at the shading normal.
+    /// As [`Self::new`], for a perturbed shading normal: the energy loss of single scattering at a rough surface is
+    /// that at cosine `mu`, the cosine of `wo` to the unperturbed normal, so that a normal map neither removes nor adds
+    /// energy. The Fresnel terms are those at the shading normal.
     pub fn losing_as(material: &Material, wo: Vec3, mu: Option<f32>) -> Self {
         let side = if wo.z < 0.0 { -1.0 } else { 1.0 };
         let wo = Vec3::new(wo.x, wo.y, wo.z * side);
@@ -65,12 +67,12 @@ impl Bsdf {
         Self { wo, side, live: body.live(), body }
     }
 
-    /// BSDF value without cosine (1/sr), delta lobes excluded; zero for directions in the surface.
+    /// BSDF value without the cosine (1/sr), delta lobes excluded; zero for directions in the surface.
     pub fn f(&self, wi: Vec3, lobes: Lobes) -> Vec3 {
         self.eval(wi, lobes).0
     }
 
-    /// Solid-angle density of `sample_f` for the same lobes; delta lobes count in the choice, not in the density.
+    /// Solid-angle density of `sample_f` for the same lobes; delta lobes count in the selection, not in the density.
     pub fn pdf(&self, wi: Vec3, lobes: Lobes) -> f32 {
         self.eval(wi, lobes).1
     }
@@ -93,8 +95,8 @@ impl Bsdf {
         }
     }
 
-    /// A direction for the lobes asked for; `None` when they carry nothing or the direction falls where light cannot go
-    /// (the sample then counts as zero). `uc` chooses the lobe, `u` the direction.
+    /// Samples a direction from the given lobes; `None` if they carry no light or if no light can travel in the sampled
+    /// direction (the sample then counts as zero). `uc` selects the lobe, `u` the direction.
     pub fn sample_f(&self, uc: f32, u: Vec2, lobes: Lobes) -> Option<BsdfSample> {
         let asked = self.live.and(lobes);
         if asked.is_empty() {
@@ -110,13 +112,13 @@ impl Bsdf {
         Some(sample)
     }
 
-    /// Whether light that leaves towards `wi` goes on as it came, to the last bit.
+    /// Whether light that leaves towards `wi` continues in exactly the direction in which it arrived, to the last bit.
     pub fn passes(&self, wi: Vec3) -> bool {
         self.turn(wi) == -self.wo
     }
 
-    /// What of the light from straight behind a smooth surface passes it towards `wo` without being bent: at a thin wall and
-    /// where the indices of both sides are equal. Zero elsewhere.
+    /// Unrefracted transmission of a smooth surface towards `wo`, from the opposite direction: at a thin wall and where
+    /// the indices of both sides are equal. Zero elsewhere.
     pub fn straight(&self) -> Vec3 {
         match &self.body {
             Body::Layers(layers) => layers.straight(self.wo),
@@ -124,8 +126,9 @@ impl Bsdf {
         }
     }
 
-    /// As [`Self::straight`], where light is bent: what of it is not reflected, as if it went straight on. *Approximation*:
-    /// the angle counts on the side of the lower index, so that there is no total internal reflection.
+    /// As [`Self::straight`], also where light is refracted: the fraction that is not reflected, as if it kept its
+    /// direction. *Approximation*: the angle is taken on the side of the lower index, so that there is no total
+    /// internal reflection.
     pub fn straightened(&self) -> Vec3 {
         match &self.body {
             Body::Layers(layers) => layers.straightened(self.wo.z),
@@ -133,17 +136,17 @@ impl Bsdf {
         }
     }
 
-    /// Lobes that carry weight.
+    /// Lobes with non-zero weight.
     pub fn lobes(&self) -> Lobes {
         self.live
     }
 
-    /// All delta: next-event estimation cannot help.
+    /// Whether all lobes are delta lobes, for which next-event estimation is of no use.
     pub fn is_delta(&self) -> bool {
         self.live.without(Lobes::DELTA).is_empty()
     }
 
-    /// Directional albedo estimate, for lobe choice and AOVs; transmission without its radiance scaling.
+    /// Estimate of the directional albedo, for lobe selection and AOVs; transmission without its radiance scaling.
     pub fn albedo(&self) -> Vec3 {
         match &self.body {
             Body::Nothing => Vec3::ZERO,
@@ -162,8 +165,9 @@ impl Bsdf {
         }
     }
 
-    /// The ideal limit of the rough lobes asked for: reflection and refraction at a smooth surface with F at the
-    /// macroscopic angle, a mirror without blur. What a ray tracer without that integral shows.
+    /// The BSDF with the given rough lobes replaced by their ideal limit: reflection and refraction at a smooth surface
+    /// with F at the macroscopic angle, a mirror without blur. A ray tracer without the integral over these lobes shows
+    /// this limit.
     pub fn sharp(mut self, lobes: Lobes) -> Self {
         match &mut self.body {
             Body::Mirror { blur, .. } if lobes.contains(Lobe::Mirror) => *blur = None,
@@ -174,7 +178,7 @@ impl Bsdf {
         self
     }
 
-    /// To and from the frame in which `wo` is above the surface.
+    /// Converts a direction to and from the frame in which `wo` is above the surface.
     fn turn(&self, w: Vec3) -> Vec3 {
         Vec3::new(w.x, w.y, w.z * self.side)
     }

@@ -1,5 +1,5 @@
-//! How much a smooth interface reflects: the exact law for dielectrics, Schlick's *approximation* as glTF asks for it,
-//! and the two mixed as `KHR_materials_specular` tints them.
+//! Fresnel reflectance of smooth interfaces: the exact law for dielectrics, Schlick's *approximation* as specified by
+//! glTF, and their combination as tinted by `KHR_materials_specular`.
 
 use glam::Vec3;
 
@@ -10,20 +10,20 @@ pub fn schlick_weight(c: f32) -> f32 {
     x2 * x2 * x
 }
 
-/// Reflectance at normal incidence ((η−1)/(η+1))²: the same from either side; 1 for η = 0 (`KHR_materials_ior`).
+/// Reflectance at normal incidence ((η−1)/(η+1))², equal from both sides; 1 for η = 0 (`KHR_materials_ior`).
 pub fn normal_reflectance(eta: f32) -> f32 {
     let r = (eta - 1.0) / (eta + 1.0);
     r * r
 }
 
-/// Unpolarised reflectance of a dielectric interface, c = cosine on the near side (0..1), `eta` = far over near index
-/// (> 0). 1 under total internal reflection.
+/// Unpolarised reflectance of a dielectric interface. `c` is the cosine on the near side (0..1), `eta` the far index
+/// over the near index (> 0). 1 under total internal reflection.
 pub fn dielectric(c: f32, eta: f32) -> f32 {
     far_cosine(c, eta).map_or(1.0, |ct| dielectric_between(c, ct, eta))
 }
 
-/// As [`dielectric`] with the cosines on both sides known: r_s = (c − η cₜ)/(c + η cₜ), r_p = (η c − cₜ)/(η c + cₜ),
-/// F = (r_s² + r_p²)/2. Well conditioned at every angle and the same from both sides.
+/// As [`dielectric`] with the cosines on both sides given: r_s = (c − η cₜ)/(c + η cₜ), r_p = (η c − cₜ)/(η c + cₜ), F
+/// = (r_s² + r_p²)/2. Well conditioned at every angle and the same from both sides.
 pub fn dielectric_between(c: f32, ct: f32, eta: f32) -> f32 {
     let (g, e) = (eta * ct, eta * c);
     if c + g <= 0.0 || e + ct <= 0.0 {
@@ -33,8 +33,8 @@ pub fn dielectric_between(c: f32, ct: f32, eta: f32) -> f32 {
     0.5 * (s * s + p * p)
 }
 
-/// Snell's law for cosines: √((η−1)(η+1) + c²)/η; `None` under total internal reflection. The product keeps the digits
-/// near η = 1 and does not overflow for η < 1e9.
+/// Snell's law for cosines: √((η−1)(η+1) + c²)/η; `None` under total internal reflection. The product keeps its
+/// precision near η = 1 and does not overflow for η < 1e9.
 pub fn far_cosine(c: f32, eta: f32) -> Option<f32> {
     if eta == 1.0 {
         return Some(c);
@@ -43,7 +43,7 @@ pub fn far_cosine(c: f32, eta: f32) -> Option<f32> {
     (g2 > 0.0).then(|| g2.sqrt() / eta)
 }
 
-/// Direction refracted at `m` (wo·m = c > 0), on the far side under the cosine `ct`: wi = (c/η − cₜ) m − wo/η.
+/// Direction refracted at `m` (wo·m = c > 0), with cosine `ct` on the far side: wi = (c/η − cₜ) m − wo/η.
 pub fn refract(wo: Vec3, m: Vec3, c: f32, ct: f32, eta: f32) -> Vec3 {
     (m * (c / eta - ct) - wo / eta).normalize()
 }
@@ -64,54 +64,54 @@ impl Schlick {
     }
 }
 
-/// Reflectance of clear matter that also transmits: what is not reflected goes through, so both lobes ask here.
+/// Interface of a clear dielectric. What is not reflected is transmitted, so both lobes use this reflectance.
 ///
-/// The exact F is stretched to run from `specular`'s F0 to its F90: F0 + (F90 − F0)(F − r0)/(1 − r0), which is F itself
-/// for untinted matter. A thin wall reflects at both faces: 2F/(1+F), the sum of all passes inside the slab. (The letter
-/// of `KHR_materials_transmission` counts the first face only.)
+/// The exact F is scaled to the range from the F0 to the F90 of `specular`: F0 + (F90 − F0)(F − r0)/(1 − r0), which is
+/// F itself for untinted dielectrics. A thin wall reflects at both faces: 2F/(1+F), the sum of all internal reflections
+/// in the slab. (Taken literally, `KHR_materials_transmission` counts the first face only.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interface {
     tint: Schlick,
     /// Reflectance along the normal before tinting.
     r0: f32,
-    /// Index on the far side over the near side; 0 = nothing but Schlick's law is known (glTF's `ior` 0).
+    /// Index on the far side over that on the near side; 0 if only Schlick's law applies (glTF's `ior` 0).
     pub eta: f32,
-    /// Both faces of a wall.
+    /// Whether this is a thin wall with two faces.
     pub thin: bool,
 }
 
 impl Interface {
-    /// `eta` = far over near index as seen from `wo`, 0 for glTF's special case.
+    /// `eta` is the far index over the near index as seen from `wo`, 0 for glTF's special case.
     pub fn new(tint: Schlick, eta: f32, thin: bool) -> Self {
         if (eta - 1.0).abs() < 1e-4 {
-            // Matched indices: no interface at all. Refraction would divide by η − 1.
+            // Matched indices: there is no interface. Refraction would divide by η − 1.
             return Self { tint: Schlick { f0: Vec3::ZERO, f90: 0.0 }, r0: 0.0, eta: 1.0, thin };
         }
         Self { tint, r0: normal_reflectance(eta), eta, thin }
     }
 
-    /// The same interface met from the side of the lower index.
+    /// The same interface seen from the side of the lower index.
     pub fn from_thinner(&self) -> Self {
         let eta = if self.eta > 0.0 { self.eta.max(1.0 / self.eta) } else { self.eta };
         Self { eta, ..*self }
     }
 
-    /// Light keeps its direction: a thin wall, matched indices, or no index at all.
+    /// Whether transmitted light keeps its direction: thin walls, matched indices, and unknown indices.
     pub fn keeps_direction(&self) -> bool {
         self.thin || self.eta == 1.0 || self.eta == 0.0
     }
 
-    /// Roughness shows in what goes through.
+    /// Whether roughness blurs the transmitted light.
     pub fn blurs(&self) -> bool {
         self.thin || !self.keeps_direction()
     }
 
-    /// (η_i/η_o)² of what goes through: 1 where light keeps its direction.
+    /// (η_i/η_o)² of transmitted light: 1 if light keeps its direction.
     pub fn eta_squared(&self) -> f32 {
         if self.keeps_direction() { 1.0 } else { self.eta * self.eta }
     }
 
-    /// Where light goes through a smooth interface; `None` under total internal reflection.
+    /// Direction transmitted through a smooth interface; `None` under total internal reflection.
     pub fn through(&self, wo: Vec3) -> Option<Vec3> {
         if self.keeps_direction() {
             return Some(-wo);
@@ -131,12 +131,12 @@ impl Interface {
         }
         match far_cosine(c, self.eta) {
             Some(ct) => self.reflectance_between(c, ct),
-            // Where light cannot leave, no tint can make it.
+            // Total internal reflection is complete, whatever the tint.
             None => Vec3::ONE,
         }
     }
 
-    /// As [`Self::reflectance`] with the cosines on both sides known: symmetric in the two sides.
+    /// As [`Self::reflectance`] with the cosines on both sides given: symmetric in the two sides.
     pub fn reflectance_between(&self, c: f32, ct: f32) -> Vec3 {
         if self.eta == 0.0 {
             return self.reflectance(c);
@@ -148,13 +148,13 @@ impl Interface {
         )
     }
 
-    /// From one face to as many as there are.
+    /// Reflectance of all faces, given that of one.
     fn faces(&self, f: Vec3) -> Vec3 {
         if self.thin { f * 2.0 / (f + Vec3::ONE) } else { f }
     }
 
-    /// What goes through: 1 − the largest channel of the reflectance, grey as `KHR_materials_specular` asks, so that a
-    /// tinted reflection does not tint what is behind with the opposite colour.
+    /// Transmittance: 1 − the largest channel of the reflectance, grey as `KHR_materials_specular` requires, so that a
+    /// tinted reflection does not tint the transmitted light with the complementary colour.
     pub fn transmittance(&self, c: f32) -> f32 {
         1.0 - self.reflectance(c).max_element()
     }

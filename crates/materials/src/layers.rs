@@ -1,5 +1,5 @@
-//! glTF's mix of layers seen from one direction above the surface, each with its share:
-//! metallic·metal + (1 − metallic)·(coat over mix(diffuse base, clear matter, transmission)).
+//! The layers of a glTF material for one direction above the surface, each with its share:
+//! metallic·metal + (1 − metallic)·(coat over mix(diffuse base, clear dielectric, transmission)).
 
 use crate::albedo::AlbedoRow;
 use crate::choice::{Choice, Shares};
@@ -13,31 +13,32 @@ use crate::{Lobe, Lobes, Material};
 use dapple_sampling::warp;
 use glam::{Vec2, Vec3};
 
-/// The layers that exist.
+/// The layers with non-zero weight.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Layers {
     diffuse: Option<Diffuse>,
-    /// Metal and opaque dielectric, weighted by their shares.
+    /// Fresnel term of metal and opaque dielectric, weighted by their shares.
     opaque: Schlick,
     clear: Option<ClearLayer>,
-    /// `None` = smooth.
+    /// Microfacet distribution; `None` for smooth surfaces.
     rough: Option<Rough>,
-    /// Lobes that carry weight; they also say which layers are taken as smooth.
+    /// Lobes with non-zero weight; they also determine which layers are treated as smooth.
     live: Lobes,
-    /// Grey albedo of diffuse base, opaque reflection, clear reflection, transmission; unset with fewer than two lobes.
+    /// Albedo, summed over the channels, of diffuse base, opaque reflection, clear reflection and transmission; unset
+    /// with fewer than two lobes.
     grey: [f32; 4],
-    /// For all live lobes.
+    /// Selection probabilities for all live lobes.
     shares: Shares,
 }
 
-/// Into 0..1; not-a-number becomes 0.
+/// Clamps to 0..1; NaN becomes 0.
 fn unit(x: f32) -> f32 {
     if x.is_nan() { 0.0 } else { x.clamp(0.0, 1.0) }
 }
 
 impl Layers {
-    /// `wo` above the surface; `side` −1 when that is the back. `losing_as`: the cosine whose loss between the facets counts,
-    /// when it is not that of `wo`.
+    /// Builds the layers for `wo` above the surface. `side` is −1 if that is the back side. `losing_as`: the cosine
+    /// that determines the energy loss of single scattering, if it is not that of `wo`.
     pub fn new(material: &Material, wo: Vec3, side: f32, losing_as: Option<f32>) -> Self {
         let alpha = unit(material.roughness) * unit(material.roughness);
         let base = material.base_color.max(Vec3::ZERO);
@@ -66,13 +67,13 @@ impl Layers {
         layers
     }
 
-    /// Makes the rough lobes asked for smooth.
+    /// Replaces the given rough lobes by smooth ones.
     pub fn sharpen(&mut self, mu: f32, lobes: Lobes) {
         self.live = self.live.sharpened(lobes);
         self.choose(mu);
     }
 
-    /// Lobes that carry weight.
+    /// Lobes with non-zero weight.
     pub fn live(&self) -> Lobes {
         self.live
     }
@@ -93,7 +94,7 @@ impl Layers {
         lobes
     }
 
-    /// Directional albedo of diffuse base, opaque reflection, clear reflection, transmission.
+    /// Directional albedo of diffuse base, opaque reflection, clear reflection and transmission.
     fn albedos(&self, mu: f32) -> [Vec3; 4] {
         let split = AlbedoRow::new(self.rough.map_or(0.0, |rough| rough.ggx.ax)).at(mu);
         let split = split.times(self.rough.map_or(1.0, |rough| rough.gain()));
@@ -108,31 +109,31 @@ impl Layers {
         self.diffuse.map_or(Vec3::ZERO, |diffuse| diffuse.albedo())
     }
 
-    /// Clear matter with a smooth surface.
+    /// The clear layer, if it has a smooth surface.
     fn smooth(&self) -> Option<&ClearLayer> {
         self.clear.as_ref().filter(|_| self.live.contains(Lobe::DeltaTransmission))
     }
 
-    /// What passes a smooth surface without being bent.
+    /// Transmission through a smooth surface that does not refract.
     pub fn straight(&self, wo: Vec3) -> Vec3 {
         self.smooth()
             .filter(|clear| clear.interface.keeps_direction())
             .map_or(Vec3::ZERO, |clear| clear.delta_weight(wo))
     }
 
-    /// What passes a smooth surface, its bending left out.
+    /// Transmission through a smooth surface with refraction ignored.
     pub fn straightened(&self, mu: f32) -> Vec3 {
         self.smooth()
             .map_or(Vec3::ZERO, |clear| clear.tint * clear.interface.from_thinner().transmittance(mu))
     }
 
-    /// Sum of the layers' albedos.
+    /// Sum of the albedos of the layers.
     pub fn albedo(&self, mu: f32) -> Vec3 {
         self.albedos(mu).into_iter().sum()
     }
 
     fn choose(&mut self, mu: f32) {
-        // A lone lobe needs no estimate of its size.
+        // A single lobe needs no estimate of its albedo.
         if self.live.0.count_ones() > 1 {
             self.grey = self.albedos(mu).map(|albedo| albedo.element_sum());
         }
@@ -147,13 +148,13 @@ impl Layers {
         if asked == self.live { self.shares } else { self.shares_of(asked) }
     }
 
-    /// Value and density of the lobes asked for. Delta lobes add nothing.
+    /// Value and density of the given lobes. Delta lobes contribute nothing.
     pub fn eval(&self, wo: Vec3, wi: Vec3, asked: Lobes) -> (Vec3, f32) {
         self.eval_known(wo, wi, None, asked, &self.shares(asked))
     }
 
-    /// As [`Self::eval`]; `known` is the facet where it is known better than from wo and wi: so F and 1 − F see the same
-    /// facet and add up to 1 to the last digits.
+    /// As [`Self::eval`]. `known` holds the cosines of the facet if they are known more accurately than from wo and wi,
+    /// so that F and 1 − F use the same facet and add up to 1 to the last digits.
     fn eval_known(
         &self,
         wo: Vec3,
@@ -205,7 +206,7 @@ impl Layers {
         (clear.tint * ((1.0 - reflectance.max_element()) * value), share * density)
     }
 
-    /// A direction for the lobes asked for.
+    /// Samples a direction from the given lobes.
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2, asked: Lobes) -> Option<BsdfSample> {
         let shares = self.shares(asked);
         let (choice, share, uc) = shares.pick(uc)?;
@@ -223,14 +224,14 @@ impl Layers {
         }
         let (f, pdf) = self.eval_known(wo, wi, facet, asked, &shares);
         let weight = match &self.diffuse {
-            // Alone, the cosine cancels.
+            // For the diffuse lobe alone the cosine cancels.
             Some(diffuse) if lobe == Lobe::Diffuse && share == 1.0 => diffuse.weight(wi.z),
             _ => f * (wi.z.abs() / pdf),
         };
         (pdf > 0.0 && pdf.is_finite()).then_some(BsdfSample { wi, weight, pdf, lobe, eta })
     }
 
-    /// Where the choice leads; `None` where light cannot go.
+    /// Direction for the selected layer; `None` if no light can travel there.
     fn direction(&self, choice: Choice, wo: Vec3, uc: f32, u: Vec2, asked: Lobes) -> Option<Direction> {
         match choice {
             Choice::Diffuse => Some((warp::hemisphere_cosine(u), Lobe::Diffuse, None)),
@@ -257,7 +258,7 @@ impl Layers {
         }
     }
 
-    /// Weight of a smooth layer before dividing by its share.
+    /// Weight of a smooth layer before division by its selection probability.
     fn delta_weight(&self, lobe: Lobe, wo: Vec3) -> Vec3 {
         match (&self.clear, lobe.is_transmission()) {
             (Some(clear), true) => clear.delta_weight(wo),
@@ -267,7 +268,7 @@ impl Layers {
     }
 }
 
-/// `wo` mirrored about a facet; `None` below the surface.
+/// `wo` reflected at a facet; `None` below the surface.
 fn reflected(wo: Vec3, m: Vec3) -> Option<Direction> {
     let (wi, c) = (reflect(wo, m), wo.dot(m));
     (wi.z > 0.0).then_some((wi, Lobe::GlossyReflection, Some(MicrofacetCosines { o: c, i: c })))
@@ -281,13 +282,14 @@ fn dielectric_schlick(material: &Material) -> Schlick {
     Schlick { f0, f90: specular }
 }
 
-/// Albedo of the perfectly reflecting lobe at cosine `mu` over that at `seen`: 1 where smooth. Good to 0.25 %, as the table.
+/// Albedo of the perfectly reflecting lobe at cosine `mu` relative to that at `seen`; 1 for smooth surfaces. Accurate
+/// to 0.25 %, like the table.
 fn gain(alpha: f32, seen: f32, mu: f32) -> f32 {
     let row = AlbedoRow::new(alpha);
     row.at(mu).c / row.at(seen).c
 }
 
-/// Lambert under the opaque dielectric's coat; bare when there is no coat.
+/// Lambertian base under the coat of the opaque dielectric; uncoated if there is no coat.
 fn diffuse_layer(rho: Vec3, coat: &Schlick, alpha: f32, mu: f32, gain: f32) -> Option<Diffuse> {
     if rho == Vec3::ZERO {
         None
@@ -298,9 +300,9 @@ fn diffuse_layer(rho: Vec3, coat: &Schlick, alpha: f32, mu: f32, gain: f32) -> O
     }
 }
 
-/// Clear matter as seen from the side of `wo`.
+/// The clear layer as seen from the side of `wo`.
 fn clear_layer(material: &Material, tint: Schlick, base: Vec3, share: f32, side: f32) -> ClearLayer {
-    // η² has to stay a number.
+    // Clamped so that η² remains finite.
     let ior = if material.ior > 0.0 { material.ior.clamp(1e-6, 1e6) } else { 0.0 };
     let eta = if side < 0.0 && !material.thin && ior > 0.0 { 1.0 / ior } else { ior };
     ClearLayer { share, tint: base * share, interface: Interface::new(tint, eta, material.thin) }

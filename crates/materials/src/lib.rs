@@ -1,11 +1,13 @@
-//! How light leaves a point.
+//! BSDFs of the glTF material model in the local shading frame.
 //!
-//! Everything happens in the local frame: z is the shading normal on the surface's front side, directions are unit
-//! vectors that point away from the point, colours are linear Rec.709. The crate knows no scene, no texture and no
-//! light: a [`Material`] is plain numbers at one point, and a [`Bsdf`] is that material seen from one direction `wo`.
+//! In the local frame z is the shading normal on the front side of the surface. Directions are unit vectors that point
+//! away from the shading point, and colours are linear Rec.709. The crate has no knowledge of scenes, textures or
+//! lights: a [`Material`] holds plain numbers at one point, and a [`Bsdf`] is that material for one outgoing direction
+//! `wo`.
 //!
-//! `f` is the BSDF without the cosine, for radiance carried against the ray (from `wi` to `wo`). `pdf` is per solid
-//! angle about `wi`. [`Bsdf::sample_f`], [`Bsdf::pdf`] and [`Bsdf::f`] agree for every set of [`Lobes`].
+//! `f` is the BSDF without the cosine, for radiance transported against the ray (from `wi` to `wo`). `pdf` is the
+//! probability density per solid angle about `wi`. [`Bsdf::sample_f`], [`Bsdf::pdf`] and [`Bsdf::f`] agree for every
+//! set of [`Lobes`].
 #![forbid(unsafe_code)]
 
 pub mod albedo;

@@ -1,10 +1,10 @@
-//! The names of the ways light leaves a point, and sets of them.
+//! Lobes of a BSDF, and sets of them.
 
-/// One way of leaving a point. Delta lobes have a direction but no density.
+/// A lobe of a BSDF. Delta lobes have a direction but no density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum Lobe {
-    /// Light that went into the base and came out again without direction.
+    /// Diffuse reflection by the base.
     Diffuse,
     /// Reflection at a rough surface.
     GlossyReflection,
@@ -12,57 +12,57 @@ pub enum Lobe {
     GlossyTransmission,
     /// Reflection at a smooth surface, and the perfect [`crate::Mirror`].
     DeltaReflection,
-    /// Transmission through a smooth surface, or one that does not bend light at all.
+    /// Transmission through a smooth surface, or through one that does not refract.
     DeltaTransmission,
     /// The square blur of [`crate::Mirror`].
     Mirror,
 }
 
 impl Lobe {
-    /// No density: next-event estimation cannot find it, and its pdf carries no MIS weight.
+    /// Whether the lobe has no density: next-event estimation cannot sample it, and its pdf has no MIS weight.
     pub fn is_delta(self) -> bool {
         matches!(self, Self::DeltaReflection | Self::DeltaTransmission)
     }
 
-    /// The light goes to the other side of the surface.
+    /// Whether the light continues on the other side of the surface.
     pub fn is_transmission(self) -> bool {
         matches!(self, Self::GlossyTransmission | Self::DeltaTransmission)
     }
 }
 
-/// A set of lobes: the distribution tracer gives each its own integral.
+/// A set of lobes. The distribution ray tracer estimates each lobe by its own integral.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lobes(pub u8);
 
 impl Lobes {
-    /// Every lobe there is.
+    /// All lobes.
     pub const ALL: Self = Self(0xff);
     /// The empty set.
     pub const NONE: Self = Self(0);
     /// The lobes without a density.
     pub const DELTA: Self = Self::of(Lobe::DeltaReflection).with(Lobe::DeltaTransmission);
-    /// Every kind of reflection but the diffuse one.
+    /// All reflection lobes but the diffuse one.
     pub const REFLECTION: Self =
         Self::of(Lobe::GlossyReflection).with(Lobe::DeltaReflection).with(Lobe::Mirror);
-    /// Every kind of transmission.
+    /// All transmission lobes.
     pub const TRANSMISSION: Self = Self::of(Lobe::GlossyTransmission).with(Lobe::DeltaTransmission);
 
-    /// The set of one lobe.
+    /// The set that contains one lobe.
     pub const fn of(lobe: Lobe) -> Self {
         Self(1 << lobe as u8)
     }
 
-    /// This set and one lobe more.
+    /// This set with one lobe added.
     pub const fn with(self, lobe: Lobe) -> Self {
         Self(self.0 | 1 << lobe as u8)
     }
 
-    /// The lobes in both sets.
+    /// The intersection of both sets.
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
     }
 
-    /// The lobes of this set that are not in the other.
+    /// The lobes of this set that are not in the other one.
     pub const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
@@ -72,12 +72,12 @@ impl Lobes {
         !self.and(other).is_empty()
     }
 
-    /// Whether some lobe spreads light over many directions.
+    /// Whether some lobe scatters light into more than one direction.
     pub const fn spreads(self) -> bool {
         !self.without(Self::DELTA).is_empty()
     }
 
-    /// The set in which smooth lobes stand in for the rough ones of `which`.
+    /// This set with the rough lobes of `which` replaced by smooth ones.
     pub const fn sharpened(self, which: Self) -> Self {
         let rough = self.and(which);
         let mut set = self;
@@ -93,12 +93,12 @@ impl Lobes {
         set
     }
 
-    /// Whether `lobe` takes part.
+    /// Whether the set contains `lobe`.
     pub const fn contains(self, lobe: Lobe) -> bool {
         self.0 & (1 << lobe as u8) != 0
     }
 
-    /// Whether nothing takes part.
+    /// Whether the set is empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }

@@ -1,7 +1,7 @@
-//! How the normals of a rough surface are distributed, and how many of them see each other: GGX (Trowbridge–Reitz)
-//! with the height-correlated Smith shadowing of [Heitz 2014].
+//! Microfacet distribution of rough surfaces and its shadowing: GGX (Trowbridge–Reitz) with the height-correlated Smith
+//! shadowing of [Heitz 2014].
 //!
-//! Conventions: directions in the local frame; `wo`, `wi` with z ≥ 0 (transmission passes |z| along, since Λ is even);
+//! Conventions: directions are in the local frame, with `wo`, `wi` at z ≥ 0 (transmission uses |z|, since Λ is even);
 //! `alpha` = roughness². Shadowing is never divided by a cosine: with the *stretched length*
 //! t(w) = √(αx²wx² + αy²wy² + wz²) = wz(1 + 2Λ(w)), G1 = 2wz/(wz + t) and
 //! G2(wo,wi)/(4 wo.z wi.z) = 1/(2(t(wo)wi.z + t(wi)wo.z)), both finite down to and including grazing directions.
@@ -10,25 +10,26 @@
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
-/// Below this α a rough surface is treated as smooth (a delta lobe). *Approximation*: at α = 1e-3 the lobe is 0.1° wide.
+/// Values of α below this are treated as smooth (a delta lobe). *Approximation*: at α = 1e-3 the lobe is 0.1° wide.
 pub const SMOOTH_ALPHA: f32 = 1e-3;
 
-/// A GGX surface. Both widths are at least [`SMOOTH_ALPHA`]; the lobes use equal ones for now.
+/// A GGX surface. Both widths are at least [`SMOOTH_ALPHA`]; the lobes currently use equal ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx {
-    /// Width along x.
+    /// α along x.
     pub ax: f32,
-    /// Width along y.
+    /// α along y.
     pub ay: f32,
 }
 
 impl Ggx {
-    /// Equal width in every direction; `None` below [`SMOOTH_ALPHA`].
+    /// The isotropic distribution of width `alpha`; `None` below [`SMOOTH_ALPHA`].
     pub fn isotropic(alpha: f32) -> Option<Self> {
         (alpha >= SMOOTH_ALPHA).then_some(Self { ax: alpha, ay: alpha })
     }
 
-    /// D(m) = 1 / (π αx αy ((mx/αx)² + (my/αy)² + mz²)²), normals per solid angle; 0 for m below the surface.
+    /// D(m) = 1 / (π αx αy ((mx/αx)² + (my/αy)² + mz²)²), the density of normals per solid angle; 0 for m below the
+    /// surface.
     pub fn d(self, m: Vec3) -> f32 {
         if m.z <= 0.0 {
             return 0.0;
@@ -44,14 +45,14 @@ impl Ggx {
         (x * x + y * y + w.z * w.z).sqrt()
     }
 
-    /// Smith masking: the share of the normals facing `w` that is visible from it.
+    /// Smith masking: the fraction of the normals facing `w` that is visible from it.
     pub fn g1(self, w: Vec3) -> f32 {
         let z = w.z.abs();
         2.0 * z / (z + self.t(w))
     }
 
-    /// A normal drawn from those visible from `wo`, with density D_v(m) = D(m) G1(wo) (wo·m)₊ / wo.z, by a cap of the
-    /// sphere [Dupuy & Benyoub 2023]. `None` when the normal cannot be represented (lies in the surface).
+    /// Samples a normal visible from `wo`, with density D_v(m) = D(m) G1(wo) (wo·m)₊ / wo.z, by a cap of the sphere
+    /// [Dupuy & Benyoub 2023]. `None` if the normal is not representable (lies in the surface).
     pub fn sample_visible(self, wo: Vec3, u: Vec2) -> Option<Vec3> {
         self.sample_cap(wo, u, 1.0)
     }
@@ -61,18 +62,19 @@ impl Ggx {
         2.0 * self.d(m) * cos.max(0.0) / (wo.z + self.t(wo))
     }
 
-    /// As [`Self::sample_visible`], for reflection: the cap is bounded so that fewer reflected directions fall below the
-    /// surface [Tokuyoshi & Eto 2024]. `k` is [`Self::cap_bound`] of `wo`.
+    /// As [`Self::sample_visible`], for reflection: the cap is bounded so that fewer reflected directions fall below
+    /// the surface [Tokuyoshi & Eto 2024]. `k` is [`Self::cap_bound`] of `wo`.
     pub fn sample_bounded(self, wo: Vec3, u: Vec2, k: f32) -> Option<Vec3> {
         self.sample_cap(wo, u, k)
     }
 
-    /// Density of the *reflected* direction when m comes from [`Self::sample_bounded`]: D(m) / (2(k wo.z + t(wo))).
+    /// Density of the *reflected* direction if m comes from [`Self::sample_bounded`]: D(m) / (2(k wo.z + t(wo))).
     pub fn bounded_pdf(self, wo: Vec3, m: Vec3, k: f32) -> f32 {
         self.d(m) / (2.0 * (k * wo.z + self.t(wo)))
     }
 
-    /// Bound of the cap: k = (1−a²)s²/(s² + a²wo.z²), s = 1 + |wo.xy|, a = min(αx, αy, 1) [Tokuyoshi & Eto 2024].
+    /// Bound of the spherical cap: k = (1−a²)s²/(s² + a²wo.z²), s = 1 + |wo.xy|, a = min(αx, αy, 1) [Tokuyoshi & Eto
+    /// 2024].
     pub fn cap_bound(self, wo: Vec3) -> f32 {
         let a = self.ax.min(self.ay).min(1.0);
         let s = 1.0 + (wo.x * wo.x + wo.y * wo.y).sqrt();
@@ -80,7 +82,8 @@ impl Ggx {
         (1.0 - a2) * s2 / (s2 + a2 * wo.z * wo.z)
     }
 
-    /// Uniform on the cap z ∈ (−k w.z, 1] about the stretched direction, then back to the ellipsoid.
+    /// Samples uniformly on the cap z ∈ (−k w.z, 1] about the stretched direction and maps the result back to the
+    /// ellipsoid.
     fn sample_cap(self, wo: Vec3, u: Vec2, k: f32) -> Option<Vec3> {
         let w = Vec3::new(self.ax * wo.x, self.ay * wo.y, wo.z) / self.t(wo);
         let b = k * w.z;
@@ -94,7 +97,7 @@ impl Ggx {
     }
 }
 
-/// `wo` mirrored about the normal `m`, unit.
+/// Unit direction of `wo` reflected about the normal `m`.
 pub fn reflect(wo: Vec3, m: Vec3) -> Vec3 {
     (m * (2.0 * wo.dot(m)) - wo).normalize()
 }

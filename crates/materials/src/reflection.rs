@@ -1,48 +1,49 @@
-//! Specular reflection, smooth or rough, of metals, coats and clear matter in one lobe: they share the roughness, and
-//! every Fresnel law is linear in its share, so a blend of materials is a blend of F.
+//! Rough specular reflection of metals, coats and clear dielectrics in one lobe: they share the roughness, and every
+//! Fresnel law is linear in its share, so that a blend of materials is a blend of F.
 //!
-//! f = F(wo·m) D(m) G2(wo,wi) / (4 wo.z wi.z), m = normalise(wo + wi) [Walter 2007, eq. 20]; single scattering only (what
-//! bounces twice between facets is lost: docs/science.md, "GGX").
+//! f = F(wo·m) D(m) G2(wo,wi) / (4 wo.z wi.z), m = normalise(wo + wi) [Walter 2007, eq. 20]. Scattering is single:
+//! light that is reflected more than once between facets is lost (docs/science.md, "GGX").
 
 use crate::microfacet::Ggx;
 use glam::{Vec2, Vec3};
 
-/// A rough surface seen from one `wo`, with the numbers that depend on `wo` alone.
+/// A rough surface for one `wo`, with the values that depend on `wo` alone.
 #[derive(Clone, Copy, Debug)]
 pub struct Rough {
     /// The distribution of normals.
     pub ggx: Ggx,
     /// t(wo).
     t: f32,
-    /// Bound of the cap.
+    /// Bound of the spherical cap.
     k: f32,
-    /// On every value; 1 but for [`Self::losing_as`].
+    /// Factor of every value; 1 unless set by [`Self::losing_as`].
     gain: f32,
 }
 
 impl Rough {
-    /// `wo` above the surface.
+    /// Builds the surface for `wo` above it.
     pub fn new(ggx: Ggx, wo: Vec3) -> Self {
         Self { ggx, t: ggx.t(wo), k: ggx.cap_bound(wo), gain: 1.0 }
     }
 
-    /// As if what is lost between the facets were what is lost seen from another angle: every value times `gain`, the ratio of the
-    /// albedos without Fresnel's term.
+    /// Replaces the energy loss of single scattering by the loss at another angle: every value is multiplied by `gain`,
+    /// the ratio of the albedos without the Fresnel term.
     pub fn losing_as(self, gain: f32) -> Self {
         Self { gain, ..self }
     }
 
-    /// What every value is multiplied by.
+    /// Factor of every value.
     pub fn gain(&self) -> f32 {
         self.gain
     }
 
-    /// t(wo) [`Ggx::t`].
+    /// The stretched length t(wo), see [`Ggx::t`].
     pub fn t(&self) -> f32 {
         self.t
     }
 
-    /// D·G2/(4 cos cos), the pdf of [`Self::bounded_facet`]'s reflection, and c = wo·m, for wi above the surface.
+    /// Returns D·G2/(4 cos cos), the pdf of the direction reflected at [`Self::bounded_facet`], and c = wo·m, for wi
+    /// above the surface.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> (f32, f32, f32) {
         let h = wo + wi;
         let length = h.length();
@@ -51,16 +52,16 @@ impl Rough {
         }
         let half_d = 0.5 * self.ggx.d(h / length);
         let value = self.gain * half_d / (self.t * wi.z + self.ggx.t(wi) * wo.z);
-        // wo·m = |wo + wi|/2 for unit vectors: the same from both, and good at grazing angles.
+        // wo·m = |wo + wi|/2 for unit vectors: symmetric in wo and wi, and accurate at grazing angles.
         (value, half_d / (self.k * wo.z + self.t), (0.5 * length).min(1.0))
     }
 
-    /// Density of reflected visible normals over that of bounded ones; 1 where the bounded ones serve for all.
+    /// Density of reflected visible normals over that of bounded ones; 1 if `bounded`.
     pub fn visible_ratio(&self, wo: Vec3, bounded: bool) -> f32 {
         if bounded { 1.0 } else { (self.k * wo.z + self.t) / (wo.z + self.t) }
     }
 
-    /// A visible normal that mostly reflects above the surface [Eto & Tokuyoshi 2023].
+    /// Samples a visible normal that mostly reflects above the surface [Eto & Tokuyoshi 2023].
     pub fn bounded_facet(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
         self.ggx.sample_bounded(wo, u, self.k)
     }

@@ -1,11 +1,12 @@
-//! Light that goes through: bent at a rough interface [Walter 2007], or straight through a thin wall and blurred.
+//! Transmission: refraction at a rough interface [Walter 2007], and blurred but unrefracted light through a thin wall.
 //!
-//! `f` is for radiance carried from `wi` to `wo`. Refraction squeezes a beam's solid angle, so radiance changes by
-//! (η_o/η_i)², where η_o is the index on the side of `wo`; that factor is in `f` and in the weights, and
-//! [`crate::BsdfSample::eta`] holds its inverse (η_i/η_o)² so that roulette can undo it. Reciprocity: f(wo,wi)/η_o² is
-//! symmetric [Veach 1997, §5.2].
+//! `f` is for radiance transported from `wi` to `wo`. Refraction compresses the solid angle of a beam, so radiance
+//! changes by (η_o/η_i)², where η_o is the index on the side of `wo`. That factor is part of `f` and of the weights,
+//! and [`crate::BsdfSample::eta`] holds its inverse (η_i/η_o)² so that Russian roulette can undo it. Reciprocity:
+//! f(wo,wi)/η_o² is symmetric [Veach 1997, §5.2].
 //!
-//! Shadowing takes 1/(1 + Λ(wo) + Λ(wi)) for transmission as for reflection, as pbrt does: R + T ≤ 1 holds facet by facet.
+//! Shadowing uses 1/(1 + Λ(wo) + Λ(wi)) for transmission as well as for reflection, as pbrt does: R + T ≤ 1 holds for
+//! every facet.
 
 use crate::Lobe;
 use crate::fresnel::{Interface, far_cosine, refract};
@@ -13,7 +14,7 @@ use crate::microfacet::reflect;
 use crate::reflection::Rough;
 use glam::{Vec2, Vec3};
 
-/// Cosines of one facet with both directions, |w·m|.
+/// Cosines |w·m| of one facet with both directions.
 #[derive(Clone, Copy, Debug)]
 pub struct MicrofacetCosines {
     /// wo·m.
@@ -22,12 +23,13 @@ pub struct MicrofacetCosines {
     pub i: f32,
 }
 
-/// Rough refraction without its Fresnel factor: D·G2-term with the Jacobian and 1/η², pdf, facet. `wi.z` < 0.
+/// Rough refraction for `wi.z` < 0, without its Fresnel factor. Returns D·G2-term with the Jacobian and 1/η², the pdf,
+/// and the cosines of the facet.
 pub fn eval_refraction(rough: &Rough, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f32, f32, MicrofacetCosines)> {
     let m = (wo + wi * eta).try_normalize()?;
     let m = if m.z < 0.0 { -m } else { m };
     let facet = MicrofacetCosines { o: wo.dot(m), i: -wi.dot(m) };
-    // A facet seen from behind by either direction takes no part.
+    // A facet that faces away from either direction contributes nothing.
     if facet.o <= 0.0 || facet.i <= 0.0 {
         return None;
     }
@@ -38,26 +40,27 @@ pub fn eval_refraction(rough: &Rough, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f
     Some((value, d / (wo.z + rough.t()), facet))
 }
 
-/// A direction on its side of the surface, the lobe, and the facet that sent it there.
+/// A sampled direction, its lobe, and the cosines of the facet that scattered it.
 pub(crate) type Direction = (Vec3, Lobe, Option<MicrofacetCosines>);
 
-/// A facet takes either way at least this often, so that q and 1 − q keep their digits.
+/// Minimum probability q of either event at a facet, so that q and 1 − q keep their precision.
 const LEAST_TURN: f32 = 1e-3;
 
-/// Matter that light goes through, with its share in the mix.
+/// A clear dielectric layer with its share of the material.
 #[derive(Clone, Copy, Debug)]
 pub struct ClearLayer {
-    /// Of the reflection.
+    /// Weight of the reflection.
     pub share: f32,
-    /// Base colour times the share, for what goes through.
+    /// Base colour times the share: factor of transmitted light.
     pub tint: Vec3,
-    /// Between the near and the far side.
+    /// Interface between the near and the far side.
     pub interface: Interface,
 }
 
 impl ClearLayer {
-    /// For wi below the surface: f over tint and transmittance, pdf of [`Self::facet`] and [`Self::leave`], and the
-    /// reflectance of the facet that connects the two. `known`: the facet, where it is known better than from wi.
+    /// For wi below the surface: f divided by tint and transmittance, the pdf of [`Self::facet`] and [`Self::leave`],
+    /// and the reflectance of the facet that connects the two directions. `known`: the cosines of the facet, if they
+    /// are known more accurately than from wi.
     pub fn eval(
         &self,
         rough: &Rough,
@@ -74,13 +77,13 @@ impl ClearLayer {
         Some((value, pdf, self.interface.reflectance_between(facet.o, facet.i)))
     }
 
-    /// A visible normal to leave by; bounded where leaving mirrors.
+    /// Samples a visible normal for transmission; from the bounded distribution if transmission mirrors `wo`.
     pub fn facet(&self, rough: &Rough, wo: Vec3, u: Vec2) -> Option<Vec3> {
         if self.interface.thin { rough.bounded_facet(wo, u) } else { rough.ggx.sample_visible(wo, u) }
     }
 
-    /// Through the facet `m`: mirrored to the other side by a thin wall, else bent; `None` under total internal reflection
-    /// and where the way out is above the surface.
+    /// Transmits through the facet `m`: mirrored to the other side by a thin wall, else refracted. `None` under total
+    /// internal reflection and if the direction ends above the surface.
     pub fn leave(&self, wo: Vec3, m: Vec3) -> Option<Direction> {
         let c = wo.dot(m);
         let (wi, facet) = if self.interface.thin {
@@ -93,7 +96,7 @@ impl ClearLayer {
         (wi.z < 0.0).then_some((wi, Lobe::GlossyTransmission, Some(facet)))
     }
 
-    /// Probability that a facet reflects: its share of what the facet sends anywhere; 1 under total internal reflection.
+    /// Probability that a facet reflects: reflected over total light at the facet; 1 under total internal reflection.
     pub fn reflecting(&self, reflectance: Vec3) -> f32 {
         let back = reflectance.element_sum() * self.share;
         let on = self.tint.element_sum() * (1.0 - reflectance.max_element());
@@ -105,8 +108,8 @@ impl ClearLayer {
         self.tint * (self.interface.transmittance(wo.z) / self.interface.eta_squared())
     }
 
-    /// Directional albedos of reflection and transmission, the latter without the factor 1/η², given the lobe's `c`
-    /// ([`crate::albedo::DirectionalAlbedo`]). *Approximation*: F at the macroscopic angle.
+    /// Directional albedos of reflection and transmission, the latter without the factor 1/η², given the `c` of the
+    /// lobe ([`crate::albedo::DirectionalAlbedo`]). *Approximation*: F at the macroscopic angle.
     pub fn albedos(&self, c: f32, mu: f32) -> [Vec3; 2] {
         let reflectance = self.interface.reflectance(mu);
         [reflectance * (self.share * c), self.tint * ((1.0 - reflectance.max_element()) * c)]

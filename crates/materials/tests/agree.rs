@@ -1,17 +1,18 @@
-//! Do `sample_f`, `pdf` and `f` agree? Chi-square of every lobe, alone and mixed, from both sides, and weight = f·cos/pdf.
+//! Consistency of `sample_f`, `pdf` and `f`: chi-square tests of every lobe, alone and mixed, from both sides, and
+//! weight = f·cos/pdf.
 
 use dapple_materials::{Bsdf, Lobe, Lobes, Material, Mirror};
 use dapple_testkit::Rng;
 use dapple_testkit::chi_square::ChiSquare;
 use glam::{Vec2, Vec3};
 
-/// A direction with cosine `mu` (may be negative), turned by `phi` about z.
+/// A direction with cosine `mu` (may be negative), rotated by `phi` about z.
 fn direction(mu: f32, phi: f32) -> Vec3 {
     let s = ((1.0 - mu) * (1.0 + mu)).sqrt();
     Vec3::new(s * phi.cos(), s * phi.sin(), mu)
 }
 
-/// What is tested: a name, a material, the lobes asked for.
+/// A test case: a name, a material, and the sampled lobes.
 struct Case {
     name: &'static str,
     material: Material,
@@ -43,11 +44,11 @@ fn cases(roughness: f32) -> Vec<Case> {
 fn chi_square(cases: &[Case], roughness: f32, mus: &[f32], tests: usize, samples: u32) {
     for Case { name, material, lobes } in cases {
         for (k, &mu) in mus.iter().enumerate() {
-            // An f32 direction says where its half vector is to 6e-8/μ; that has to be small against the lobe.
+            // An f32 direction determines its half vector to 6e-8/μ, which has to be small relative to the lobe.
             if roughness * roughness * mu.abs() < 3e-5 {
                 continue;
             }
-            // Bent little by narrow facets: the quadrature of the test finds no lobe narrower than this.
+            // Weak refraction by narrow facets gives lobes that are too narrow for the quadrature of the test.
             if material.transmission > 0.0
                 && !material.thin
                 && roughness * roughness * (material.ior - 1.0) < 5e-4
@@ -73,7 +74,7 @@ fn samples_follow_the_density() {
     }
 }
 
-/// 20 μ × 9 roughnesses × all cases; about a minute and a half.
+/// 20 μ × 9 roughnesses × all cases; takes about a minute and a half.
 #[test]
 #[ignore = "long"]
 fn samples_follow_the_density_everywhere() {
@@ -87,7 +88,7 @@ fn samples_follow_the_density_everywhere() {
     }
 }
 
-/// On the plane one unit along the mirror direction, where the square is a square.
+/// Tested in the plane at distance one along the mirror direction, where the square is a square.
 #[test]
 fn square_mirror_follows_its_density() {
     let (blurs, mus) = ([1e-3, 0.1, 0.7, 3.0], [1.0, 0.8, 0.3, 0.02, -0.5]);
@@ -116,7 +117,7 @@ fn square_mirror_follows_its_density() {
     }
 }
 
-/// The weight is the quotient, the density of a sample is not zero, and every lobe alone agrees as well.
+/// The weight is the quotient, the density of a sample is not zero, and every single lobe is consistent as well.
 #[test]
 fn weight_is_value_times_cosine_over_density() {
     let mut rng = Rng::new(11);
@@ -139,7 +140,8 @@ fn weight_is_value_times_cosine_over_density() {
                     assert!(pdf > 0.0 && (pdf / s.pdf - 1.0).abs() < 1e-4, "{name}: {s:?} against pdf {pdf}");
                     let quotient = f * s.wi.z.abs() / pdf;
                     let error = (quotient - s.weight).abs().max_element() / s.weight.max_element().max(0.05);
-                    // The sample knows its facet; the quotient finds it from wo + wi, whose rounding is 1e-7.
+                    // The sample uses its own facet; the quotient derives it from wo + wi, whose rounding error is
+                    // 1e-7.
                     let eta = if s.lobe == Lobe::GlossyTransmission { s.eta.sqrt() } else { 1.0 };
                     let base = if s.lobe == Lobe::GlossyTransmission { 5e-4 } else { 1e-4 };
                     let tolerance = base + 2e-6 / (wo + s.wi * eta).length();
@@ -150,7 +152,7 @@ fn weight_is_value_times_cosine_over_density() {
     }
 }
 
-/// Lobe by lobe, values add up and every choice is made often enough.
+/// The values of the single lobes add up, and every lobe is selected often enough.
 #[test]
 fn lobes_add_up() {
     let mut rng = Rng::new(5);
@@ -170,7 +172,7 @@ fn lobes_add_up() {
                 counts[s.lobe as usize] += 1;
             }
         }
-        // Clear matter takes its ways by Fresnel, the others one time in twenty at least.
+        // Clear dielectrics select by Fresnel reflectance, other lobes have a probability of at least one in twenty.
         let least = if material.transmission > 0.0 { 10 } else { 400 };
         for (bit, count) in counts.into_iter().enumerate() {
             assert!(!bsdf.lobes().contains(LOBES[bit]) || count > least, "{name}: {counts:?}");

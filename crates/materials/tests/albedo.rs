@@ -1,4 +1,5 @@
-//! White furnace, lobe by lobe: the directional albedo of f, of the samples and of the table, against f64 quadrature.
+//! White furnace tests of single lobes: the directional albedo of f, of the samples and of the table, against f64
+//! quadrature.
 
 mod oracle;
 
@@ -16,7 +17,7 @@ fn silver(alpha: f64) -> Material {
     Material { base_color: Vec3::ONE, metallic: 1.0, roughness: (alpha as f32).sqrt(), ..Material::default() }
 }
 
-/// α as the crate sees it: roughness is squared in f32.
+/// α as the crate computes it: roughness is squared in f32.
 fn seen(alpha: f64) -> f64 {
     let r = (alpha as f32).sqrt();
     f64::from((r * r).max(1e-3))
@@ -84,7 +85,8 @@ fn value_and_samples_have_the_lobes_albedo() {
                 f * wi.z * 4.0 * c / (oracle::d(m, seen(alpha)) * m.z)
             });
             let mean = mean_weight(&bsdf, Lobes::ALL);
-            // f of directions rounded to f32: the half vector of grazing directions is off by this share of the lobe.
+            // f is evaluated for directions rounded to f32: the half vector of grazing directions is off by this
+            // fraction of the lobe.
             let blur = 6e-8 / (seen(alpha) * mu);
             let tolerance = 2e-4 + error + 2.0 * blur * blur;
             assert!(
@@ -99,7 +101,7 @@ fn value_and_samples_have_the_lobes_albedo() {
     }
 }
 
-/// The table is an upper bound, off its nodes too, and not more than 0.005 above.
+/// The table is an upper bound, also between its nodes, and at most 0.005 above the exact value.
 #[test]
 fn the_table_bounds_the_albedo_from_above() {
     let mut worst = 0.0f64;
@@ -122,7 +124,7 @@ fn the_table_bounds_the_albedo_from_above() {
     assert!(worst < 5e-3, "{worst}");
 }
 
-/// Base and coat: never more than arrives, and little less.
+/// Base and coat together reflect no more than the incident light, and little less.
 #[test]
 fn a_coated_white_base_keeps_its_energy() {
     let mut range = [1.0f64, 0.0];
@@ -139,7 +141,7 @@ fn a_coated_white_base_keeps_its_energy() {
                 };
                 let wo = tilted(mu);
                 let bsdf = Bsdf::new(&material, wo.as_vec3());
-                // Depends on the cosine alone.
+                // The integrand depends on the cosine alone.
                 let diffuse = dapple_testkit::quadrature::line(
                     |x| {
                         let wi = tilted(x * x);
@@ -166,7 +168,7 @@ fn a_coated_white_base_keeps_its_energy() {
     println!("furnace of coated white: {range:?}");
 }
 
-/// Without a coat the base is exactly Lambert, and nothing is chosen.
+/// Without a coat the base is exactly Lambertian, and no lobe is selected.
 #[test]
 fn no_specular_is_bitwise_lambert() {
     let base_color = Vec3::new(0.8, 0.3, 0.123);
@@ -180,13 +182,13 @@ fn no_specular_is_bitwise_lambert() {
             assert_eq!(bsdf.f(wi, Lobes::ALL), base_color * std::f32::consts::FRAC_1_PI);
             assert_eq!(bsdf.f(-wi, Lobes::ALL), Vec3::ZERO);
         }
-        let sample = bsdf.sample_f(0.99, Vec2::new(0.2, 0.9), Lobes::ALL).expect("light leaves");
+        let sample = bsdf.sample_f(0.99, Vec2::new(0.2, 0.9), Lobes::ALL).expect("a sampled direction");
         assert_eq!(sample.weight, base_color);
         assert_eq!(bsdf.albedo(), base_color);
     }
 }
 
-/// The estimate for lobe choice is exact where the table is.
+/// The albedo estimate for lobe selection is as accurate as the table.
 #[test]
 fn albedo_of_a_metal() {
     let gold = Material { base_color: Vec3::new(1.0, 0.77, 0.34), roughness: 0.6, ..Material::default() };

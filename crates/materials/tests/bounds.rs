@@ -1,17 +1,18 @@
-//! No BSDF has a lobe outside of its material's bounds, and the bounds hold no lobe that no BSDF has.
+//! Bounds of lobes: no BSDF has a lobe outside the bounds of its material, and every lobe in the bounds occurs in some
+//! BSDF.
 
 use dapple_materials::{Bsdf, Lobe, Lobes, Material, Mirror, Varying};
 use glam::Vec3;
 
 const COSINES: [f32; 8] = [1.0, 0.5, 0.03, 1e-6, -1.0, -0.5, -0.03, -1e-6];
 
-/// Of all directions.
+/// Lobes over all directions.
 fn lobes(material: &Material) -> Lobes {
     let of = |mu: f32| Bsdf::new(material, Vec3::new((1.0 - mu * mu).sqrt(), 0.0, mu)).lobes();
     COSINES.into_iter().map(of).fold(Lobes::NONE, |all, lobes| Lobes(all.0 | lobes.0))
 }
 
-/// Every mix of layers with these values, and mirrors.
+/// Visits every combination of these parameters, and mirrors.
 fn sweep(mut visit: impl FnMut(&Material)) {
     let shares = [0.0, 1e-3, 0.5, 1.0];
     let indices = [0.0, 0.5, 0.9999, 0.99995, 1.0, 1.00005, 1.0001, 1.00015, 1.0003, 1.5, f32::NAN];
@@ -41,7 +42,7 @@ fn every_bsdf_lies_inside_the_bounds() {
     sweep(|material| assert_inside(material, material, Varying::NOTHING));
 }
 
-/// Textures take a factor to any part of itself; touching bodies make any index.
+/// Textures scale a factor by anything from 0 to 1; touching bodies result in any index.
 #[test]
 fn what_varies_lies_inside_the_bounds() {
     sweep(|whole| {
@@ -60,7 +61,7 @@ fn what_varies_lies_inside_the_bounds() {
     });
 }
 
-/// The bounds would be of no use if they were wide: away from equal indices they are what the BSDFs have.
+/// Loose bounds would be of no use: away from equal indices the bounds are exactly the lobes of the BSDFs.
 #[test]
 fn bounds_of_plain_materials_are_exact() {
     let mut count = 0;

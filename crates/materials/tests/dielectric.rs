@@ -1,4 +1,4 @@
-//! Clear matter: nothing is lost at smooth interfaces, nothing gained at rough ones, both directions agree.
+//! Clear dielectrics: smooth interfaces lose no energy, rough ones gain none, and both directions agree.
 
 mod oracle;
 
@@ -16,7 +16,7 @@ fn glass(ior: f32, roughness: f32, thin: bool) -> Material {
     Material { metallic: 0.0, transmission: 1.0, ior, roughness, thin, ..Material::default() }
 }
 
-/// Sum over both delta lobes of what each weighs when asked for alone, radiance scaling undone.
+/// Sum of the weights of both delta lobes, each sampled alone, with radiance scaling undone.
 fn smooth_total(material: &Material, wo: DVec3) -> Vec3 {
     let bsdf = Bsdf::new(material, wo.as_vec3());
     assert!(bsdf.is_delta());
@@ -27,7 +27,7 @@ fn smooth_total(material: &Material, wo: DVec3) -> Vec3 {
         .sum()
 }
 
-/// C10, C11: a glass furnace shows nothing, at every angle, from both sides, thick or thin.
+/// C10, C11: glass is invisible in a white furnace, at every angle, from both sides, thick or thin.
 #[test]
 fn smooth_glass_loses_nothing() {
     for ior in INDICES {
@@ -43,7 +43,7 @@ fn smooth_glass_loses_nothing() {
     }
 }
 
-/// Mixed choice gives the same: weight times share is what the lobe alone weighs.
+/// Sampling both lobes together gives the same: weight times selection probability is the weight of the lobe alone.
 #[test]
 fn smooth_glass_mixes() {
     for mu in [1.0, 0.3, -0.8, -0.1] {
@@ -77,7 +77,8 @@ fn fresnel_average_has_its_closed_form() {
     }
 }
 
-/// Against Snell's law in f64, including the edge of total reflection to ±4 ulp, where F rises without a jump.
+/// Agreement with Snell's law in f64, including the edge of total internal reflection to ±4 ulp, where F rises without
+/// a jump.
 #[test]
 fn fresnel_agrees_with_snell() {
     for eta in [1.0001f32, 1.1, 1.5, 2.4, 10.0, 1e3, 0.99, 0.6667, 0.1] {
@@ -85,7 +86,7 @@ fn fresnel_agrees_with_snell() {
             let c = k as f32 / 1000.0;
             let (f, exact) = (f64::from(dielectric(c, eta)), oracle::fresnel(f64::from(c), f64::from(eta)));
             let edge = 1.0 - f64::from(eta).powi(2) - f64::from(c).powi(2);
-            // A square root starts at the edge: an ulp of c is more there.
+            // F behaves like a square root at the edge, which amplifies an ulp of c.
             let tolerance = 2e-6 + 1e-6 / edge.abs().max(1e-6).sqrt();
             assert!((f - exact).abs() < tolerance, "eta {eta}, c {c}: {f} against {exact}");
         }
@@ -102,7 +103,7 @@ fn fresnel_agrees_with_snell() {
     }
 }
 
-/// C08, and glTF's special case.
+/// C08, and the special case of glTF.
 #[test]
 fn normal_reflectance_at_the_limits() {
     for (eta, r) in
@@ -116,7 +117,7 @@ fn normal_reflectance_at_the_limits() {
     assert_eq!(sample(0.7).expect("reflects").weight, Vec3::ONE);
 }
 
-/// C07: matched indices leave every bit of direction and weight alone.
+/// C07: matched indices preserve every bit of direction and weight.
 #[test]
 fn matched_indices_are_not_there() {
     for ior in [1.0, 1.0 + 1e-7, 1.0 - 1e-7, 1.00009] {
@@ -124,7 +125,7 @@ fn matched_indices_are_not_there() {
             let wo = tilted(mu).as_vec3();
             let bsdf = Bsdf::new(&glass(ior, roughness, false), wo);
             assert_eq!(bsdf.lobes(), Lobes::of(Lobe::DeltaTransmission));
-            let s = bsdf.sample_f(0.3, Vec2::splat(0.3), Lobes::ALL).expect("goes through");
+            let s = bsdf.sample_f(0.3, Vec2::splat(0.3), Lobes::ALL).expect("a transmitted direction");
             assert_eq!((s.wi, s.weight, s.eta), (-wo, Vec3::ONE, 1.0));
         }
     }
@@ -139,7 +140,7 @@ fn a_pane_is_a_slab() {
     assert!((weight(Lobes::REFLECTION) - 0.076_923).abs() < 1e-6);
 }
 
-/// C06: single scattering only loses, and less and less as the surface becomes smooth. C01 for transmission.
+/// C06: single scattering only loses energy, and the loss vanishes as the surface becomes smooth. C01 for transmission.
 #[test]
 fn rough_glass_gains_nothing() {
     let n = 1 << 13;
@@ -171,7 +172,7 @@ fn rough_glass_gains_nothing() {
     }
 }
 
-/// Facet by facet: F and 1 − F share a facet, so no sample weighs more than its share of the light.
+/// F and 1 − F use the same facet, so no sample weighs more than its share of the light.
 #[test]
 fn no_sample_of_rough_glass_weighs_more_than_one() {
     let mut rng = Rng::new(2);
@@ -188,7 +189,7 @@ fn no_sample_of_rough_glass_weighs_more_than_one() {
     }
 }
 
-/// C05: f(wo, wi) is symmetric for reflection; for radiance through an interface f(wo, wi)/η_o² is.
+/// C05: f(wo, wi) is symmetric for reflection; for radiance through an interface f(wo, wi)/η_o² is symmetric.
 #[test]
 fn reciprocity() {
     let mut rng = Rng::new(17);
@@ -222,7 +223,7 @@ fn reciprocity() {
         let index = |w: Vec3| if crossed && w.z < 0.0 { material.ior } else { 1.0 };
         let (a, b) = (there / index(wo).powi(2), back / index(wi).powi(2));
         let error = (a - b).abs().max_element() / a.max_element();
-        // Half vectors are good to 1e-7 over the length of the sum they come from; the lobe is roughness² wide.
+        // Half vectors are accurate to 1e-7 over the length of their sum; the lobe has a width of roughness².
         let eta = if crossed { index(wi) / index(wo) } else { 1.0 };
         let tolerance = 2e-5 + 2e-6 / ((wo + wi * eta).length() * material.roughness.powi(2));
         assert!(error < tolerance, "{material:?}\n{wo} {wi}: {a} against {b}");
@@ -232,7 +233,7 @@ fn reciprocity() {
     assert!(seen > 50_000 && through > 10_000, "{seen} {through}");
 }
 
-/// Values against the textbook formulas in f64.
+/// Values agree with the textbook formulas in f64.
 #[test]
 fn values_agree_with_the_oracle() {
     let mut rng = Rng::new(23);
@@ -259,8 +260,8 @@ fn values_agree_with_the_oracle() {
             oracle::reflection(up(wo), up(wi), alpha, |c| oracle::fresnel(c, eta))
         };
         let error = f64::from(bsdf.f(s.wi, Lobes::ALL).x) / exact - 1.0;
-        // Half vectors are good to 1e-7 over the length of the sum they come from; the lobe is α wide. Fresnel's edge is
-        // a square root.
+        // Half vectors are accurate to 1e-7 over the length of their sum; the lobe has a width of α. F behaves like a
+        // square root at the edge of total internal reflection.
         let sharpness = alpha * if through { (wo + wi * eta).length() } else { (wo + wi).length() };
         let edge = if wo.z < 0.0 { 1e-3 } else { 0.0 };
         assert!(error.abs() < 2e-5 + 3e-6 / sharpness + edge, "{material:?} {wo} {wi}: off by {error:e}");

@@ -1,5 +1,5 @@
-//! Every function is total: whatever the parameters, directions and points, nothing is NaN, negative or infinite, and
-//! every corner of the parameter space keeps its energy.
+//! All functions are total: for any parameters, directions and points no result is NaN, negative or infinite, and
+//! energy is conserved at every corner of the parameter space.
 
 use dapple_materials::{Bsdf, Lobes, Material, Mirror};
 use dapple_sampling::{Key, Pattern, pattern};
@@ -89,7 +89,7 @@ fn corners_survive_every_direction() {
     let mut rng = Rng::new(1);
     let mut k = 0;
     each_corner(|material| {
-        // Every direction for some corners and some directions for every corner.
+        // Every direction is tested with some corners, and every corner with some directions.
         k += 1;
         for i in 0..3 {
             check(material, tilted(COSINES[(k + 5 * i) % COSINES.len()]), &mut rng);
@@ -136,7 +136,7 @@ fn nonsense_survives() {
     assert!(Bsdf::new(&Material::default(), Vec3::splat(f32::NAN)).lobes().is_empty());
 }
 
-/// Near-normal and near-grazing directions at every roughness, with every index that is awkward.
+/// Near-normal and near-grazing directions at every roughness, with numerically difficult indices.
 #[test]
 fn awkward_indices_survive() {
     let mut rng = Rng::new(3);
@@ -160,7 +160,7 @@ fn awkward_indices_survive() {
     }
 }
 
-/// C13: the sum of all lobes never exceeds what arrives, in any channel, for every corner.
+/// C13: the sum of all lobes never exceeds the incident light, in any channel, at every corner.
 #[test]
 fn corners_keep_their_energy() {
     let n = 1024;
@@ -177,7 +177,7 @@ fn corners_keep_their_energy() {
                 points.iter().filter_map(|&u| bsdf.sample_f(0.5, u, lobes)).map(|s| s.weight * s.eta).sum();
             total += sum / n as f32;
         }
-        // 1024 points leave about 1e-3.
+        // 1024 points leave an error of about 1e-3.
         assert!(
             total.max_element() < 1.0 + 3e-3 && total.min_element() >= 0.0,
             "{material:?}, mu {mu}: {total}"
@@ -189,7 +189,7 @@ fn corners_keep_their_energy() {
     });
 }
 
-/// The sharp limit: a rough lobe asked to be ideal is the smooth one, with F at the macroscopic angle.
+/// The ideal limit: a sharpened rough lobe equals the smooth one, with F at the macroscopic angle.
 #[test]
 fn sharp_lobes_are_smooth_ones() {
     let rough =

@@ -1,4 +1,4 @@
-//! Closed forms and intersections in f64, written without the crate under test.
+//! Closed forms and intersections in f64, independent of the crate under test.
 #![allow(dead_code)]
 use dapple_lights::{Area, AreaShape, Light};
 use dapple_testkit::{Rng, z_test};
@@ -9,7 +9,7 @@ pub fn area(shape: AreaShape, two_sided: bool) -> Light {
     Light::Area(Area { shape, radiance: Vec3::ONE, two_sided })
 }
 
-/// A square of half side a, centre (x, 0, h), facing down.
+/// A square of half side a with its centre at (x, 0, h), facing down.
 pub fn square(a: f32, x: f32, h: f32) -> AreaShape {
     AreaShape::Quad { corner: Vec3::new(x - a, -a, h), e1: Vec3::Y * 2.0 * a, e2: Vec3::X * 2.0 * a }
 }
@@ -75,7 +75,8 @@ pub fn sphere(q: f64, cos: f64) -> f64 {
     (cos * y.acos() - x * s) / (q * q) + s.atan2(x)
 }
 
-/// Distance along unit `d` from `p` to the shape; for spheres the nearest in front.
+/// Distance along the unit direction `d` from `p` to the shape, and the normal there; for spheres the nearest hit in
+/// front.
 pub fn hit(shape: &AreaShape, p: Vec3, d: Vec3) -> Option<(f64, DVec3)> {
     let (p, d) = (p.as_dvec3(), d.as_dvec3());
     match *shape {
@@ -112,7 +113,7 @@ fn parallelogram(p: DVec3, d: DVec3, a: DVec3, e1: DVec3, e2: DVec3, triangle: b
     (t > 0.0 && inside).then_some((t, n.normalize()))
 }
 
-/// Mean and standard error of `f` over `n` independent points of the square.
+/// Mean and standard error of `f` over `n` independent points of the unit square.
 pub fn mean(n: u32, seed: u64, mut f: impl FnMut(Vec2) -> f64) -> (f64, f64) {
     let mut rng = Rng::new(seed);
     let (mut sum, mut sum2) = (0.0, 0.0);
@@ -128,14 +129,14 @@ pub fn mean(n: u32, seed: u64, mut f: impl FnMut(Vec2) -> f64) -> (f64, f64) {
     (m + shift.unwrap_or(0.0), ((sum2 / n - m * m).max(0.0) / (n - 1.0)).sqrt())
 }
 
-/// Irradiance at `p` by aiming at `light`.
+/// Irradiance at `p` by sampling `light`.
 pub fn irradiance(light: &Light, p: Vec3, n: Vec3, count: u32) -> (f64, f64) {
     mean(count, 7, |u| {
         light.sample(p, u, 0.0).map_or(0.0, |s| (s.radiance.x * s.wi.dot(n).max(0.0)) as f64 / s.pdf as f64)
     })
 }
 
-/// Within 4 standard errors, or within `rounding` relative: what f32 directions and densities leave.
+/// Asserts agreement within 4 standard errors, or within the relative error `rounding` of f32 directions and densities.
 #[track_caller]
 pub fn agree(what: &str, (mean, se): (f64, f64), exact: f64, rounding: f64) {
     let z = z_test::exact(mean, se, exact).z.abs();

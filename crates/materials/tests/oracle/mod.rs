@@ -1,4 +1,5 @@
-//! The lobes again, in f64, from the textbook formulas rather than from the crate's rearranged ones.
+//! Reference implementation of the lobes in f64, from the textbook formulas rather than from the rearranged ones of the
+//! crate.
 #![allow(dead_code)]
 
 use dapple_testkit::quadrature;
@@ -31,7 +32,7 @@ pub fn schlick(f0: f64, f90: f64, c: f64) -> f64 {
     f0 + (f90 - f0) * (1.0 - c).powi(5)
 }
 
-/// Fresnel's equations by Snell's law.
+/// Fresnel's equations with Snell's law.
 pub fn fresnel(c: f64, eta: f64) -> f64 {
     let sin_t = (1.0 - c * c).sqrt() / eta;
     if sin_t >= 1.0 {
@@ -62,19 +63,19 @@ pub fn refraction(wo: DVec3, wi: DVec3, alpha: f64, eta: f64, t: impl Fn(f64) ->
     co * -ci * t(co) * d(m, alpha) * g2(wo, up, alpha) / (wo.z * up.z * (co + eta * ci).powi(2))
 }
 
-/// ∫ g(m) D(m) mz dm over the hemisphere with m drawn from D·mz.
+/// ∫ g(m) D(m) mz dm over the hemisphere, with m sampled from D·mz.
 pub fn over_normals(alpha: f64, tolerance: f64, mut g: impl FnMut(DVec3) -> f64) -> f64 {
     quadrature::rectangle(|u, v| g(normal(alpha, u, v)), [0.0, 0.0], [1.0, 1.0], tolerance)
 }
 
-/// As [`over_normals`] for a g with f32 noise: what 3000 regions give, and an upper bound of the error.
+/// As [`over_normals`] for a g with f32 noise: the result of 3000 regions, and an upper bound of its error.
 pub fn over_normals_roughly(alpha: f64, mut g: impl FnMut(DVec3) -> f64) -> (f64, f64) {
     let integrand = |u, v| g(normal(alpha, u, v));
     let result = quadrature::adaptive_plane(integrand, [0.0, 0.0], [1.0, 1.0], 1e-5, 0.0, 3000);
     (result.value, result.error)
 }
 
-/// tanθ = α√(u/(1−u)); half of the circle, since everything is mirror symmetric.
+/// tanθ = α√(u/(1−u)), over half of the circle, since all integrands are mirror symmetric.
 fn normal(alpha: f64, u: f64, v: f64) -> DVec3 {
     let tan = alpha * (u / (1.0 - u)).sqrt();
     let cos = 1.0 / (1.0 + tan * tan).sqrt();
@@ -96,7 +97,7 @@ pub fn tilted(mu: f64) -> DVec3 {
     DVec3::new((1.0 - mu * mu).sqrt(), 0.0, mu)
 }
 
-/// As [`tilted`], turned about z.
+/// As [`tilted`], rotated about z.
 pub fn turned(mu: f64, phi: f64) -> DVec3 {
     let s = (1.0 - mu * mu).sqrt();
     DVec3::new(s * phi.cos(), s * phi.sin(), mu)
@@ -107,7 +108,7 @@ pub fn f32(w: DVec3) -> Vec3 {
     w.as_vec3()
 }
 
-/// A random direction of the upper half from two numbers.
+/// A random direction of the upper hemisphere from two numbers.
 pub fn upper(u: f64, v: f64) -> DVec3 {
     turned(u, TAU * v)
 }
