@@ -1,9 +1,9 @@
-//! The path tracer: the whole path is randomised, all integrals at once [Kajiya 1986].
+//! The path tracer: all integrals of a pixel are estimated by random paths [Kajiya 1986].
 //!
-//! At every vertex: what the ray picked up, plus one light by next-event estimation, plus one direction by the BSDF.
-//! Light and BSDF sampling are weighted by the power heuristic [Veach 1997, §9.2.2]. Roulette starts at the fourth
-//! bounce and survives with min(1, max β·η²), without a cap below 1: a cap has infinite variance for bright
-//! materials (measured law in the test suite).
+//! Every vertex adds the emission that the ray hits and the direct light of one light by next-event estimation, and
+//! samples one direction of the BSDF. Light and BSDF sampling are weighted by the power heuristic [Veach 1997, §9.2.2].
+//! Russian roulette starts at the fourth bounce with the survival probability min(1, max β·η²), without a cap below 1:
+//! a cap has infinite variance for bright materials (measured in the test suite).
 
 use crate::Dimension;
 use crate::bias_report::{FAINT, Truncation};
@@ -26,10 +26,10 @@ use dapple_math::Ray;
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
 
-/// Bounces after which a path looks whether it is to end.
+/// Number of bounces between two checks of the stop flag.
 const LOOK: u32 = 256;
 
-/// One path from pixel to radiance.
+/// One path: its radiance and its filter weight.
 #[inline(always)]
 pub(crate) fn path_sample<V: Visibility, O: PathObserver>(
     job: &Job<'_>,
@@ -55,11 +55,11 @@ fn li<V: Visibility, O: PathObserver>(
     rays: &mut u64,
 ) -> Vec3 {
     let (scene, settings) = (job.scene, job.settings);
-    // The near plane is that of the camera ray alone.
+    // The near plane applies only to the camera ray.
     let (mut state, mut ray, mut near) = PathState::begin::<V>(job, ray, sample.time);
     let mut radiance = Vec3::ZERO;
     for depth in 0.. {
-        // The tile looks after every sample; here so that a path without end does not keep it waiting.
+        // The tile checks the flag after every sample; long paths also check it here.
         if depth % LOOK == LOOK - 1 && job.is_stopped() {
             break;
         }
@@ -113,7 +113,8 @@ fn li<V: Visibility, O: PathObserver>(
     radiance
 }
 
-/// One light by next-event estimation; without interreflection also what only diffuse directions would find.
+/// One light by next-event estimation; without interreflection, also the environment on diffuse lobes and the ambient
+/// light.
 #[allow(clippy::too_many_arguments)]
 fn direct<V: Visibility, O: PathObserver>(
     job: &Job<'_>,
@@ -156,23 +157,24 @@ fn direct<V: Visibility, O: PathObserver>(
     sum
 }
 
-/// Where a ray of a path arrives.
+/// End of a ray of a path.
 struct Place {
     hit: Hit,
     surface: Surface,
-    /// Length of the way there.
+    /// Length of the ray.
     distance: f32,
-    /// The media on both sides, where the surface lies between two.
+    /// The media on both sides, if the surface separates two.
     boundary: Option<Boundary>,
 }
 
-/// What a path carries from vertex to vertex.
+/// State of a path between vertices.
 struct PathState {
     /// Product of f·cos/pdf so far.
     beta: Vec3,
-    /// Undoes the radiance compression of refraction in the roulette.
+    /// Product of the relative indices of refraction, which cancels the radiance compression of refraction in the
+    /// roulette.
     eta: f32,
-    /// The bodies that the path is in.
+    /// The bodies that contain the path.
     stack: MediumStack,
     arrival: MisContext,
 }
@@ -184,8 +186,8 @@ impl Default for PathState {
 }
 
 impl PathState {
-    /// At the start of a camera ray, which may be moved to the near plane: the state, the ray, and how far along it the near
-    /// plane is at most.
+    /// State at the start of a camera ray, which may be moved to the near plane: the state, the ray, and an upper bound
+    /// of the ray parameter of the near plane.
     #[inline(always)]
     fn begin<V: Visibility>(job: &Job<'_>, mut ray: Ray, time: f32) -> (Self, Ray, f32) {
         let mut near = job.near_most;
@@ -203,7 +205,7 @@ impl PathState {
         (state, ray, near)
     }
 
-    /// What the environment adds to a path that leaves along `d`.
+    /// Contribution of the environment to a path that leaves the scene along `d`.
     #[inline(always)]
     fn escaped<O: PathObserver>(&self, job: &Job<'_>, depth: u32, d: Vec3, observer: &mut O) -> Vec3 {
         let le = match depth == 0 && observer.hides_backdrop() {
@@ -214,7 +216,8 @@ impl PathState {
         self.beta * le
     }
 
-    /// The nearest surface, in a scene without media. A camera ray sees nothing before the near plane at `near`.
+    /// The nearest surface, in a scene without media. Camera rays ignore surfaces in front of the near plane, at
+    /// `near`.
     #[inline(always)]
     fn arrive<V: Visibility>(
         &self,
@@ -237,7 +240,7 @@ impl PathState {
         Some(Place { hit, surface, distance, boundary: None })
     }
 
-    /// As [`arrive`](Self::arrive), through the media on the way, which the path leaves and enters.
+    /// As [`arrive`](Self::arrive), through the media along the ray, which the path leaves and enters.
     #[inline(always)]
     fn arrive_through_media<V: Visibility, O: PathObserver>(
         &mut self,
@@ -275,7 +278,7 @@ impl PathState {
         true
     }
 
-    /// On along `next`, after `distance`.
+    /// Continues along `next`, after a ray of length `distance`.
     fn go(&mut self, job: &Job<'_>, vertex: &Vertex, next: &Scattered, time: f32, distance: f32) {
         self.beta *= next.sample.weight;
         self.eta *= next.sample.eta;
