@@ -61,8 +61,8 @@ impl SampleAllocation {
         let cost = |rays: &u64| f64::from(PILOT) + *rays as f64;
         let first: Vec<First> =
             pixels(rect).zip(rays).map(|(p, r)| First { change: change(p), cost: cost(r) }).collect();
-        let wishes = Wishes::new(rect, &first);
-        let shares = pixels(rect).map(|p| wishes.share(p)).collect();
+        let densities = Densities::new(rect, &first);
+        let shares = pixels(rect).map(|p| densities.share(p)).collect();
         Self { rect, shares }
     }
 }
@@ -75,11 +75,11 @@ struct First {
 }
 
 /// Desired sample density of every pixel, estimated from its neighbours, up to a common factor.
-struct Wishes<'a> {
+struct Densities<'a> {
     rect: PixelRect,
     first: &'a [First],
     /// Density for every pixel; `None` for a pixel without neighbours.
-    wanted: Vec<Option<f64>>,
+    densities: Vec<Option<f64>>,
     /// Sums and counts of the densities left and right of every column within its row, excluding the column.
     left: Vec<(f64, f64)>,
     right: Vec<(f64, f64)>,
@@ -88,14 +88,14 @@ struct Wishes<'a> {
     below: Vec<(f64, f64)>,
 }
 
-impl<'a> Wishes<'a> {
+impl<'a> Densities<'a> {
     fn new(rect: PixelRect, first: &'a [First]) -> Self {
         let none = Vec::new();
         let mut all =
-            Self { rect, first, wanted: none, left: vec![], right: vec![], above: vec![], below: vec![] };
-        all.wanted = pixels(rect).map(|p| all.wish(p, None)).collect();
+            Self { rect, first, densities: none, left: vec![], right: vec![], above: vec![], below: vec![] };
+        all.densities = pixels(rect).map(|p| all.density(p, None)).collect();
         let mut rows = Vec::new();
-        for row in all.wanted.chunks(rect.width().max(1) as usize) {
+        for row in all.densities.chunks(rect.width().max(1) as usize) {
             all.left.extend(before(row.iter().map(counted)));
             let mut right = before(row.iter().rev().map(counted));
             right.reverse();
@@ -121,7 +121,7 @@ impl<'a> Wishes<'a> {
 
     /// The square root of the mean squared change over the mean cost of the neighbours of `pixel`, excluding `pixel`
     /// itself and `without`; `None` if there are none.
-    fn wish(&self, pixel: (u32, u32), without: Option<(u32, u32)>) -> Option<f64> {
+    fn density(&self, pixel: (u32, u32), without: Option<(u32, u32)>) -> Option<f64> {
         let around = pixels(self.near(pixel)).filter(|p| *p != pixel && Some(*p) != without);
         let add = |s: First, f: &First| First { change: s.change + f.change, cost: s.cost + f.cost };
         let sum = around.clone().map(|p| &self.first[self.index(p)]).fold(First::default(), add);
@@ -142,15 +142,15 @@ impl<'a> Wishes<'a> {
             sum = plus(sum, self.left[self.index((near.x0, y))]);
             sum = plus(sum, self.right[self.index((near.x1 - 1, y))]);
         }
-        sum = pixels(near).fold(sum, |sum, p| plus(sum, counted(&self.wish(p, Some(pixel)))));
-        let (mean, own) = (sum.0 / sum.1.max(1.0), self.wanted[self.index(pixel)].unwrap_or_default());
+        sum = pixels(near).fold(sum, |sum, p| plus(sum, counted(&self.density(p, Some(pixel)))));
+        let (mean, own) = (sum.0 / sum.1.max(1.0), self.densities[self.index(pixel)].unwrap_or_default());
         if mean > 0.0 && mean.is_finite() { EVEN + (1.0 - EVEN) * own / mean } else { 1.0 }
     }
 }
 
 /// A density with its count of 1, or zeros for `None`.
-fn counted(wish: &Option<f64>) -> (f64, f64) {
-    wish.map_or((0.0, 0.0), |wish| (wish, 1.0))
+fn counted(density: &Option<f64>) -> (f64, f64) {
+    density.map_or((0.0, 0.0), |density| (density, 1.0))
 }
 
 fn plus(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
@@ -223,12 +223,12 @@ mod tests {
         let noise = |x: u32, y: u32| (Key::pixel(9, x, y).bits() >> 40) as f64 / (1u64 << 24) as f64;
         let first = |x, y| First { change: noise(x, y).powi(8), cost: 16.0 + 99.0 * noise(y, x) };
         let all: Vec<First> = pixels(rect).map(|(x, y)| first(x, y)).collect();
-        let whole = Wishes::new(rect, &all);
+        let whole = Densities::new(rect, &all);
         for pixel in pixels(rect) {
             for value in [0.0, 1e-9, 1e9] {
                 let mut other = all.clone();
                 other[whole.index(pixel)] = First { change: value, cost: 16.0 + value };
-                let other = Wishes::new(rect, &other);
+                let other = Densities::new(rect, &other);
                 assert_eq!(whole.share(pixel).to_bits(), other.share(pixel).to_bits(), "{pixel:?} {value}");
                 let beside = if pixel.0 > 1 { (pixel.0 - 1, pixel.1) } else { (pixel.0 + 1, pixel.1) };
                 assert!(whole.share(beside) != other.share(beside));

@@ -49,7 +49,7 @@ impl<'a> Matte<'a> {
     }
 
     /// Writes the ranks of pixel `from` of a tile to pixel `to` of the image.
-    pub fn put(&mut self, to: usize, coverage: &Coverage, from: usize) {
+    pub fn set_pixel(&mut self, to: usize, coverage: &Coverage, from: usize) {
         let mut shares: Vec<(u32, f64)> = Vec::new();
         for (object, share) in coverage.objects(from).filter(|(_, share)| *share > 0.0) {
             let object = object as usize - 1;

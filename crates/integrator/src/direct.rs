@@ -4,7 +4,7 @@ use crate::bias_report::Truncation;
 use crate::medium::MediumStack;
 use crate::observer::PathObserver;
 use crate::settings::Strategy;
-use crate::shadow::{Passage, Way};
+use crate::shadow::{Passage, ShadowPath};
 use crate::shared_place;
 use crate::trace_context::TraceContext;
 use crate::vertex::Vertex;
@@ -124,7 +124,7 @@ impl<V: Visibility> DirectLighting<'_, V> {
         }
         let ray = match shared_place::of(self.context.scene) {
             None => Some(ray),
-            Some(places) => shared_place::way(places, (light, sample), o, ray, &self.context),
+            Some(places) => shared_place::segment_to_light(places, (light, sample), o, ray, &self.context),
         };
         let Some(ray) = ray else { return Vec3::ZERO };
         self.through(&ray, sample, value, &|| alone() * radiance / pdf)
@@ -133,14 +133,14 @@ impl<V: Visibility> DirectLighting<'_, V> {
     /// The transmitted part of `value`, or, if no path can follow the same segment, of the value of `alone`.
     #[inline(never)]
     fn through(&self, ray: &Ray, sample: &LightSample, value: Vec3, alone: &impl Fn() -> Vec3) -> Vec3 {
-        let Some(way) = self.way(ray, sample.wi, sample.distance, value) else { return Vec3::ZERO };
+        let Some(way) = self.shadow_path(ray, sample.wi, sample.distance, value) else { return Vec3::ZERO };
         let is_alone = way.passed > 0 && !sample.delta && self.is_alone(&way);
         way.transmittance * if is_alone { alone() } else { value }
     }
 
     /// The shadow path along `ray` towards `wi`, if it is not blocked; `value` is the contribution without transmission
     /// loss.
-    fn way(&self, ray: &Ray, wi: Vec3, distance: f32, value: Vec3) -> Option<Way> {
+    fn shadow_path(&self, ray: &Ray, wi: Vec3, distance: f32, value: Vec3) -> Option<ShadowPath> {
         let ng = self.vertex.surface.ng;
         let is_far = wi.dot(ng) * self.vertex.wo.dot(ng) < 0.0;
         let stack = if is_far { self.media.far } else { self.media.near };
@@ -156,12 +156,12 @@ impl<V: Visibility> DirectLighting<'_, V> {
 
     /// Whether no path finds the light along this segment: it would be refracted, or would exceed the maximum number of
     /// bounces.
-    fn is_alone(&self, way: &Way) -> bool {
+    fn is_alone(&self, way: &ShadowPath) -> bool {
         way.bent || way.passed > self.reach
     }
 
     /// Reports the lost light for a path of throughput `beta`.
-    pub fn tell<O: PathObserver>(&self, beta: Vec3, observer: &mut O) {
+    pub fn report_lost<O: PathObserver>(&self, beta: Vec3, observer: &mut O) {
         let lost = self.lost.get();
         if lost != Vec3::ZERO {
             observer.cut(Truncation::Panes, beta * lost);
@@ -193,7 +193,7 @@ impl<V: Visibility> DirectLighting<'_, V> {
         let Some(o) = self.vertex.origin(wi, &self.context) else { return Vec3::ZERO };
         let ray = Ray::new(o, wi);
         *rays += 1;
-        let Some(way) = self.way(&ray, wi, f32::INFINITY, value) else { return Vec3::ZERO };
+        let Some(way) = self.shadow_path(&ray, wi, f32::INFINITY, value) else { return Vec3::ZERO };
         let weight = match self.strategy {
             Strategy::Both => mis::power(points * pdf, aimed(index as usize, environment.pdf(wi))),
             Strategy::LightOnly if environment.is_sampled() => 0.0,

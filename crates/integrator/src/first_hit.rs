@@ -78,7 +78,7 @@ impl Job<'_> {
 /// distance from the lens. `first`: ray parameter of the first hit; `near`: upper bound for that of the near plane.
 #[cold]
 #[inline(never)]
-pub(crate) fn seen<V: Visibility>(
+pub(crate) fn visible_hit<V: Visibility>(
     context: &TraceContext<'_, V>,
     ray: &Ray,
     (near, first): (f32, f32),

@@ -100,7 +100,7 @@ pub(crate) fn gather<V: Visibility>(
     let mut boundary = Boundary::new(stack);
     let from_outside = |of: &Surface| of.ng.dot(ray.d) < 0.0;
     let first = *surface;
-    boundary.meet(scene.objects[hit.object as usize].body, from_outside(&first));
+    boundary.cross(scene.objects[hit.object as usize].body, from_outside(&first));
     let mut last = *hit;
     if media.bodies.len() < 2 {
         return (boundary, last);
@@ -126,7 +126,7 @@ pub(crate) fn gather<V: Visibility>(
         let crossing = (next.object, from_outside(&other));
         // A ray through an edge hits both adjacent triangles.
         if !known[..count].contains(&crossing) {
-            boundary.meet(body, crossing.1);
+            boundary.cross(body, crossing.1);
             known[count] = crossing;
             count += 1;
         }

@@ -101,7 +101,7 @@ impl Boundary {
     }
 
     /// Crosses the surface of `body`, from outside or from inside.
-    pub fn meet(&mut self, body: u32, from_outside: bool) {
+    pub fn cross(&mut self, body: u32, from_outside: bool) {
         if from_outside {
             self.overflows |= !self.after.enter(body);
         } else if !self.after.leave(body) {
@@ -275,7 +275,7 @@ mod tests {
     fn a_boundary_inside_a_stronger_body_is_none_in_both_directions() {
         let meet = |around: &[u32], body, from_outside| {
             let mut boundary = Boundary::new(&stack(around));
-            boundary.meet(body, from_outside);
+            boundary.cross(body, from_outside);
             boundary
         };
         assert!(meet(&[0], 1, true).is_hidden() && meet(&[0, 1], 1, false).is_hidden());
@@ -292,7 +292,7 @@ mod tests {
         assert_eq!(meet(&[0, 1], 0, false).ior(&bodies, false), Some(1.5 / 1.2));
         // Two bodies that touch: the ray leaves one and enters the other at the same point.
         let mut both = meet(&[1], 1, false);
-        both.meet(0, true);
+        both.cross(0, true);
         assert_eq!((both.ior(&bodies, true), both.after.current()), (Some(1.5 / 1.2), Some(0)));
     }
 }

@@ -9,7 +9,7 @@ use crate::Dimension;
 use crate::bias_report::{FAINT, Truncation};
 use crate::direct::{DirectLighting, DirectSample, Sides};
 use crate::emission::{self, CompetingStrategy, MisContext};
-use crate::first_hit::{seen, start};
+use crate::first_hit::{start, visible_hit};
 use crate::interface::meet;
 use crate::job::Job;
 use crate::medium::{Boundary, MediumStack};
@@ -27,7 +27,7 @@ use glam::{Vec2, Vec3};
 use std::cell::Cell;
 
 /// Number of bounces between two checks of the stop flag.
-const LOOK: u32 = 256;
+const STOP_CHECK_INTERVAL: u32 = 256;
 
 /// One path: its radiance and its filter weight.
 #[inline(always)]
@@ -60,7 +60,7 @@ fn li<V: Visibility, O: PathObserver>(
     let mut radiance = Vec3::ZERO;
     for depth in 0.. {
         // The tile checks the flag after every sample; long paths also check it here.
-        if depth % LOOK == LOOK - 1 && job.is_stopped() {
+        if depth % STOP_CHECK_INTERVAL == STOP_CHECK_INTERVAL - 1 && job.is_stopped() {
             break;
         }
         *rays += 1;
@@ -94,7 +94,7 @@ fn li<V: Visibility, O: PathObserver>(
         let u = if job.needs.direction { sample.point_2d(depth, Dimension::Direction) } else { Vec2::ZERO };
         let Some(next) = vertex.scatter(uc, u, job.followed, &context) else { return radiance };
         observer.scattered(depth, &next.sample);
-        state.go(job, &vertex, &next, sample.time, distance);
+        state.advance(job, &vertex, &next, sample.time, distance);
         if let (true, true, Some(boundary)) = (has_media, next.sample.lobe.is_transmission(), &boundary) {
             state.stack = boundary.after;
         }
@@ -152,7 +152,7 @@ fn direct<V: Visibility, O: PathObserver>(
         sum += vertex.bsdf.diffuse_albedo() * job.settings.ambient;
     }
     if !V::PLAIN && !job.plain_shadows {
-        beam.tell(beta, observer);
+        beam.report_lost(beta, observer);
     }
     sum
 }
@@ -235,7 +235,7 @@ impl PathState {
         let mut distance = hit.t * ray.d.length();
         let is_camera = if V::PLAIN { depth == 0 } else { self.arrival.is_camera() };
         if is_camera && job.passes(ray, (&hit, &surface), near, time) {
-            (hit, surface, distance) = seen(context, ray, (near, hit.t))?;
+            (hit, surface, distance) = visible_hit(context, ray, (near, hit.t))?;
         }
         Some(Place { hit, surface, distance, boundary: None })
     }
@@ -279,7 +279,7 @@ impl PathState {
     }
 
     /// Continues along `next`, after a ray of length `distance`.
-    fn go(&mut self, job: &Job<'_>, vertex: &Vertex, next: &Scattered, time: f32, distance: f32) {
+    fn advance(&mut self, job: &Job<'_>, vertex: &Vertex, next: &Scattered, time: f32, distance: f32) {
         self.beta *= next.sample.weight;
         self.eta *= next.sample.eta;
         if job.is_shadow_way(&next.sample) {

@@ -36,12 +36,12 @@ pub(crate) enum Passage {
     Blocked,
     /// The ray crosses more transparent surfaces than [`MOST`].
     Lost,
-    Open(Way),
+    Open(ShadowPath),
 }
 
 /// An unblocked segment to a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Way {
+pub(crate) struct ShadowPath {
     pub transmittance: Vec3,
     /// Number of surfaces passed, each of which is a bounce of a path along the same segment.
     pub passed: u32,
@@ -59,7 +59,7 @@ impl<V: Visibility> TraceContext<'_, V> {
         if self.occluded(ray) {
             return Passage::Blocked;
         }
-        Passage::Open(Way { transmittance: Vec3::ONE, passed: 0, bent: false })
+        Passage::Open(ShadowPath { transmittance: Vec3::ONE, passed: 0, bent: false })
     }
 
     #[inline(never)]
@@ -76,17 +76,17 @@ impl<V: Visibility> TraceContext<'_, V> {
         }
         if !is_met.get() {
             let transmittance = stack.transmittance(self.job.media.bodies, distance);
-            return Passage::Open(Way { transmittance, passed: 0, bent: false });
+            return Passage::Open(ShadowPath { transmittance, passed: 0, bent: false });
         }
-        self.walk(&at, stack, distance)
+        self.visit_surfaces(&at, stack, distance)
     }
 
     /// Visits the surfaces in order. Where light is refracted, a bundle of rays spreads by the ratio of the indices:
     /// with segments sᵢ of index nᵢ from a light in index n₀ the irradiance is that of the distance n₀·Σ sᵢ/nᵢ (exact
     /// along the normals of the surfaces [Born & Wolf 1999, §4.4]).
-    fn walk(&self, at: &Query<'_>, stack: &MediumStack, distance: f32) -> Passage {
+    fn visit_surfaces(&self, at: &Query<'_>, stack: &MediumStack, distance: f32) -> Passage {
         let (scene, bodies, length) = (self.scene, self.job.media.bodies, at.ray.d.length());
-        let mut way = Way { transmittance: Vec3::ONE, passed: 0, bent: false };
+        let mut way = ShadowPath { transmittance: Vec3::ONE, passed: 0, bent: false };
         let (mut stack, mut gone) = (*stack, 0.0);
         // Sum of the segment lengths, each over its index of refraction.
         let mut reduced = 0.0;
@@ -145,7 +145,7 @@ impl<V: Visibility> TraceContext<'_, V> {
     }
 
     /// Passes one surface; returns false if no light is transmitted.
-    fn pass(&self, vertex: &Vertex, way: &mut Way) -> bool {
+    fn pass(&self, vertex: &Vertex, way: &mut ShadowPath) -> bool {
         let mut through = if vertex.shading.unlit { Vec3::ZERO } else { vertex.bsdf.straight() };
         if through == Vec3::ZERO && self.job.settings.transparent_shadows && !vertex.shading.unlit {
             through = vertex.bsdf.straightened();

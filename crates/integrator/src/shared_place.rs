@@ -87,14 +87,14 @@ pub(crate) fn is_hidden<V: Visibility>(
 ) -> bool {
     match Target::new(places, context.scene, light, sample, o, context.time) {
         None => context.occluded(ray),
-        Some(target) => context.occluded(&target.way()) || !target.is_seen(context),
+        Some(target) => context.occluded(&target.segment()) || !target.is_seen(context),
     }
 }
 
 /// The part of the shadow ray `ray` between `o` and a sampled point of a light that surfaces may occlude; `None` if
 /// another surface wins at the position of the light.
 #[inline(never)]
-pub(crate) fn way<V: Visibility>(
+pub(crate) fn segment_to_light<V: Visibility>(
     places: &SharedPlaces,
     (light, sample): (usize, &LightSample),
     o: Vec3,
@@ -103,7 +103,7 @@ pub(crate) fn way<V: Visibility>(
 ) -> Option<Ray> {
     match Target::new(places, context.scene, light, sample, o, context.time) {
         None => Some(ray),
-        Some(target) => target.is_seen(context).then(|| target.way()),
+        Some(target) => target.is_seen(context).then(|| target.segment()),
     }
 }
 
@@ -242,7 +242,7 @@ impl<'a> Target<'a> {
     }
 
     /// The segment up to the position of the light.
-    fn way(&self) -> Ray {
+    fn segment(&self) -> Ray {
         self.ray.until(self.from)
     }
 

@@ -6,7 +6,7 @@ use crate::bias_report::{FAINT, Truncation};
 use crate::direct::{DirectLighting, Sides};
 use crate::effects::{Effect, SampleSets};
 use crate::emission::{self, CompetingStrategy, MisContext};
-use crate::first_hit::{seen, start};
+use crate::first_hit::{start, visible_hit};
 use crate::interface::meet;
 use crate::job::Job;
 use crate::medium::{Boundary, MediumStack};
@@ -138,7 +138,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         let is_camera = if V::PLAIN { place.depth == 0 } else { arrival.is_camera() };
         let clip = self.clip(place);
         if is_camera && self.job.passes(ray, (&hit, &surface), clip, self.time) {
-            let Some(shown) = seen(&self.context(key), ray, (clip, hit.t)) else { return nothing };
+            let Some(shown) = visible_hit(&self.context(key), ray, (clip, hit.t)) else { return nothing };
             (hit, surface, distance) = shown;
         }
         Arrived { at: Some((hit, surface, None)), distance, ..nothing }
@@ -222,7 +222,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
             let beam = self.beam(vertex, place.ray_key(Dimension::Sky, 0, s), media, place);
             sum += beam.sky_on_diffuse(u, n as f32, aimed, self.rays);
             if !V::PLAIN && !self.job.plain_shadows {
-                beam.tell(beta / n as f32, self.observer);
+                beam.report_lost(beta / n as f32, self.observer);
             }
         }
         sum / n.max(1) as f32
@@ -254,7 +254,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
             let alone = || Self::received_alone(&beam, place, light, &sample, n as f32);
             sum += beam.arriving(i as usize, &sample, sample.pdf, (f_cos, alone), self.rays);
             if !V::PLAIN && !self.job.plain_shadows {
-                beam.tell(beta / n as f32, self.observer);
+                beam.report_lost(beta / n as f32, self.observer);
             }
         }
         sum / n.max(1) as f32

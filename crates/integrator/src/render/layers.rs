@@ -60,7 +60,7 @@ fn mattes(
 ) {
     for of in [Matte::of_objects, Matte::of_materials] {
         let mut matte = of(job.scene, rect.area());
-        each_pixel(rect, tiles, |to, tile, from| matte.put(to, &tile.first_hits.coverage, from));
+        each_pixel(rect, tiles, |to, tile, from| matte.set_pixel(to, &tile.first_hits.coverage, from));
         let (more, about) = matte.finish();
         layers.extend(more);
         metadata.extend(about);

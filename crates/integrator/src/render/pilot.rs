@@ -32,7 +32,7 @@ impl Pilot {
     }
 
     /// Records the films of all tiles after `spp` samples of every pixel.
-    pub fn take(&mut self, spp: u32, rect: PixelRect, tiles: &[Tile]) {
+    pub fn record(&mut self, spp: u32, rect: PixelRect, tiles: &[Tile]) {
         if !self.waiting {
             return;
         }

@@ -130,7 +130,7 @@ impl<'a> Renderer<'a> {
         match reached {
             _ if self.is_complete() => Advance::Reached,
             true => Advance::Reached,
-            false if watch.was_told() => Advance::Stopped,
+            false if watch.is_cancelled() => Advance::Stopped,
             false => Advance::TimedOut,
         }
     }
@@ -159,7 +159,7 @@ impl<'a> Renderer<'a> {
             }
             state.tiles.iter_mut().for_each(Tile::keep);
             state.next = end;
-            state.pilot.take(end, job.settings.rect(), &state.tiles);
+            state.pilot.record(end, job.settings.rect(), &state.tiles);
         }
         true
     }

@@ -1,6 +1,6 @@
 //! Pass scheduling, time limit, progress reports and cancellation.
 //!
-//! A separate thread checks the clock and calls the caller, so that a request to stop takes effect within [`LOOK`],
+//! A separate thread checks the clock and calls the caller, so that a request to stop takes effect within [`POLL_INTERVAL`],
 //! however long a tile, a pixel or a sample takes.
 
 use super::outcome::Progress;
@@ -13,7 +13,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Interval between two checks of the clock.
-const LOOK: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Target duration of a pass, in seconds, which bounds the work lost by a request to stop, beside the sample in
 /// progress.
@@ -34,9 +34,9 @@ pub(super) struct Watch<'a> {
     spp: AtomicU32,
     samples: AtomicU64,
     rays: AtomicU64,
-    told_ms: AtomicU64,
+    reported_ms: AtomicU64,
     /// The caller has requested to stop.
-    told: AtomicBool,
+    cancelled: AtomicBool,
     /// Samples in progress must end, because the caller has requested to stop, or time is up.
     pub stop: Arc<AtomicBool>,
 }
@@ -60,8 +60,8 @@ impl<'a> Watch<'a> {
             spp: AtomicU32::new(spp),
             samples: AtomicU64::new(pixels * u64::from(spp)),
             rays: AtomicU64::new(0),
-            told_ms: AtomicU64::new(0),
-            told: AtomicBool::new(false),
+            reported_ms: AtomicU64::new(0),
+            cancelled: AtomicBool::new(false),
             stop: Arc::default(),
         }
     }
@@ -77,7 +77,7 @@ impl<'a> Watch<'a> {
         let spp = next - range.start;
         self.spp.store(spp, Ordering::Relaxed);
         if spp > 0 {
-            self.tell();
+            self.report();
         }
         if next >= range.end || self.is_stopped() {
             return None;
@@ -102,8 +102,8 @@ impl<'a> Watch<'a> {
 
     /// Runs `work` while a separate thread checks the clock and calls the caller.
     pub fn during<R>(&self, work: impl FnOnce() -> R) -> R {
-        let wait = || self.left().unwrap_or(LOOK).clamp(Duration::from_millis(1), LOOK);
-        beside(wait, || self.tell(), work)
+        let wait = || self.left().unwrap_or(POLL_INTERVAL).clamp(Duration::from_millis(1), POLL_INTERVAL);
+        beside(wait, || self.report(), work)
     }
 
     /// Remaining time, if it is limited.
@@ -117,23 +117,25 @@ impl<'a> Watch<'a> {
     }
 
     /// Whether the caller has requested to stop.
-    pub fn was_told(&self) -> bool {
-        self.told.load(Ordering::Relaxed)
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
     }
 
     pub fn tile_done(&self, added: u64, rays: u64) {
         self.samples.fetch_add(added, Ordering::Relaxed);
         self.rays.fetch_add(rays, Ordering::Relaxed);
         let now = self.start.elapsed().as_millis() as u64;
-        let told = self.told_ms.load(Ordering::Relaxed);
-        let due = now >= told + 100;
-        if due && self.told_ms.compare_exchange(told, now, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
-            self.tell();
+        let reported = self.reported_ms.load(Ordering::Relaxed);
+        let due = now >= reported + 100;
+        if due
+            && self.reported_ms.compare_exchange(reported, now, Ordering::Relaxed, Ordering::Relaxed).is_ok()
+        {
+            self.report();
         }
     }
 
     /// Reports progress, and checks whether the render must stop.
-    fn tell(&self) {
+    fn report(&self) {
         let elapsed = self.elapsed();
         let (samples, rays) = (self.samples.load(Ordering::Relaxed), self.rays.load(Ordering::Relaxed));
         let by_samples = self
@@ -150,7 +152,7 @@ impl<'a> Watch<'a> {
         let fraction = by_samples.max(by_time).min(1.0);
         let spp = self.spp.load(Ordering::Relaxed);
         if (self.progress)(Progress { fraction, spp, rays, elapsed }).is_break() {
-            self.told.store(true, Ordering::Relaxed);
+            self.cancelled.store(true, Ordering::Relaxed);
             self.stop.store(true, Ordering::Relaxed);
         }
         if self.left().is_some_and(|left| left.is_zero()) {
@@ -188,5 +190,5 @@ pub(super) fn until<R>(stop: &(dyn Fn() -> bool + Sync), work: impl FnOnce(&Arc<
             stopped.store(true, Ordering::Relaxed);
         }
     };
-    beside(|| LOOK, look, || work(&stopped))
+    beside(|| POLL_INTERVAL, look, || work(&stopped))
 }
