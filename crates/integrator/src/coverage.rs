@@ -4,8 +4,8 @@
 //! weight · open) / n for n samples, where `open` is the share of a sample's rays that hit nothing. The transparent
 //! image composited over a background of constant colour therefore equals, up to rounding, the image rendered with that
 //! background, for every filter. All filters but Mitchell have weights of 1, and alpha is a fraction of the samples;
-//! with negative weights it may be negative or exceed 1. The shares of the objects are normalised, (Σ weight · share) / Σ
-//! weight, and clamped to the range 0 to 1.
+//! with negative weights it may be negative or exceed 1. The shares of the objects are normalised, (Σ weight · share) /
+//! Σ weight, and clamped to the range 0 to 1.
 
 use crate::aov::Aov;
 use crate::settings::Settings;

@@ -1,7 +1,7 @@
 //! Pass scheduling, time limit, progress reports and cancellation.
 //!
-//! A separate thread checks the clock and calls the caller, so that a request to stop takes effect within [`POLL_INTERVAL`],
-//! however long a tile, a pixel or a sample takes.
+//! A separate thread checks the clock and calls the caller, so that a request to stop takes effect within
+//! [`POLL_INTERVAL`], however long a tile, a pixel or a sample takes.
 
 use super::outcome::Progress;
 use crate::settings::Settings;
