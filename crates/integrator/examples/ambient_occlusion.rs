@@ -1,4 +1,4 @@
-//! An integrator of one's own: ambient occlusion, the share of the cosine-weighted hemisphere that is open within a reach.
+//! A custom integrator: ambient occlusion, the unoccluded share of the cosine-weighted hemisphere within a distance.
 //! `cargo run --release --example ambient_occlusion -p dapple-integrator` writes `ambient_occlusion.png`.
 
 use dapple_integrator::imaging::{Tone, write};
@@ -6,11 +6,11 @@ use dapple_integrator::math::{Frame, Ray, glam::Vec3};
 use dapple_integrator::{Integrator, Renderer, SampleContext, Settings, sampling::warp, scene::builtin};
 use std::ops::ControlFlow;
 
-/// Decision: where the ray into the hemisphere goes.
+/// Decision number of the ray direction in the hemisphere.
 const HEMISPHERE: u32 = 128;
 
 struct AmbientOcclusion {
-    /// In render-space units.
+    /// Maximum distance of occluders, in render-space units.
     reach: f32,
 }
 

@@ -1,5 +1,5 @@
-//! The Cornell box, a scene that needs nothing special, by one thread: what `tools/feature_tax.py` counts the instructions
-//! of. Prints the mean, so that nothing can be left out.
+//! Renders the Cornell box, a scene without special features, on one thread: `tools/feature_tax.py` counts the
+//! instructions of this program. Prints the mean, so that the compiler cannot remove the render.
 
 use dapple_integrator::scene::builtin;
 use dapple_integrator::{MethodKind, Settings, render};

@@ -1,36 +1,38 @@
-//! Which pixels get how many samples?
+//! Sample allocation: distributes the samples of an adaptive render over the pixels.
 //!
-//! The error of a picture is smallest, at the same cost, when a pixel's samples follow σ/√c: its deviation over the
-//! root of what a sample costs (the minimum of Σ σ²/n at a fixed Σ c·n). Both are guessed once, from the first
-//! [`PILOT`] samples.
+//! At a given cost, the error of an image is smallest when the sample counts are proportional to σ/√c, the standard
+//! deviation of a pixel over the square root of the cost of a sample (the minimum of Σ σ²/n at a fixed Σ c·n). Both are
+//! estimated once, from the first [`PILOT`] samples.
 //!
-//! No number that comes from a pixel's samples may decide how often those samples are weighted. A pixel whose own first
-//! samples decided how many more it gets would be too dark: one that happened to miss the light would stop, one that
-//! happened to find it would go on. And a share is a ratio to the mean over the picture, to which the pixel's own
-//! samples contribute by way of its neighbours: where they were bright, the mean is large, the pixel gets few further
-//! samples, and the bright ones weigh more, which makes it too bright. So a pixel's share follows from the samples of
-//! the pixels around it, relative to a mean over the picture from which the pixel's own samples are left out as well.
-//! Samples of different pixels are independent; the number of a pixel's samples is therefore independent of their
-//! values, and the plain mean of all of them, the first ones included, is unbiased. For the same reason shares are
-//! decided once: later samples of a neighbour are as many as this pixel's first ones asked for.
+//! To avoid bias, no value computed from a pixel's samples may determine how these samples are weighted. If a pixel's
+//! own first samples determined its sample count, the pixel would be too dark: a pixel that happened to miss the light
+//! would stop, one that happened to find it would continue. A share is also a ratio to the mean over the image, to
+//! which the pixel's own samples contribute through its neighbours: where they are bright, the mean is large, the pixel
+//! gets few further samples, and the bright samples weigh more, which makes the pixel too bright. The share of a pixel
+//! is therefore computed from the samples of the surrounding pixels, relative to a mean over the image from which the
+//! pixel's own samples are excluded as well. Samples of different pixels are independent; the sample count of a pixel
+//! is therefore independent of its sample values, and the plain mean of all its samples, the first ones included, is
+//! unbiased. For the same reason shares are computed once: the number of later samples of a neighbour depends on this
+//! pixel's first samples.
 //!
-//! The price is that shares add up to the number of pixels only nearly: a pixel that alone makes most of the changes
-//! around it is measured by what the picture would be without it.
+//! As a consequence, the shares add up to the number of pixels only approximately: a pixel that alone causes most of
+//! the changes around it is normalised by the mean of the image without it.
 
 use dapple_camera::Film;
 use dapple_math::PixelRect;
 use dapple_sampling::Key;
 
-/// Samples of every pixel before the shares are decided.
+/// Samples per pixel before the shares are computed.
 pub const PILOT: u32 = 16;
 
-/// Pixels to each side whose samples decide about the one between them.
+/// Radius, in pixels, of the neighbourhood that determines the share of a pixel.
 const REACH: u32 = 2;
 
-/// Part of the further samples that all pixels get alike: what the first ones have not seen is still looked for.
+/// Fraction of the further samples that is distributed evenly, so that features missed by the pilot samples can still
+/// be found.
 const EVEN: f64 = 0.25;
 
-/// The share of every pixel in the samples that follow the first ones; 1 on average, but for pixels that stand out alone.
+/// The share of every pixel in the samples after the pilot; 1 on average, except for isolated outliers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampleAllocation {
     rect: PixelRect,
@@ -38,8 +40,8 @@ pub struct SampleAllocation {
 }
 
 impl SampleAllocation {
-    /// Samples that a pixel has when it is `spp` on average: all the same up to [`PILOT`], then by share, rounded up or
-    /// down by chance so that no share is lost. Never falls as `spp` grows.
+    /// Sample count of a pixel at an average of `spp`: the same for all pixels up to [`PILOT`], then proportional to
+    /// the share, rounded up or down at random so that the expectation is exact. Never decreases as `spp` grows.
     pub fn count(&self, x: u32, y: u32, spp: u32) -> u32 {
         if spp <= PILOT || !self.rect.contains(x, y) {
             return spp;
@@ -50,49 +52,50 @@ impl SampleAllocation {
         PILOT.saturating_add(more as u32)
     }
 
-    /// From the pictures of half the pilot's samples and of all of them, and the rays that each pixel took: how much a
-    /// pixel changed when its samples doubled says how much it would gain, whatever the points.
+    /// Computes the shares from the films after half of the pilot samples and after all of them, and from the rays
+    /// traced per pixel. The change of a pixel when its sample count doubles estimates what it gains from more samples,
+    /// for any sampling pattern.
     pub(crate) fn decide(half: &Film, whole: &Film, rays: &[u64]) -> Self {
         let rect = whole.rect();
         let change = |(x, y)| (whole.mean_at(x, y) - half.mean_at(x, y)).length_squared();
         let cost = |rays: &u64| f64::from(PILOT) + *rays as f64;
         let first: Vec<First> =
             pixels(rect).zip(rays).map(|(p, r)| First { change: change(p), cost: cost(r) }).collect();
-        let wishes = Wishes::new(rect, &first);
-        let shares = pixels(rect).map(|p| wishes.share(p)).collect();
+        let densities = Densities::new(rect, &first);
+        let shares = pixels(rect).map(|p| densities.share(p)).collect();
         Self { rect, shares }
     }
 }
 
-/// What the first samples of a pixel say: its squared change, and what its samples cost.
+/// Result of the pilot samples of a pixel: the squared change, and the cost.
 #[derive(Clone, Copy, Debug, Default)]
 struct First {
     change: f64,
     cost: f64,
 }
 
-/// How many samples every pixel should have by what the pixels around it say, but for a factor.
-struct Wishes<'a> {
+/// Desired sample density of every pixel, estimated from its neighbours, up to a common factor.
+struct Densities<'a> {
     rect: PixelRect,
     first: &'a [First],
-    /// Of every pixel; `None` if there is none around it.
-    wanted: Vec<Option<f64>>,
-    /// Sums and numbers of the wishes left and right of every column within its row, the column itself left out.
+    /// Density for every pixel; `None` for a pixel without neighbours.
+    densities: Vec<Option<f64>>,
+    /// Sums and counts of the densities left and right of every column within its row, excluding the column.
     left: Vec<(f64, f64)>,
     right: Vec<(f64, f64)>,
-    /// Sums and numbers of the wishes above and below every row.
+    /// Sums and counts of the densities above and below every row.
     above: Vec<(f64, f64)>,
     below: Vec<(f64, f64)>,
 }
 
-impl<'a> Wishes<'a> {
+impl<'a> Densities<'a> {
     fn new(rect: PixelRect, first: &'a [First]) -> Self {
         let none = Vec::new();
         let mut all =
-            Self { rect, first, wanted: none, left: vec![], right: vec![], above: vec![], below: vec![] };
-        all.wanted = pixels(rect).map(|p| all.wish(p, None)).collect();
+            Self { rect, first, densities: none, left: vec![], right: vec![], above: vec![], below: vec![] };
+        all.densities = pixels(rect).map(|p| all.density(p, None)).collect();
         let mut rows = Vec::new();
-        for row in all.wanted.chunks(rect.width().max(1) as usize) {
+        for row in all.densities.chunks(rect.width().max(1) as usize) {
             all.left.extend(before(row.iter().map(counted)));
             let mut right = before(row.iter().rev().map(counted));
             right.reverse();
@@ -109,26 +112,26 @@ impl<'a> Wishes<'a> {
         (y - self.rect.y0) as usize * self.rect.width() as usize + (x - self.rect.x0) as usize
     }
 
-    /// Pixels around (x, y) and itself.
+    /// The neighbourhood of (x, y), including the pixel itself.
     fn near(&self, (x, y): (u32, u32)) -> PixelRect {
         let (x0, y0) = (x.saturating_sub(REACH), y.saturating_sub(REACH));
         let (x1, y1) = (x.saturating_add(REACH + 1), y.saturating_add(REACH + 1));
         PixelRect { x0, y0, x1, y1 }.intersection(&self.rect)
     }
 
-    /// The root of the mean squared change over the mean cost of the pixels around `pixel`, `pixel` itself and `without`
-    /// left out; `None` if there are none.
-    fn wish(&self, pixel: (u32, u32), without: Option<(u32, u32)>) -> Option<f64> {
+    /// The square root of the mean squared change over the mean cost of the neighbours of `pixel`, excluding `pixel`
+    /// itself and `without`; `None` if there are none.
+    fn density(&self, pixel: (u32, u32), without: Option<(u32, u32)>) -> Option<f64> {
         let around = pixels(self.near(pixel)).filter(|p| *p != pixel && Some(*p) != without);
         let add = |s: First, f: &First| First { change: s.change + f.change, cost: s.cost + f.cost };
         let sum = around.clone().map(|p| &self.first[self.index(p)]).fold(First::default(), add);
         let n = around.count() as f64;
-        // The mean cost is one sample's at least, as in a picture that takes no rays.
+        // The mean cost is at least that of one sample, as in an image that traces no rays.
         (n > 0.0).then(|| (sum.change / sum.cost.max(n)).sqrt())
     }
 
-    /// The share of `pixel`: its wish over the mean of all wishes as they are without its samples. They are added up from
-    /// parts none of which knows of the pixel, so that not even rounding tells of it.
+    /// The share of `pixel`: its density over the mean of all densities computed without its samples. The mean is
+    /// summed from parts that are independent of the pixel, so that not even rounding depends on it.
     fn share(&self, pixel: (u32, u32)) -> f64 {
         let near = self.near(pixel);
         let mut sum = plus(
@@ -139,22 +142,22 @@ impl<'a> Wishes<'a> {
             sum = plus(sum, self.left[self.index((near.x0, y))]);
             sum = plus(sum, self.right[self.index((near.x1 - 1, y))]);
         }
-        sum = pixels(near).fold(sum, |sum, p| plus(sum, counted(&self.wish(p, Some(pixel)))));
-        let (mean, own) = (sum.0 / sum.1.max(1.0), self.wanted[self.index(pixel)].unwrap_or_default());
+        sum = pixels(near).fold(sum, |sum, p| plus(sum, counted(&self.density(p, Some(pixel)))));
+        let (mean, own) = (sum.0 / sum.1.max(1.0), self.densities[self.index(pixel)].unwrap_or_default());
         if mean > 0.0 && mean.is_finite() { EVEN + (1.0 - EVEN) * own / mean } else { 1.0 }
     }
 }
 
-/// A wish as a sum of one; none counts nothing.
-fn counted(wish: &Option<f64>) -> (f64, f64) {
-    wish.map_or((0.0, 0.0), |wish| (wish, 1.0))
+/// A density with its count of 1, or zeros for `None`.
+fn counted(density: &Option<f64>) -> (f64, f64) {
+    density.map_or((0.0, 0.0), |density| (density, 1.0))
 }
 
 fn plus(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     (a.0 + b.0, a.1 + b.1)
 }
 
-/// The sums of all before each.
+/// Exclusive prefix sums.
 fn before(values: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     values
         .scan((0.0, 0.0), |sum, value| {
@@ -176,7 +179,7 @@ mod tests {
 
     const RECT: PixelRect = PixelRect { x0: 2, y0: 3, x1: 34, y1: 23 };
 
-    /// Left half black, right half of deviation 1; one wild pixel at (5, 6).
+    /// The left half is black, the right half has standard deviation 1, and the pixel (5, 6) is an outlier.
     fn allocation() -> SampleAllocation {
         let (mut half, mut whole) = (Film::new(RECT), Film::new(RECT));
         for (x, y) in pixels(RECT) {
@@ -188,7 +191,7 @@ mod tests {
         SampleAllocation::decide(&half, &whole, &vec![48; RECT.area()])
     }
 
-    /// Shares of a picture without a wild pixel add up to one each, and with one to what the others make of it.
+    /// The shares have a mean of 1 without the outlier, and almost so with it.
     #[test]
     fn samples_go_where_the_changes_are_and_none_is_lost() {
         let allocation = allocation();
@@ -205,7 +208,7 @@ mod tests {
         assert!((16..2000).all(|n| allocation.count(30, 10, n) <= allocation.count(30, 10, n + 1)));
     }
 
-    /// A wild pixel calls samples to its neighbours, not to itself.
+    /// An outlier adds samples to its neighbours, not to itself.
     #[test]
     fn no_pixel_decides_about_itself() {
         let allocation = allocation();
@@ -213,19 +216,19 @@ mod tests {
         assert!(allocation.count(8, 6, 1016) <= 267);
     }
 
-    /// Whatever a pixel's own samples and rays are, its share is the same to the last bit; those of others are not.
+    /// The share of a pixel does not depend on its own samples and rays, bit for bit; the shares of other pixels do.
     #[test]
     fn own_samples_do_not_change_the_own_share() {
         let rect = PixelRect { x0: 1, y0: 2, x1: 14, y1: 11 };
         let noise = |x: u32, y: u32| (Key::pixel(9, x, y).bits() >> 40) as f64 / (1u64 << 24) as f64;
         let first = |x, y| First { change: noise(x, y).powi(8), cost: 16.0 + 99.0 * noise(y, x) };
         let all: Vec<First> = pixels(rect).map(|(x, y)| first(x, y)).collect();
-        let whole = Wishes::new(rect, &all);
+        let whole = Densities::new(rect, &all);
         for pixel in pixels(rect) {
             for value in [0.0, 1e-9, 1e9] {
                 let mut other = all.clone();
                 other[whole.index(pixel)] = First { change: value, cost: 16.0 + value };
-                let other = Wishes::new(rect, &other);
+                let other = Densities::new(rect, &other);
                 assert_eq!(whole.share(pixel).to_bits(), other.share(pixel).to_bits(), "{pixel:?} {value}");
                 let beside = if pixel.0 > 1 { (pixel.0 - 1, pixel.1) } else { (pixel.0 + 1, pixel.1) };
                 assert!(whole.share(beside) != other.share(beside));

@@ -1,4 +1,4 @@
-//! Extra layers: what the first hit saw, and how sure a pixel is.
+//! Arbitrary output variables: properties of the first hit, and statistics of the pixel estimates.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,34 +6,35 @@ use std::str::FromStr;
 /// One layer of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Aov {
-    /// The picture itself, linear radiance.
+    /// The image itself, linear radiance.
     Beauty,
     /// Directional albedo of the first hit (1: reflects everything), mean over the samples.
     Albedo,
-    /// Unit shading normal of the first hit in world space, turned to the camera, mean over the samples.
+    /// Unit shading normal of the first hit in world space, facing the camera, mean over the samples.
     Normal,
-    /// Distance from the camera's plane along the view axis, scene units; mean over the samples that hit.
+    /// Distance from the camera plane along the view axis, in scene units; mean over the samples that hit a surface.
     Depth,
-    /// World-space position, scene units; mean over the samples that hit.
+    /// World-space position, in scene units; mean over the samples that hit a surface.
     Position,
-    /// Variance of the pixel's mean, per channel (radiance²).
+    /// Variance of the pixel mean, per channel (radiance²).
     Variance,
     /// Number of samples.
     SampleCount,
-    /// Index of the object + 1 at the pixel's first sample, 0 = nothing; exact to 2^24.
+    /// Object index + 1 at the pixel's first sample, 0 where nothing is hit; exact to 2^24.
     ObjectId,
-    /// Index of the material + 1, likewise.
+    /// Material index + 1 at the pixel's first sample, 0 where nothing is hit; exact to 2^24.
     MaterialId,
-    /// What the [`crate::BiasReport`] holds of the pixel, per sample: radiance that the clamp took, throughput cut at the
-    /// largest number of bounces and below 1e-30, and the share of samples that were not finite.
+    /// Entries of the [`crate::BiasReport`] for the pixel, per sample: radiance removed by the clamp, throughput cut at
+    /// the maximum number of bounces and below 1e-30, and the share of non-finite samples.
     Removed,
-    /// Which objects and which materials the samples of a pixel first meet, and what share of it each covers: the layers
-    /// `CryptoObject00` to `02` and `CryptoMaterial00` to `02` with their manifests [Friedman & Jones 2015].
+    /// The objects and materials at the first hits of a pixel's samples, each with the share of the pixel that it
+    /// covers: the layers `CryptoObject00` to `02` and `CryptoMaterial00` to `02` with their manifests [Friedman &
+    /// Jones 2015].
     Cryptomatte,
 }
 
 impl Aov {
-    /// All of them, with the name the command line and the EXR layer use.
+    /// All layers, with the names used on the command line and for EXR layers.
     pub const ALL: [(Self, &'static str); 11] = [
         (Self::Beauty, "beauty"),
         (Self::Albedo, "albedo"),
@@ -48,7 +49,7 @@ impl Aov {
         (Self::Cryptomatte, "cryptomatte"),
     ];
 
-    /// Shows the first hit of each sample; the others show the picture, or say something about it.
+    /// Whether the layer shows the first hit of each sample; the other layers show the image or statistics of it.
     pub fn needs_first_hit(self) -> bool {
         !matches!(self, Self::Beauty | Self::Variance | Self::SampleCount | Self::Removed)
     }
@@ -61,10 +62,10 @@ impl fmt::Display for Aov {
     }
 }
 
-/// Not the name of a layer.
+/// Error for an unknown layer name.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error(
-    "'{0}' is no layer; choose from beauty, albedo, normal, depth, position, variance, samples, object, material, removed, cryptomatte"
+    "unknown layer '{0}' (expected beauty, albedo, normal, depth, position, variance, samples, object, material, removed or cryptomatte)"
 )]
 pub struct UnknownAov(String);
 

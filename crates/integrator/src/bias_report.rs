@@ -1,34 +1,35 @@
-//! What was done to the estimate that the light did not do? Every event counted, with the energy it removed.
+//! Bias report: counts every deliberate bias (clamping, truncation, unreachable lights) with the energy it removed.
 //!
-//! A render with clean settings (roulette, no clamp, more bounces than paths take) has nothing here. Counting costs
-//! something only where an event happens.
+//! A render with clean settings (roulette, no clamp, more bounces than paths take) has an empty report. Counting costs
+//! time only where an event happens.
 
 use dapple_scene::Scene;
 use glam::Vec3;
 
-/// Throughput below which a path ends: what it could still bring is lost in the rounding of any picture.
+/// Throughput below which a path ends: its remaining contribution is lost in the rounding of any image.
 pub(crate) const FAINT: f32 = 1e-30;
 
-/// Why a path ended before the light did.
+/// Reason why a path was truncated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Truncation {
-    /// At `max_bounces`.
+    /// The path reached `max_bounces`.
     Depth,
-    /// Its throughput fell below [`FAINT`].
+    /// The throughput fell below [`FAINT`].
     Faint,
-    /// It did not end, but lies within more bodies than it can remember.
+    /// The path continues, but is inside more nested bodies than its medium stack can hold.
     Nested,
-    /// A shadow ray met more clear surfaces than it passes.
+    /// A shadow ray crossed more transparent surfaces than allowed.
     Panes,
 }
 
-/// Events and what they removed.
+/// Number of events of one kind, and the energy that they removed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Entry {
-    /// How many.
+    /// Number of events.
     pub count: u64,
-    /// Mean of the channels, summed. For clamped samples: radiance, summed over samples. For paths that were cut: their
-    /// throughput, that is the radiance lost if radiance 1 had arrived, for what would have arrived is not known.
+    /// Sum of the channel means. For clamped samples: radiance, summed over samples. For truncated paths: their
+    /// throughput, which is the radiance lost if radiance 1 had arrived, because the actual incident radiance is
+    /// unknown.
     pub energy: f64,
 }
 
@@ -44,27 +45,30 @@ impl Entry {
     }
 }
 
-/// What altered the estimate. Non-finite samples are counted in [`crate::Stats`].
+/// Events that biased the estimate. Non-finite samples are counted in [`crate::Stats`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BiasReport {
     /// Samples brighter than the clamp.
     pub clamped: Entry,
-    /// Paths that ended at the largest number of bounces though they could have gone on.
+    /// Paths that ended at the maximum number of bounces although they could have continued.
     pub depth: Entry,
-    /// Paths that ended because they carried less than 1e-30.
+    /// Paths that ended because their throughput was below 1e-30.
     pub faint: Entry,
-    /// Events in which a body was forgotten because too many lie within each other: throughput of the path.
+    /// Events in which a body was dropped from a full medium stack: throughput of the path.
     pub nested: Entry,
-    /// Shadow rays lost among too many clear surfaces: radiance that would have come if all of them let it through.
+    /// Shadow rays lost because they crossed too many transparent surfaces: radiance that would have arrived if all of
+    /// them had transmitted it.
     pub panes: Entry,
-    /// Point, spot and distant lights whose light can reach a surface by way of a mirror or of refraction: nothing finds
-    /// that part of it. An upper bound: whether it falls on such surfaces is not looked at.
+    /// Number of point, spot and distant lights whose light can reach a surface by specular reflection or refraction;
+    /// no strategy samples that part of their light. An upper bound: whether the light reaches such surfaces is not
+    /// checked.
     pub lights_unreachable: u64,
-    /// Lights that shine but are neither aimed at nor met by rays: none, unless their power overflows.
+    /// Number of lights with nonzero power that are neither sampled nor hit by rays: zero, unless the power of a light
+    /// overflows.
     pub lights_culled: u64,
 }
 
-/// Lights of `scene` that could contribute and cannot be found.
+/// Number of lights of `scene` that could contribute but are neither sampled nor hit.
 pub(crate) fn culled(scene: &Scene) -> u64 {
     let aimed = |i: usize| scene.light_choice.as_ref().is_some_and(|choice| choice.contains(i));
     let hidden = scene.lights.iter().enumerate().filter(|&(i, light)| light.is_delta() && !aimed(i));
@@ -72,12 +76,12 @@ pub(crate) fn culled(scene: &Scene) -> u64 {
 }
 
 impl BiasReport {
-    /// Whether nothing happened.
+    /// Whether no event was counted.
     pub fn is_clean(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Energies: clamped, cut at the largest number of bounces, faint.
+    /// Energies: clamped, truncated at the maximum number of bounces, faint.
     pub(crate) fn energies(&self) -> [f64; 3] {
         [self.clamped, self.depth, self.faint].map(|entry| entry.energy)
     }
@@ -91,8 +95,8 @@ impl BiasReport {
         }
     }
 
-    /// `value` made darker, in its own colour, until no channel exceeds `most`. A value that is not finite stays what it
-    /// is, and is told as that.
+    /// Scales `value` down, preserving its hue, until no channel exceeds `most`. A non-finite value is returned
+    /// unchanged, and is counted as non-finite.
     pub(crate) fn clamp(&mut self, value: Vec3, most: f32) -> Vec3 {
         let largest = value.max_element();
         if !(largest > most && value.is_finite()) {

@@ -1,23 +1,23 @@
-//! What covers a pixel: the share of its samples that meet a surface, and the shares of the objects.
+//! Pixel coverage: the share of a pixel's samples that hit a surface, and the share of each object.
 //!
-//! Samples count by the weights that the pixel filter gives them, as colours do. Alpha is what is left of the background:
-//! 1 − (Σ weight · open) / n of n samples, where `open` is the share of a sample's rays that met nothing. So the
-//! transparent picture over a background of one colour is, to rounding, the picture with that background, whatever the
-//! filter. All filters but Mitchell have weights of 1, and alpha is a fraction of the samples; with
-//! negative weights it may lie outside of 0 and 1. The shares of the objects are parts of a whole,
-//! (Σ weight · share) / Σ weight, cut to 0 and 1.
+//! Samples are weighted by the pixel filter, as colours are. Alpha is the complement of the visible background: 1 − (Σ
+//! weight · open) / n for n samples, where `open` is the share of a sample's rays that hit nothing. The transparent
+//! image composited over a background of constant colour therefore equals, up to rounding, the image rendered with that
+//! background, for every filter. All filters but Mitchell have weights of 1, and alpha is a fraction of the samples;
+//! with negative weights it may be negative or exceed 1. The shares of the objects are normalised, (Σ weight · share) /
+//! Σ weight, and clamped to the range 0 to 1.
 
 use crate::aov::Aov;
 use crate::settings::Settings;
 
-/// Sums over the samples of each pixel; of what is not asked for, nothing.
+/// Sums over the samples of each pixel; the vectors of quantities that are not requested are empty.
 #[derive(Clone, Default)]
 pub(crate) struct Coverage {
-    /// Of the weights of samples that met nothing, in shares of a sample.
+    /// Sum of weights of samples that hit nothing, in shares of a sample.
     open: Vec<f64>,
-    /// Of the weights.
+    /// Sum of weights.
     weights: Vec<f64>,
-    /// The same for each object + 1 that was met, in the order in which they were.
+    /// Sum of weighted shares for each object index + 1, in the order of first hits.
     objects: Vec<Vec<(u32, f64)>>,
 }
 
@@ -32,18 +32,18 @@ impl Coverage {
         }
     }
 
-    /// Whether every object that rays meet counts.
+    /// Whether the coverage of every object is recorded.
     pub fn asks_objects(&self) -> bool {
         !self.objects.is_empty()
     }
 
-    /// What a pixel takes that shows one object.
+    /// Bytes per pixel for a pixel that shows one object.
     pub fn bytes_of_a_pixel(&self) -> usize {
         let objects = self.objects.len() * (size_of::<Vec<(u32, f64)>>() + size_of::<(u32, f64)>());
         size_of_val(&*self.weights) + size_of_val(&*self.open) + objects
     }
 
-    /// Takes in a sample of which `hits` rays, each of this share of it, met `objects`.
+    /// Adds a sample of which `hits` rays, each with the given share of the sample, hit `objects`.
     pub fn add(
         &mut self,
         pixel: usize,
@@ -67,12 +67,12 @@ impl Coverage {
         }
     }
 
-    /// How much of a pixel of so many samples is covered; 0 without samples.
+    /// Coverage of a pixel with the given number of samples; 0 without samples.
     pub fn alpha(&self, pixel: usize, samples: u64) -> f32 {
         if samples == 0 { 0.0 } else { (1.0 - self.open[pixel] / samples as f64) as f32 }
     }
 
-    /// Objects + 1 and their shares.
+    /// Object indices + 1 and their shares.
     pub fn objects(&self, pixel: usize) -> impl Iterator<Item = (u32, f64)> {
         self.objects[pixel].iter().map(move |&(object, sum)| (object, self.share(pixel, sum)))
     }

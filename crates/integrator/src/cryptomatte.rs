@@ -1,37 +1,37 @@
-//! Cryptomatte: which objects and materials cover a pixel, and how much of it each, as layers that compositing programs
+//! Cryptomatte: the objects and materials that cover a pixel, with their coverage, as layers that compositing programs
 //! select by name [Friedman & Jones 2015; Cryptomatte specification 1.2.0].
 //!
-//! An id is the hash of a name, as the bits of a float. Each layer holds two ranks: R and B are ids, G and A the shares that
-//! they cover, the largest first. What covers less than the sixth is left out.
+//! An id is the hash of a name, stored as the bits of a float. Each layer holds two ranks: R and B are ids, G and A
+//! their coverage, in descending order. Entries beyond the sixth are dropped.
 
 use crate::coverage::Coverage;
 use dapple_imaging::{Layer, MetaValue};
 use dapple_scene::Scene;
 use std::collections::BTreeMap;
 
-/// Ids that are kept of a pixel, two in each layer.
+/// Number of ids stored per pixel, two in each layer.
 const RANKS: usize = 6;
 
 /// One kind of ids of a scene.
 pub(crate) struct Matte<'a> {
-    /// What the layers are called, before their number.
+    /// Name of the layers without their number.
     name: &'static str,
-    /// Of each of the scene's objects.
+    /// Name for each of the scene's objects.
     names: Vec<&'a str>,
     ids: Vec<u32>,
-    /// Values of the layers R, G, B, A, one after another, pixel by pixel.
+    /// Values of the layers in the order R, G, B, A, pixel by pixel.
     channels: Vec<Vec<f32>>,
-    /// Which objects occur.
+    /// Whether each object occurs in the image.
     seen: Vec<bool>,
 }
 
 impl<'a> Matte<'a> {
-    /// Objects by their names. Those of one name are one.
+    /// Objects by name. Objects of the same name share an id.
     pub fn of_objects(scene: &'a Scene, pixels: usize) -> Self {
         Self::new("CryptoObject", scene.objects.iter().map(|object| &*object.name).collect(), pixels)
     }
 
-    /// Materials by their names.
+    /// Materials by name.
     pub fn of_materials(scene: &'a Scene, pixels: usize) -> Self {
         let names = scene.objects.iter().map(|object| &*scene.materials[object.material as usize].name);
         Self::new("CryptoMaterial", names.collect(), pixels)
@@ -40,7 +40,7 @@ impl<'a> Matte<'a> {
     fn new(name: &'static str, names: Vec<&'a str>, pixels: usize) -> Self {
         let mut ids: Vec<u32> = Vec::with_capacity(names.len());
         for (i, name) in names.iter().enumerate() {
-            // Neighbours often share one name, which may be long.
+            // Adjacent objects often share one name, which may be long.
             let known = i.checked_sub(1).filter(|before| std::ptr::eq(names[*before], *name));
             ids.push(known.map_or_else(|| id(name), |before| ids[before]));
         }
@@ -48,8 +48,8 @@ impl<'a> Matte<'a> {
         Self { name, names, ids, channels: vec![vec![0.0; pixels]; 2 * RANKS], seen }
     }
 
-    /// Puts the ranks of pixel `from` of a tile at pixel `to` of the picture.
-    pub fn put(&mut self, to: usize, coverage: &Coverage, from: usize) {
+    /// Writes the ranks of pixel `from` of a tile to pixel `to` of the image.
+    pub fn set_pixel(&mut self, to: usize, coverage: &Coverage, from: usize) {
         let mut shares: Vec<(u32, f64)> = Vec::new();
         for (object, share) in coverage.objects(from).filter(|(_, share)| *share > 0.0) {
             let object = object as usize - 1;
@@ -67,7 +67,7 @@ impl<'a> Matte<'a> {
         }
     }
 
-    /// The ids of the names that occur.
+    /// The names that occur in the image, with their ids.
     fn manifest(&self) -> BTreeMap<&'a str, u32> {
         let mut manifest = BTreeMap::new();
         let mut last: Option<&str> = None;
@@ -80,7 +80,7 @@ impl<'a> Matte<'a> {
         manifest
     }
 
-    /// The layers, and the attributes that say what they are.
+    /// The layers, and their metadata attributes.
     pub fn finish(self) -> (Vec<Layer>, Vec<(String, MetaValue)>) {
         let key = &format!("{:08x}", murmur3(self.name.as_bytes()))[..7];
         let attribute =
@@ -103,14 +103,14 @@ impl<'a> Matte<'a> {
     }
 }
 
-/// The id of a name: its hash, with the lowest bit of the exponent turned where the float would be zero, subnormal, infinite
-/// or not a number.
+/// The id of a name: its hash, with the lowest exponent bit flipped where the float would be zero, subnormal, infinite
+/// or NaN.
 pub(crate) fn id(name: &str) -> u32 {
     let hash = murmur3(name.as_bytes());
     if matches!(hash >> 23 & 255, 0 | 255) { hash ^ 1 << 23 } else { hash }
 }
 
-/// MurmurHash3, x86, 32 bits, of seed 0 (Austin Appleby, public domain).
+/// MurmurHash3, x86, 32 bits, with seed 0 (Austin Appleby, public domain).
 fn murmur3(bytes: &[u8]) -> u32 {
     let mix = |k: u32| k.wrapping_mul(0xcc9e_2d51).rotate_left(15).wrapping_mul(0x1b87_3593);
     let little = |chunk: &[u8]| chunk.iter().rev().fold(0, |k, byte| k << 8 | u32::from(*byte));
@@ -127,7 +127,7 @@ fn murmur3(bytes: &[u8]) -> u32 {
     hash ^ hash >> 16
 }
 
-/// A JSON object of names and the ids + 1 that have them, `{"lid":[3],"pot":[1,2]}`: each name once, however many have it.
+/// A JSON object that maps each name to all ids + 1 of that name, `{"lid":[3],"pot":[1,2]}`.
 pub(crate) fn names_of_ids<'a>(ids: impl IntoIterator<Item = (&'a str, u32)>) -> String {
     let mut all: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
     ids.into_iter().for_each(|(name, id)| all.entry(name).or_default().push(id));
@@ -163,7 +163,7 @@ mod tests {
         assert_eq!(murmur3(b"The quick brown fox jumps over the lazy dog"), 0x2e4f_f723);
     }
 
-    /// Values of the reference implementation's own tests.
+    /// Values from the tests of the reference implementation.
     #[test]
     fn published_ids() {
         for (name, float) in [

@@ -1,21 +1,21 @@
-//! What camera rays of a render pass, decided once: back faces of single-sided materials, and what lies before the near or
-//! beyond the far clipping plane.
+//! Surfaces that camera rays pass, computed once per render: back faces of single-sided materials, and everything
+//! outside the near and far clipping planes.
 
 use dapple_camera::{Camera, Clip, Projection};
 use dapple_scene::{Scene, TexturedMaterial};
 use glam::DVec3;
 use std::{fmt, str::FromStr};
 
-/// Which rays meet the back faces of triangles with a single-sided material. Exact spheres and disks have no back faces.
+/// Which rays hit the back faces of triangles with a single-sided material. Exact spheres and disks have no back faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Backfaces {
-    /// Camera rays pass them, unless the material lets light through; all other rays meet them. So pictures show what the
-    /// culling of the glTF specification shows, and rooms of single-sided walls keep their light.
+    /// Camera rays pass them, unless the material is transmissive; all other rays hit them. Images then match the
+    /// culling of the glTF specification, and rooms with single-sided walls keep their light.
     #[default]
     Camera,
-    /// All rays.
+    /// All rays hit them.
     Shown,
-    /// None, whatever the material: not even light is stopped.
+    /// No ray hits them, whatever the material; they do not block light either.
     Culled,
 }
 
@@ -46,13 +46,13 @@ pub(crate) fn hides_back(m: &TexturedMaterial) -> bool {
     !m.double_sided && !m.transmits()
 }
 
-/// Whether camera rays pass the back faces of anything in the scene.
+/// Whether camera rays pass the back faces of any object in the scene.
 pub(crate) fn hides_backs(scene: &Scene, backfaces: Backfaces) -> bool {
     backfaces == Backfaces::Camera
         && scene.objects.iter().any(|object| hides_back(&scene.materials[object.material as usize]))
 }
 
-/// The clipping planes, as far as something of the scene lies before or beyond them.
+/// The clipping planes, without those that clip nothing; `None` if neither plane clips any part of the scene.
 pub(crate) fn needed_clip(scene: &Scene, camera: &Camera) -> Option<Clip> {
     let clip = camera.clip?;
     let (min, max) = scene.accel.bounds()?;
@@ -70,9 +70,9 @@ pub(crate) fn needed_clip(scene: &Scene, camera: &Camera) -> Option<Clip> {
     (near > 0.0 || far < f32::INFINITY).then_some(Clip { near, far })
 }
 
-/// How far along a camera ray its near plane can be at most, in lengths of its direction; 0 where nothing is clipped. The
-/// directions of camera rays are not shorter than 1, and tilted by no more than the corners of the picture, the widest pixel
-/// filter and the rim of the lens are.
+/// Upper bound of the ray parameter of the near plane along a camera ray; 0 where nothing is clipped. The directions of
+/// camera rays have a length of at least 1, and their tilt is bounded by the image corners, the widest pixel filter and
+/// the rim of the lens.
 pub(crate) fn farthest_near(camera: &Camera, size: (u32, u32)) -> f32 {
     let Some(Clip { near, .. }) = camera.clip else { return 0.0 };
     let (width, height) = (size.0 as f32, size.1.max(1) as f32);
@@ -84,5 +84,5 @@ pub(crate) fn farthest_near(camera: &Camera, size: (u32, u32)) -> f32 {
     near * 1.01 * (1.0 + tilt + by_lens)
 }
 
-/// Radius of the widest pixel filter.
+/// Radius of the widest pixel filter, in pixels.
 const WIDEST: f32 = 64.0;

@@ -1,4 +1,5 @@
-//! A way in for other integrators: the radiance of a camera ray, from the parts that the path tracer is made of.
+//! Interface for custom integrators: the radiance of a camera ray, computed with the building blocks of the path
+//! tracer.
 
 use crate::Dimension;
 use crate::direct::{DirectLighting, DirectSample, Sides};
@@ -18,24 +19,24 @@ use dapple_scene::Scene;
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
 
-/// Says what comes along a camera ray. [`crate::Renderer::with_integrator`] runs it over all pixels and samples.
+/// Computes the radiance along a camera ray. [`crate::Renderer::with_integrator`] runs it over all pixels and samples.
 ///
-/// Random numbers come from the context, by name, so that the image does not depend on threads, tiles or passes. Media,
-/// shared places and transmissive shadows are the built-in integrators' own: here every surface is opaque to shadow rays
-/// but for its alpha.
+/// Random numbers come from the context, keyed by decision, so that the image does not depend on threads, tiles or
+/// passes. Media, coincident surfaces and transmissive shadows are limited to the built-in integrators: here every
+/// surface is opaque to shadow rays except for its alpha.
 pub trait Integrator: Sync {
     /// Radiance along `ray`, W·m⁻²·sr⁻¹ per channel of linear Rec. 709.
     fn radiance(&self, ray: &Ray, context: &SampleContext<'_>) -> Vec3;
 }
 
-/// One sample of one pixel: its numbers, and what its rays meet.
+/// One sample of one pixel: its random numbers and its ray queries.
 pub struct SampleContext<'a> {
     job: &'a Job<'a>,
     sample: Sample,
     rays: Cell<u64>,
 }
 
-/// What a ray met. Positions and directions are in render space.
+/// A ray intersection. Positions and directions are in render space.
 #[derive(Clone, Copy)]
 pub struct Intersection {
     vertex: Vertex,
@@ -52,7 +53,7 @@ impl Intersection {
         &self.vertex.surface
     }
 
-    /// Unit direction towards where the ray came from.
+    /// Unit direction towards the ray origin.
     pub fn wo(&self) -> Vec3 {
         self.vertex.wo
     }
@@ -62,17 +63,17 @@ impl Intersection {
         &self.vertex.frame
     }
 
-    /// Unit geometric normal on the side that the ray met.
+    /// Unit geometric normal, facing the incoming ray.
     pub fn facing_normal(&self) -> Vec3 {
         self.vertex.seen_normal()
     }
 
-    /// The scattering function, in the shading frame.
+    /// The BSDF, in the shading frame.
     pub fn bsdf(&self) -> &Bsdf {
         &self.vertex.bsdf
     }
 
-    /// BSDF value times |cosθ| towards `wi`, and the solid-angle density of sampling it.
+    /// BSDF value times |cosθ| towards `wi`, and the solid-angle density of sampling `wi`.
     pub fn f_cos_and_pdf(&self, wi: Vec3) -> (Vec3, f32) {
         self.vertex.f_cos_and_pdf(wi, Lobes::ALL)
     }
@@ -102,8 +103,8 @@ impl<'a> SampleContext<'a> {
         self.sample.time
     }
 
-    /// This sample's number in [0, 1) for a decision at a depth. Over the samples of a pixel the numbers form one set of the
-    /// settings' pattern. Decisions of one's own have numbers from 128 to 255.
+    /// This sample's number in [0, 1) for a decision at a depth. Over the samples of a pixel, these numbers form one
+    /// set of the pattern in the settings. Custom decisions use the numbers 128 to 255.
     pub fn point_1d(&self, depth: u32, decision: impl Into<u32>) -> f32 {
         self.sample.named_1d(depth, decision.into())
     }
@@ -113,7 +114,7 @@ impl<'a> SampleContext<'a> {
         self.sample.named_2d(depth, decision.into())
     }
 
-    /// The nearest surface on `ray`; alpha is decided at random where it is partial.
+    /// The nearest surface on `ray`; partial alpha is decided at random.
     pub fn intersect(&self, ray: &Ray, depth: u32) -> Option<Intersection> {
         self.rays.set(self.rays.get() + 1);
         let context = self.trace_context(depth, Dimension::Alpha);
@@ -125,23 +126,23 @@ impl<'a> SampleContext<'a> {
         Some(Intersection { vertex })
     }
 
-    /// Whether something stops `ray` before its end.
+    /// Whether `ray` is occluded before its end.
     pub fn is_occluded(&self, ray: &Ray, depth: u32) -> bool {
         self.rays.set(self.rays.get() + 1);
         self.trace_context(depth, Dimension::ShadowAlpha).occluded(ray)
     }
 
-    /// Whether something stands between two surface points; both ends lie outside their error boxes.
+    /// Whether the segment between two surface points is occluded; both ends lie outside the error boxes of the points.
     pub fn is_occluded_between(&self, from: &Surface, to: &Surface, depth: u32) -> bool {
         self.is_occluded(&from.ray_to(to), depth)
     }
 
-    /// Whether something stands between a surface point and a sampled point of a light.
+    /// Whether the segment between a surface point and a sampled point on a light is occluded.
     pub fn is_light_occluded(&self, from: &Surface, sample: &LightSample, depth: u32) -> bool {
         self.is_occluded(&sample.shadow_ray(from.origin_towards(sample.wi)), depth)
     }
 
-    /// Radiance that a surface sends back along the ray that met it.
+    /// Radiance emitted by a surface along the incoming ray, towards its origin.
     pub fn emitted(&self, at: &Intersection) -> Vec3 {
         let (vertex, scene) = (&at.vertex, self.job.scene);
         emission::surface(
@@ -160,8 +161,7 @@ impl<'a> SampleContext<'a> {
         emission::escaped(self.job.scene, d.normalize(), &MisContext::CAMERA, Strategy::Both)
     }
 
-    /// An unbiased estimate of the light that falls directly on a surface and is scattered along `wo`: one light, one point
-    /// on it, one shadow ray.
+    /// An unbiased estimate of the direct light scattered along `wo`: one light, one point on it, one shadow ray.
     pub fn direct_light(&self, at: &Intersection, depth: u32) -> Vec3 {
         let context = self.trace_context(depth, Dimension::ShadowAlpha);
         let media = Sides { near: &MediumStack::EMPTY, far: &MediumStack::EMPTY };
@@ -183,7 +183,7 @@ impl<'a> SampleContext<'a> {
         sum
     }
 
-    /// Continues a path by sampling the BSDF: its weight f·|cosθ|/pdf and the next ray. `None` where it ends.
+    /// Continues a path by BSDF sampling: the weight f·|cosθ|/pdf and the next ray. `None` where the path ends.
     pub fn scatter(&self, at: &Intersection, depth: u32) -> Option<(Vec3, Ray)> {
         let uc = self.point_1d(depth, Dimension::Lobe);
         let u = self.point_2d(depth, Dimension::Direction);
@@ -199,7 +199,7 @@ impl<'a> SampleContext<'a> {
     }
 }
 
-/// One camera ray, whose radiance `integrator` says, and the weight of its place in the pixel.
+/// One camera ray with the radiance computed by `integrator`, and the pixel filter weight.
 pub(crate) fn sample(
     integrator: &dyn Integrator,
     job: &Job<'_>,

@@ -1,8 +1,8 @@
-//! The named random decisions of a path.
+//! Named random decisions of a path.
 //!
-//! This table is fixed like a file format: replay and the merging of sample ranges rest on it. New decisions get new
-//! numbers (below 256: a key packs depth·256 + number); numbers are never reused. A decision left out shifts no other
-//! number, because each is keyed by name.
+//! This table is fixed like a file format: replay and the merging of sample ranges rely on it. New decisions get new
+//! numbers (below 256: a key packs depth·256 + number); numbers are never reused. Omitting a decision does not change
+//! the other random numbers, because each is keyed by name.
 //!
 //! | number | decision | dims | depth |
 //! |---|---|---|---|
@@ -11,36 +11,36 @@
 //! | 5, 6 | light choice, light point | 1, 2 | vertex |
 //! | 7 | roulette | 1 | vertex |
 //! | 8, 9 | alpha met by the path ray, by the shadow ray | hash | vertex |
-//! | 10 | environment seen by a diffuse lobe that is not followed | 2 | vertex |
+//! | 10 | environment direction of a diffuse lobe that is not sampled for paths | 2 | vertex |
 
-/// Version of the table; part of what two renders must share to be merged.
+/// Version of the table; renders must share it to be merged.
 pub const LAYOUT: u32 = 1;
 
 /// One named decision at one depth (0 = the camera and the first hit).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum Dimension {
-    /// Place within the pixel's filter (2-D, depth 0).
+    /// Position within the pixel filter (2-D, depth 0).
     Pixel = 0,
-    /// Place on the lens (2-D, depth 0).
+    /// Position on the lens (2-D, depth 0).
     Lens = 1,
-    /// Instant within the shutter (1-D, depth 0).
+    /// Time within the shutter interval (1-D, depth 0).
     Time = 2,
-    /// Which lobe scatters (1-D).
+    /// Choice of the scattering lobe (1-D).
     Lobe = 3,
-    /// Where that lobe sends the path (2-D).
+    /// Direction sampled from that lobe (2-D).
     Direction = 4,
-    /// Which light is aimed at (1-D).
+    /// Choice of the light (1-D).
     Light = 5,
-    /// Where on it (2-D).
+    /// Position on the light (2-D).
     LightPoint = 6,
-    /// Whether the path goes on (1-D).
+    /// Whether the path survives Russian roulette (1-D).
     Roulette = 7,
-    /// Alpha of what the path ray meets (hash).
+    /// Alpha test of the path ray (hash).
     Alpha = 8,
-    /// Alpha of what the shadow ray meets (hash).
+    /// Alpha test of the shadow ray (hash).
     ShadowAlpha = 9,
-    /// Where a diffuse lobe that is not followed looks for the environment (2-D).
+    /// Environment direction of a diffuse lobe that is not sampled for paths (2-D).
     Sky = 10,
 }
 

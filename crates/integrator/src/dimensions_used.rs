@@ -1,4 +1,5 @@
-//! Which random decisions does a render have? The others are not drawn; keyed by name, they shift no number.
+//! The random decisions that a render uses. The others are not drawn; since numbers are keyed by name, this changes no
+//! other number.
 
 use crate::effects::Effect;
 use crate::settings::{ROULETTE_FROM, Settings, Strategy};
@@ -7,13 +8,13 @@ use dapple_lights::Light;
 use dapple_materials::{Lobe, Lobes};
 use dapple_scene::Scene;
 
-/// Decisions of the path tracer beyond the pixel's.
+/// Random decisions of the path tracer that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct DimensionsUsed {
     pub pixel: bool,
     pub lens: bool,
     pub time: bool,
-    /// Some light can be aimed at, and some surface gains by it.
+    /// Some light can be sampled, and some surface has a lobe that is not a delta lobe.
     pub next_event: bool,
     pub light_choice: bool,
     pub light_point: bool,
@@ -67,13 +68,14 @@ impl DimensionsUsed {
     };
 }
 
-/// Whether lobes have to be told apart; the smooth and the rough kind of one are never there at once.
+/// Whether a material has several kinds of lobes; the smooth and the rough variant of a lobe never occur together.
 fn are_several(lobes: Lobes) -> bool {
     let kinds = [Lobes::of(Lobe::Diffuse), Lobes::REFLECTION, Lobes::TRANSMISSION];
     kinds.iter().filter(|kind| lobes.meets(**kind)).count() > 1
 }
 
-/// Not black, not an environment that the lobes find as well, and not left to the lobes by the strategy.
+/// Whether the light is sampled: it is not black, not an environment that BSDF sampling covers, and not excluded by the
+/// strategy.
 fn is_aimed_at(light: &Light, strategy: Strategy) -> bool {
     match light {
         light if strategy == Strategy::BsdfOnly && !light.is_delta() => false,

@@ -1,10 +1,10 @@
-//! Next-event estimation: light that falls directly on a vertex, found by aiming at a light.
+//! Next-event estimation: direct light at a vertex, found by light sampling.
 
 use crate::bias_report::Truncation;
 use crate::medium::MediumStack;
 use crate::observer::PathObserver;
 use crate::settings::Strategy;
-use crate::shadow::{Passage, Way};
+use crate::shadow::{Passage, ShadowPath};
 use crate::shared_place;
 use crate::trace_context::TraceContext;
 use crate::vertex::Vertex;
@@ -16,39 +16,40 @@ use dapple_sampling::{mis, warp};
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
 
-/// The way from a vertex to a light, and what may stand in it.
+/// Direct lighting at a vertex: shadow rays, the media they cross, and the MIS strategy.
 pub(crate) struct DirectLighting<'a, V> {
     pub context: TraceContext<'a, V>,
     pub vertex: &'a Vertex,
     pub media: Sides<'a>,
     pub strategy: Strategy,
-    /// Surfaces that a path from the vertex may still pass.
+    /// Maximum number of surfaces that a path from the vertex may still pass.
     pub reach: u32,
-    /// Light lost among too many clear surfaces.
+    /// Light lost because shadow rays crossed too many transparent surfaces.
     pub lost: Cell<Vec3>,
 }
 
-/// The bodies on both sides of a vertex, as seen from where the path came.
+/// The bodies on both sides of a vertex; `near` is the side that the path arrived on.
 #[derive(Clone, Copy)]
 pub(crate) struct Sides<'a> {
     pub near: &'a MediumStack,
     pub far: &'a MediumStack,
 }
 
-/// One attempt of the path tracer to find light.
+/// One light sample of the path tracer.
 #[derive(Clone, Copy)]
 pub(crate) struct DirectSample {
-    /// Chooses the light.
+    /// Random number for the choice of the light.
     pub uc: f32,
-    /// The point on it.
+    /// Random numbers for the point on the light.
     pub u: Vec2,
     pub aiming: Aiming,
-    /// Lobes by which the path may go on, and so find lights as well.
+    /// Lobes that BSDF sampling continues the path with, which therefore find lights as well.
     pub followed: Lobes,
 }
 
 impl<V: Visibility> DirectLighting<'_, V> {
-    /// One light, one point on it: an estimate of ∫ f·L·|cosθ| dω over all lights. Counts its shadow ray in `rays`.
+    /// Samples one light and one point on it: an estimate of ∫ f·L·|cosθ| dω over all lights. Counts its shadow ray in
+    /// `rays`.
     #[inline(always)]
     pub fn one(&self, aim: &DirectSample, rays: &mut u64) -> Vec3 {
         let (scene, p) = (self.context.scene, self.vertex.surface.p);
@@ -64,15 +65,15 @@ impl<V: Visibility> DirectLighting<'_, V> {
         self.arriving(chosen.index, &sample, pdf, (f_cos, alone), rays)
     }
 
-    /// As [`Self::received`], of a light sample that is alone.
+    /// As [`Self::received`], for a light sample without a competing BSDF sample.
     #[cold]
     #[inline(never)]
     fn received_alone(&self, light: &Light, sample: &LightSample, pdf: f32, followed: Lobes) -> Vec3 {
         self.received(light, sample, pdf, followed, true)
     }
 
-    /// f·cosθ towards a light sample of density `pdf`, what is followed weighted against being found that way unless the light
-    /// sample is `alone`.
+    /// f·cosθ for a light sample of density `pdf`. The `followed` lobes are weighted against BSDF sampling, unless the
+    /// light sample is `alone`.
     #[inline(always)]
     fn received(&self, light: &Light, sample: &LightSample, pdf: f32, followed: Lobes, alone: bool) -> Vec3 {
         let (f_cos, bsdf_pdf) = self.vertex.f_cos_and_pdf(sample.wi, followed);
@@ -85,8 +86,9 @@ impl<V: Visibility> DirectLighting<'_, V> {
         sum
     }
 
-    /// What of the light sample's radiance leaves the vertex, unless something stands in the way. First f·cosθ towards
-    /// it, weighted against rays that find the same light, then the same as if there were none.
+    /// Radiance of the light sample that is scattered at the vertex, if it is not occluded. The first of the two values
+    /// is f·cosθ towards the sample, weighted against BSDF sampling of the same light, the second is the same without
+    /// competing BSDF samples.
     #[inline(always)]
     pub fn arriving(
         &self,
@@ -122,22 +124,23 @@ impl<V: Visibility> DirectLighting<'_, V> {
         }
         let ray = match shared_place::of(self.context.scene) {
             None => Some(ray),
-            Some(places) => shared_place::way(places, (light, sample), o, ray, &self.context),
+            Some(places) => shared_place::segment_to_light(places, (light, sample), o, ray, &self.context),
         };
         let Some(ray) = ray else { return Vec3::ZERO };
         self.through(&ray, sample, value, &|| alone() * radiance / pdf)
     }
 
-    /// What comes through of `value`, or where no path takes the same way, of what the light sample is worth `alone`.
+    /// The transmitted part of `value`, or, if no path can follow the same segment, of the value of `alone`.
     #[inline(never)]
     fn through(&self, ray: &Ray, sample: &LightSample, value: Vec3, alone: &impl Fn() -> Vec3) -> Vec3 {
-        let Some(way) = self.way(ray, sample.wi, sample.distance, value) else { return Vec3::ZERO };
+        let Some(way) = self.shadow_path(ray, sample.wi, sample.distance, value) else { return Vec3::ZERO };
         let is_alone = way.passed > 0 && !sample.delta && self.is_alone(&way);
         way.transmittance * if is_alone { alone() } else { value }
     }
 
-    /// The way along a shadow ray towards `wi`, if light comes through; `value`: what then arrives at most.
-    fn way(&self, ray: &Ray, wi: Vec3, distance: f32, value: Vec3) -> Option<Way> {
+    /// The shadow path along `ray` towards `wi`, if it is not blocked; `value` is the contribution without transmission
+    /// loss.
+    fn shadow_path(&self, ray: &Ray, wi: Vec3, distance: f32, value: Vec3) -> Option<ShadowPath> {
         let ng = self.vertex.surface.ng;
         let is_far = wi.dot(ng) * self.vertex.wo.dot(ng) < 0.0;
         let stack = if is_far { self.media.far } else { self.media.near };
@@ -151,21 +154,23 @@ impl<V: Visibility> DirectLighting<'_, V> {
         }
     }
 
-    /// Whether no path finds the light on this way: it would be bent, or have more bounces than are followed.
-    fn is_alone(&self, way: &Way) -> bool {
+    /// Whether no path finds the light along this segment: it would be refracted, or would exceed the maximum number of
+    /// bounces.
+    fn is_alone(&self, way: &ShadowPath) -> bool {
         way.bent || way.passed > self.reach
     }
 
-    /// Writes down what was lost, for a path of throughput `beta`.
-    pub fn tell<O: PathObserver>(&self, beta: Vec3, observer: &mut O) {
+    /// Reports the lost light for a path of throughput `beta`.
+    pub fn report_lost<O: PathObserver>(&self, beta: Vec3, observer: &mut O) {
         let lost = self.lost.get();
         if lost != Vec3::ZERO {
             observer.cut(Truncation::Panes, beta * lost);
         }
     }
 
-    /// Light of the environment on a diffuse lobe that is not followed, found in a direction even in cosine. `aimed`
-    /// gives the density of aiming there, for a density of the environment's own; of such directions there are `points`.
+    /// Environment light on a diffuse lobe that BSDF sampling does not continue, estimated with a cosine-distributed
+    /// direction, one of `points`. `aimed` maps a light index and a density of the environment to the density of light
+    /// sampling in that direction.
     pub fn sky_on_diffuse(
         &self,
         u: Vec2,
@@ -188,7 +193,7 @@ impl<V: Visibility> DirectLighting<'_, V> {
         let Some(o) = self.vertex.origin(wi, &self.context) else { return Vec3::ZERO };
         let ray = Ray::new(o, wi);
         *rays += 1;
-        let Some(way) = self.way(&ray, wi, f32::INFINITY, value) else { return Vec3::ZERO };
+        let Some(way) = self.shadow_path(&ray, wi, f32::INFINITY, value) else { return Vec3::ZERO };
         let weight = match self.strategy {
             Strategy::Both => mis::power(points * pdf, aimed(index as usize, environment.pdf(wi))),
             Strategy::LightOnly if environment.is_sampled() => 0.0,
@@ -197,7 +202,7 @@ impl<V: Visibility> DirectLighting<'_, V> {
         value * (weight * way.transmittance)
     }
 
-    /// Weight of a light sample against the BSDF finding the same light.
+    /// MIS weight of a light sample against BSDF sampling of the same light.
     pub fn weight(&self, delta: bool, pdf: f32, bsdf_pdf: f32) -> f32 {
         match self.strategy {
             _ if delta => 1.0,

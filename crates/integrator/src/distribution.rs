@@ -1,11 +1,12 @@
-//! The distribution ray tracer [Cook 1984]: every effect is an integral of its own, summed where it arises.
+//! The distribution ray tracer [Cook 1984]: every effect is a separate integral, evaluated where it arises.
 //!
-//! A pixel is the mean over its area, of the mean over the lens, of the mean over the shutter's time, of the radiance
-//! along a ray; and that is, where the ray ends, what is emitted there, plus for each light the mean over its surface,
-//! plus for each lobe the mean over its directions of the radiance that comes from there: the same again.
+//! A pixel is the mean over its area of the mean over the lens of the mean over the shutter interval of the radiance
+//! along a ray. The radiance along a ray is, at the surface it hits, the emission, plus for each light the mean over
+//! its surface, plus for each lobe the mean over its directions of the incident radiance, which is computed
+//! recursively.
 //!
-//! Where a light's points and a lobe's directions can both find the same light, they are weighted by the power heuristic
-//! with their counts [Veach 1997, §9.2.2].
+//! Where points on a light and directions of a lobe can both find the same light, they are weighted by the power
+//! heuristic with their sample counts [Veach 1997, §9.2.2].
 
 mod branch;
 mod deep;

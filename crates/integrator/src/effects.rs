@@ -1,32 +1,33 @@
-//! The integrals of the distribution ray tracer, each with its own points, and which of them are off.
+//! The integrals of the distribution ray tracer, each with its own sample set, or switched off.
 //!
-//! The path tracer randomises all of them at once and looks only at which are off (count 0: the ideal limit).
+//! The path tracer samples all of them jointly and uses only whether each is off (count 0: the ideal limit).
 
 use dapple_sampling::{Pattern, SampleSet};
 use std::fmt;
 use std::str::FromStr;
 
-/// One of the integrals that make up a pixel.
+/// One of the integrals of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Effect {
-    /// Antialiasing: over the pixel's area. Off: the pixel's centre.
+    /// Antialiasing: the integral over the pixel area. Off: the pixel centre.
     Pixel,
-    /// Depth of field: over the lens. Off: a pinhole.
+    /// Depth of field: the integral over the lens. Off: a pinhole.
     Lens,
-    /// Motion blur: over the shutter's time. Off: the instant it opens.
+    /// Motion blur: the integral over the shutter interval. Off: the instant at which the shutter opens.
     Time,
-    /// Soft shadows: over each light. Off: all of its power from its centroid; an environment is unaffected.
+    /// Soft shadows: the integral over each light. Off: all of its power from its centroid; an environment is
+    /// unaffected.
     Light,
-    /// Blurred reflections: over the rough reflection lobe. Off: a mirror of reflectance F(θ).
+    /// Blurred reflections: the integral over the rough reflection lobe. Off: a mirror of reflectance F(θ).
     Glossy,
-    /// Blurred refractions: over the rough transmission lobe. Off: smooth refraction.
+    /// Blurred refractions: the integral over the rough transmission lobe. Off: smooth refraction.
     Refract,
-    /// Diffuse interreflection: over the hemisphere. Off: only light that falls on the surface directly.
+    /// Diffuse interreflection: the integral over the hemisphere. Off: only direct light.
     Diffuse,
 }
 
 impl Effect {
-    /// All of them, with the names options use.
+    /// All effects, with the names used by command-line options.
     pub const ALL: [(Self, &'static str); 7] = [
         (Self::Pixel, "pixel"),
         (Self::Lens, "lens"),
@@ -45,22 +46,22 @@ impl fmt::Display for Effect {
     }
 }
 
-/// Points of every integral. The default is the command line's.
+/// Sample set of every integral. The default is that of the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleSets {
-    /// Over the pixel's area.
+    /// Samples over the pixel area.
     pub pixel: SampleSet,
-    /// Over the lens.
+    /// Samples over the lens.
     pub lens: SampleSet,
-    /// Over the shutter's time; its count counts in one dimension.
+    /// Samples over the shutter interval; one-dimensional, with the total count of the set.
     pub time: SampleSet,
-    /// Over each light: one punctual light, one environment, one emissive primitive.
+    /// Samples over each light: one punctual light, one environment, one emissive primitive.
     pub light: SampleSet,
-    /// Over the rough reflection lobe.
+    /// Samples over the rough reflection lobe.
     pub glossy: SampleSet,
-    /// Over the rough transmission lobe.
+    /// Samples over the rough transmission lobe.
     pub refract: SampleSet,
-    /// Over the hemisphere.
+    /// Samples over the hemisphere.
     pub diffuse: SampleSet,
 }
 
@@ -80,13 +81,13 @@ impl Default for SampleSets {
 }
 
 impl SampleSets {
-    /// The plan of one effect.
+    /// The sample set of one effect.
     pub fn of(&self, effect: Effect) -> SampleSet {
         let mut copy = *self;
         *copy.of_mut(effect)
     }
 
-    /// The plan of one effect, to be changed.
+    /// Mutable access to the sample set of one effect.
     pub fn of_mut(&mut self, effect: Effect) -> &mut SampleSet {
         match effect {
             Effect::Pixel => &mut self.pixel,
@@ -104,7 +105,7 @@ impl SampleSets {
         self.of(effect).count() == 0
     }
 
-    /// Every plan changed, the ones that are off excepted.
+    /// Applies `change` to every sample set that is not off.
     pub(crate) fn map(mut self, change: impl Fn(Effect, SampleSet) -> SampleSet) -> Self {
         for (effect, _) in Effect::ALL {
             let plan = self.of_mut(effect);
@@ -116,10 +117,10 @@ impl SampleSets {
     }
 }
 
-/// How the integrals are put together.
+/// How the integrals are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Combine {
-    /// Every inner integral in full at every point of the outer ones.
+    /// Every inner integral is evaluated in full at every point of the outer integrals.
     #[default]
     Nested,
     /// As many samples as the pixel has points, each with one stratum of every integral; the strata are matched by
@@ -127,9 +128,9 @@ pub enum Combine {
     Paired,
 }
 
-/// Not a way of combining.
+/// Error for an unknown combine mode.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("'{0}' is no way of combining; choose nested or paired")]
+#[error("unknown combine mode '{0}' (expected nested or paired)")]
 pub struct UnknownCombine(String);
 
 impl FromStr for Combine {

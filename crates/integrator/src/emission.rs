@@ -1,5 +1,5 @@
-//! What a ray picks up where it ends: radiance of the surface it hit or of the environment, weighted against the
-//! light sampling that could have found the same place.
+//! Emission found by rays: radiance of the surface that is hit or of the environment, weighted against the light
+//! sampling that could have found the same point.
 
 use crate::settings::Strategy;
 use dapple_geometry::{Hit, Surface};
@@ -9,37 +9,39 @@ use dapple_sampling::mis;
 use dapple_scene::Scene;
 use glam::{Vec2, Vec3};
 
-/// How a ray came to where it is: what aiming at lights from its origin needs to be weighed against.
+/// State of a ray that the MIS weight of the emission at its end depends on.
 #[derive(Clone, Copy)]
 pub(crate) struct MisContext {
-    /// Origin of the ray and the normal there, as given to the light choice.
+    /// Origin of the ray and the normal there, as passed to the light choice.
     pub p: Vec3,
     pub n: Vec3,
     /// Solid-angle density of the direction, times the number of such rays.
     pub pdf: f32,
     pub competing: CompetingStrategy,
-    /// Area lights are points at their centroids: what is met of their surfaces counts nothing.
+    /// Area lights are points at their centroids: hits of their surfaces contribute nothing.
     pub lights_are_points: bool,
-    /// Seconds since the shutter opened: lights are weighed where they are then.
+    /// Seconds since the shutter opened: densities of light sampling use the lights at this time.
     pub time: f32,
-    /// Mirrors and clear glass alone lie between the camera and here: what is shadeless shows. Elsewhere it lights nothing.
+    /// The path from the camera consists only of specular reflection and specular transmission, so that unlit surfaces
+    /// are visible. For other paths, unlit surfaces emit nothing.
     pub is_seen: bool,
-    /// How far the ray's origin is from `p`: the way has passed surfaces that let it go straight on, as a shadow ray does.
+    /// Distance from `p` to the ray origin: the path has passed surfaces straight through, as a shadow ray does.
     pub gone: f32,
-    /// The way has been bent, where shadow rays go straight on: they stand for what it would find.
+    /// The path was refracted where shadow rays pass straight through; shadow rays account for the light that it would
+    /// find.
     pub bent: bool,
-    /// How far a camera ray still sees; not above 0 of rays that are none.
+    /// Remaining visible distance of a camera ray; not positive for other rays.
     pub view: f32,
 }
 
-/// What else could have found the light that a ray meets.
+/// Light sampling that competes with a ray that hits a light.
 #[derive(Clone, Copy)]
 pub(crate) enum CompetingStrategy {
-    /// Nothing: camera rays and delta lobes.
+    /// None: camera rays and delta lobes.
     Nothing,
-    /// One light chosen among all.
+    /// One light, chosen among all.
     Choice,
-    /// Every light, with `points` points each.
+    /// Every light, with `points` samples each.
     Each { points: f32, aiming: Aiming },
 }
 
@@ -57,7 +59,7 @@ impl MisContext {
         view: f32::INFINITY,
     };
 
-    /// On through a smooth surface, `distance` farther, in the direction that it came if that is not bent.
+    /// Continues through a smooth surface, `distance` farther, in the same direction unless `bent`.
     pub fn through(self, distance: f32, bent: bool) -> Self {
         let view = if bent { 0.0 } else { self.view - distance };
         Self { gone: self.gone + distance, bent: self.bent || bent, view, ..self }
@@ -69,14 +71,14 @@ impl MisContext {
         self.view > 0.0
     }
 
-    /// The ray, up to where the camera sees if it is a camera ray.
+    /// The ray, limited to the remaining visible distance if it is a camera ray.
     #[inline(always)]
     pub fn ending(&self, ray: Ray) -> Ray {
         if self.is_camera() { ray.until(self.view / ray.d.length()) } else { ray }
     }
 }
 
-/// Radiance of the environment along `d`.
+/// Weighted radiance of the environment along `d`.
 pub(crate) fn escaped(scene: &Scene, d: Vec3, arrival: &MisContext, strategy: Strategy) -> Vec3 {
     let Some(index) = scene.environment.filter(|_| cfg!(not(without = "environment"))) else {
         return Vec3::ZERO;
@@ -90,7 +92,7 @@ pub(crate) fn escaped(scene: &Scene, d: Vec3, arrival: &MisContext, strategy: St
     radiance * bsdf_weight(scene, index, arrival, &reached, strategy)
 }
 
-/// Radiance of the surface that was hit, towards `wo`.
+/// Weighted emission of the surface that was hit, towards `wo`.
 pub(crate) fn surface(
     scene: &Scene,
     hit: &Hit,
@@ -116,7 +118,7 @@ pub(crate) fn surface(
     }
 }
 
-/// Weight of the direction having been found by the BSDF.
+/// MIS weight of a direction found by BSDF sampling.
 fn bsdf_weight(
     scene: &Scene,
     light: u32,

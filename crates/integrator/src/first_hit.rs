@@ -1,13 +1,13 @@
-//! What camera rays see: nothing before the near plane, and no back faces of single-sided opaque materials.
+//! Visibility of camera rays: nothing in front of the near plane, and no back faces of single-sided opaque materials.
 //!
-//! A camera ray is the ray from the lens to the first surface that light does not go straight through. It stays one on its
-//! way through holes (alpha), through boundaries that are hidden inside of a body, and through clear surfaces that do not
-//! bend it, thin panes above all: what a window shows is what would be seen without it. Reflected, refracted and
-//! scattered rays are not camera rays. They meet both sides of everything, as light does.
+//! A camera ray extends from the lens to the first surface that does not transmit it straight through. It remains a
+//! camera ray through holes (alpha), through boundaries that are hidden inside a body, and through transparent surfaces
+//! that do not refract it, most notably thin panes: a window shows what would be visible without it. Reflected,
+//! refracted and scattered rays are not camera rays. They hit both sides of every surface, as light does.
 //!
-//! Rays are traced as if nothing was to be passed. Only where the first surface is one to pass, the ray is traced again
-//! past all such surfaces; and only where something lies before the near plane, or the camera stands within a body, it is
-//! moved to start there. So pictures in which nothing is passed keep their bytes.
+//! Rays are first traced without these exceptions. Only if the first surface is one to pass, the ray is traced again
+//! past all such surfaces; and only if a surface lies in front of the near plane, or the camera is inside a body, the
+//! ray origin is moved to the near plane. Images in which nothing is passed therefore stay the same to the bit.
 
 use crate::culling::{Backfaces, hides_back, hides_backs};
 use crate::job::Job;
@@ -22,12 +22,12 @@ use dapple_sampling::Key;
 use dapple_scene::Scene;
 use glam::Vec2;
 
-/// Whether a camera ray along the direction of `ray` passes a hit, for it is of a back face that is not shown.
+/// Whether a camera ray along the direction of `ray` passes a hit because it is on a back face that is not shown.
 fn is_passed(scene: &Scene, hit: &Hit, ray: &Ray, time: f32) -> bool {
     hides_back(scene.material(hit.object)) && scene.accel.is_from_behind(hit, ray.d, time)
 }
 
-/// The ray from its near plane on, which is `near` lengths of its direction away.
+/// The ray from its near plane on, where `near` is the ray parameter of the plane.
 pub(crate) fn beyond(ray: &Ray, near: f32) -> Ray {
     if near <= 0.0 {
         return *ray;
@@ -36,7 +36,7 @@ pub(crate) fn beyond(ray: &Ray, near: f32) -> Ray {
     Ray { o: o.as_vec3(), d: ray.d, t_max: ray.t_max - near }
 }
 
-/// The ray from its near plane on, the bodies around its start there, and how long the way before it is.
+/// The ray from its near plane on, the bodies around its new origin, and the length of the skipped part.
 #[cold]
 #[inline(never)]
 pub(crate) fn start(job: &Job<'_>, ray: &Ray, time: f32) -> (Ray, MediumStack, f32) {
@@ -46,20 +46,21 @@ pub(crate) fn start(job: &Job<'_>, ray: &Ray, time: f32) -> (Ray, MediumStack, f
 }
 
 impl Job<'_> {
-    /// How far along a camera ray its near plane lies, in lengths of its direction; 0 where nothing is clipped.
+    /// Ray parameter of the near plane along a camera ray; 0 where nothing is clipped.
     #[cold]
     #[inline(never)]
     pub fn near(&self, ray: &Ray, time: f32) -> f32 {
         if self.camera.motion.is_some() { self.camera.at(time).near(ray) } else { self.camera.near(ray) }
     }
 
-    /// Whether a place at `t` along a camera ray lies before its near plane, which is not farther than `near`.
+    /// Whether the ray parameter `t` of a camera ray lies in front of its near plane; `near` is an upper bound for the
+    /// plane.
     #[inline(always)]
     pub fn clips(&self, t: f32, near: f32, ray: &Ray, time: f32) -> bool {
         cfg!(not(without = "view")) && t < near && t < self.near(ray, time)
     }
 
-    /// Whether a camera ray goes on behind what it met first.
+    /// Whether a camera ray continues past its first hit.
     #[inline(always)]
     pub fn passes(&self, ray: &Ray, (hit, surface): (&Hit, &Surface), near: f32, time: f32) -> bool {
         let from_behind =
@@ -73,11 +74,11 @@ impl Job<'_> {
     }
 }
 
-/// What a camera ray sees, past all that it passes, in a scene without media: the hit, its surface, and its distance from
-/// the lens. `first`: the distance of what it met first; `near`: that of the near plane at most.
+/// The hit of a camera ray past all surfaces that it passes, in a scene without media: the hit, its surface, and its
+/// distance from the lens. `first`: ray parameter of the first hit; `near`: upper bound for that of the near plane.
 #[cold]
 #[inline(never)]
-pub(crate) fn seen<V: Visibility>(
+pub(crate) fn visible_hit<V: Visibility>(
     context: &TraceContext<'_, V>,
     ray: &Ray,
     (near, first): (f32, f32),
@@ -96,14 +97,14 @@ pub(crate) fn seen<V: Visibility>(
 }
 
 impl<'a, V: Visibility> TraceContext<'a, V> {
-    /// The same for camera rays, which pass back faces.
+    /// The same context for camera rays, which pass back faces.
     pub fn of_camera_ray(&self) -> TraceContext<'a, FromCamera<V>> {
         let visibility = FromCamera { inner: self.visibility, hides_backs: self.job.hides_backs };
         TraceContext { job: self.job, scene: self.scene, visibility, time: self.time, key: self.key }
     }
 }
 
-/// What stops a camera ray, of what stops others.
+/// Visibility for camera rays: what stops other rays, except for back faces.
 #[derive(Clone, Copy)]
 pub(crate) struct FromCamera<V> {
     inner: V,
@@ -138,7 +139,7 @@ impl<V: Visibility> Visibility for FromCamera<V> {
     }
 }
 
-/// Of all surfaces, taken as solid, those that a camera ray does not pass.
+/// Accepts the surfaces that a camera ray does not pass, ignoring alpha.
 struct Shown<'a> {
     scene: &'a Scene,
     ray: &'a Ray,
@@ -153,7 +154,7 @@ impl HitFilter<Hit> for Shown<'_> {
     }
 }
 
-/// The first surface that a camera ray sees, holes taken as solid.
+/// The first surface that a camera ray shows, with alpha ignored.
 pub(crate) fn solid(job: &Job<'_>, ray: &Ray, time: f32) -> Option<(Hit, Surface)> {
     let ray = &beyond(ray, job.near(ray, time));
     let (scene, hides_backs) = (job.scene, job.hides_backs);
@@ -161,8 +162,8 @@ pub(crate) fn solid(job: &Job<'_>, ray: &Ray, time: f32) -> Option<(Hit, Surface
     Some((hit, scene.accel.surface(ray, time, &hit)))
 }
 
-/// Distance along the view axis to what the middle of the picture shows when the shutter opens, in render units, holes
-/// taken as solid; None where it shows nothing.
+/// Distance along the view axis to the surface at the image centre when the shutter opens, in render-space units, with
+/// alpha ignored; `None` where there is no surface.
 pub fn centre_depth(scene: &Scene, camera: &Camera, backfaces: Backfaces) -> Option<f32> {
     let (half, hides_backs) = (Vec2::splat(0.5), hides_backs(scene, backfaces));
     let ray = camera.ray((0, 0), half, (1, 1), half);

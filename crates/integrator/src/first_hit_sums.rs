@@ -1,4 +1,4 @@
-//! What the first hits of camera rays saw, summed over the samples of each pixel, for the layers that show it.
+//! First hits of camera rays, summed over the samples of each pixel, for the layers that show them.
 
 use crate::aov::Aov;
 use crate::bias_report::{BiasReport, Truncation};
@@ -8,7 +8,7 @@ use crate::settings::Settings;
 use crate::vertex::Vertex;
 use glam::{DVec3, Vec3};
 
-/// What the first hits of a sample's camera rays saw, summed, in render space.
+/// Sums over the first hits of the camera rays of one sample, in render space.
 #[derive(Clone, Default)]
 pub(crate) struct FirstHit {
     rays: u32,
@@ -16,23 +16,23 @@ pub(crate) struct FirstHit {
     albedo: Vec3,
     normal: Vec3,
     p: Vec3,
-    /// Object + 1 at the first ray; 0 = nothing.
+    /// Object index + 1 at the first ray; 0 where nothing is hit.
     object: u32,
-    /// Likewise at each further ray that met something, if all are asked for.
+    /// Object index + 1 at each further ray that hits a surface, if all objects are requested.
     further: Vec<u32>,
     asks_all: bool,
     hides_backdrop: bool,
-    /// Of all rays.
+    /// Bias events of all rays of the sample.
     pub bias: BiasReport,
 }
 
 impl FirstHit {
-    /// Of a sample of which nothing is known yet.
+    /// An empty record for a new sample.
     pub fn of(settings: &Settings) -> Self {
         Self { hides_backdrop: settings.transparent, ..Self::default() }
     }
 
-    /// Objects + 1 that the rays met, one for each.
+    /// Object index + 1 for each ray that hit a surface.
     fn objects(&self) -> impl Iterator<Item = u32> {
         std::iter::once(self.object).filter(|object| *object != 0).chain(self.further.iter().copied())
     }
@@ -70,17 +70,17 @@ impl PathObserver for FirstHit {
     }
 }
 
-/// Sums of first hits over the samples of each pixel: those that the layers asked for are made of, the others empty.
+/// Sums of first hits over the samples of each pixel; vectors that no requested layer needs are empty.
 #[derive(Clone, Default)]
 pub(crate) struct FirstHits {
-    /// Samples that hit something, in shares of a sample.
+    /// Samples that hit a surface, in shares of a sample.
     pub hits: Vec<f64>,
     pub albedo: Vec<DVec3>,
     pub normal: Vec<DVec3>,
     pub p: Vec<DVec3>,
-    /// Object + 1 at the first sample; 0 = nothing.
+    /// Object index + 1 at the first sample; 0 where nothing is hit.
     pub object: Vec<u32>,
-    /// Which part of the pixel's samples met something, and each of the objects.
+    /// Share of the pixel's samples that hit a surface, and share of each object.
     pub coverage: Coverage,
     is_asked: bool,
 }
@@ -101,7 +101,7 @@ impl FirstHits {
         }
     }
 
-    /// What these layers take in a tile.
+    /// Bytes per pixel for these layers in a tile.
     pub fn bytes_per_pixel(settings: &Settings) -> usize {
         let one = Self::new(1, settings);
         let vectors = [&one.albedo, &one.normal, &one.p].map(|v| size_of_val(&**v));
@@ -109,7 +109,7 @@ impl FirstHits {
         size_of_val(&*one.hits) + vectors.iter().sum::<usize>() + size_of_val(&*one.object) + coverage
     }
 
-    /// For a sample whose first hit is to be seen, if any layer asks for it.
+    /// The record for a new sample, if any layer needs first hits.
     pub fn start(&self, settings: &Settings) -> FirstHit {
         if !self.is_asked {
             return FirstHit::default();
@@ -117,7 +117,7 @@ impl FirstHits {
         FirstHit { asks_all: self.coverage.asks_objects(), ..FirstHit::of(settings) }
     }
 
-    /// Adds what a sample of a pixel saw, if any layer asks for it.
+    /// Adds the record of a sample to a pixel, if any layer needs first hits.
     pub fn add(&mut self, pixel: usize, first: &FirstHit, index: u32, weight: f32) {
         if !self.is_asked {
             return;

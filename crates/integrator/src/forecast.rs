@@ -1,5 +1,5 @@
-//! How many rays will a pixel take? Worked out before the first one is traced: an upper bound, as if every ray met a
-//! surface with the most lobes there are.
+//! Ray forecast: predicts the number of rays per pixel before any ray is traced. The forecast is an upper bound, as if
+//! every ray hit a surface with the most lobes in the scene.
 
 use crate::distribution::light_plan;
 use crate::effects::Effect;
@@ -11,34 +11,34 @@ use dapple_materials::{Lobe, Lobes};
 use dapple_sampling::SampleSet;
 use dapple_scene::Scene;
 
-/// Rays per pixel.
+/// Predicted rays per pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forecast {
-    /// Points over pixel, lens and time; 1 for what the scene does not have or the settings switch off.
+    /// Samples over pixel, lens and time; 1 for an effect that the scene does not have or the settings switch off.
     pub outer: [u32; 3],
-    /// By scattering events so far, at most [`LISTED`] of them.
+    /// Rays by number of preceding scattering events, at most [`LISTED`] of them.
     pub rows: Vec<DepthRow>,
-    /// Rays after more scattering events than that.
+    /// Rays beyond that number of scattering events.
     pub deeper: f64,
 }
 
-/// Depths that have a row of their own.
+/// Maximum depth with a row of its own.
 pub const LISTED: u32 = 1000;
 
 /// Rays that start after the same number of scattering events.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DepthRow {
-    /// Rays that arrive here and meet a surface.
+    /// Rays that arrive at a surface.
     pub arriving: f64,
-    /// Shadow rays from there.
+    /// Shadow rays from these surfaces.
     pub light: f64,
-    /// Reflected rays, smooth ones included.
+    /// Reflected rays, including specular ones.
     pub glossy: f64,
-    /// Transmitted rays, smooth ones included.
+    /// Transmitted rays, including specular ones.
     pub refract: f64,
-    /// Rays over the hemisphere.
+    /// Rays sampled over the hemisphere.
     pub diffuse: f64,
-    /// Path tracer: the one ray that goes on.
+    /// Path tracer: the one ray that continues the path.
     pub path: f64,
 }
 
@@ -53,7 +53,7 @@ impl Forecast {
 
 const DIFFUSE: Lobes = Lobes::of(Lobe::Diffuse);
 
-/// The effects that the scene, seen by this camera, has.
+/// The effects that are present in the scene for this camera.
 pub fn present(scene: &Scene, camera: &Camera) -> Vec<Effect> {
     let bounds = scene.lobe_bounds();
     let any = |lobes: Lobes| bounds.iter().any(|of| of.meets(lobes));
@@ -73,8 +73,8 @@ pub fn present(scene: &Scene, camera: &Camera) -> Vec<Effect> {
     Effect::ALL.into_iter().map(|(effect, _)| effect).filter(has).collect()
 }
 
-/// As [`present`], for these settings: where diffuse lobes are not followed, an environment is an integral of its own, with
-/// the light's points, even if it is of one colour.
+/// As [`present`], for these settings: if diffuse lobes are not sampled, an environment is an integral of its own, with
+/// the light's sample set, even if it is constant.
 pub fn present_in(scene: &Scene, camera: &Camera, settings: &Settings) -> Vec<Effect> {
     let has = present(scene, camera);
     let sky = scene.environment.is_some() && settings.plans.is_off(Effect::Diffuse);
@@ -111,8 +111,8 @@ fn of_trees(job: &Job<'_>) -> Forecast {
     let outer = [pixel, inner(plans.lens), inner(plans.time)];
     let bounds = job.scene.lobe_bounds();
     let depths = job.settings.bounces();
-    // The costliest materials at every depth, found from the deepest: of what smooth surfaces alone have led to, where the sky
-    // has as many points as at the first hit, and of all else.
+    // The costliest materials at every depth, computed from the deepest level up, for paths of only smooth surfaces,
+    // where the environment has as many samples as at the first hit, and for all other paths.
     let deepest = subtree(job, &bounds, depths.saturating_sub(LISTED));
     let (mut smooth, mut other) = (deepest, deepest);
     let mut costliest = Vec::new();
@@ -152,13 +152,13 @@ fn of_trees(job: &Job<'_>) -> Forecast {
 #[derive(Clone, Copy, Default)]
 struct Hit {
     row: DepthRow,
-    /// Of those that go on, the ones by smooth lobes.
+    /// Continuing rays from smooth lobes.
     smooth: f64,
 }
 
 impl Hit {
-    /// Of the material that makes the most rays, when one that goes on by a smooth lobe or by another one makes so many
-    /// `below`; and how many that is.
+    /// The material with the highest cost, and that cost in rays; `below` is the cost of a ray that continues by a
+    /// smooth lobe, and by another lobe.
     fn costliest(
         job: &Job<'_>,
         bounds: &[Lobes],
@@ -174,13 +174,13 @@ impl Hit {
         bounds.iter().map(of).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Self::default(), 1.0))
     }
 
-    /// Those that go on.
+    /// The continuing rays.
     fn rays(&self) -> f64 {
         self.row.glossy + self.row.refract + self.row.diffuse
     }
 }
 
-/// Lobes of one direction.
+/// Number of lobes with a single direction.
 fn smooth_lobes(job: &Job<'_>, lobes: Lobes, depth: u32) -> f64 {
     let plans = job.integrals.at(depth);
     let one = |kind, effect| {
@@ -190,8 +190,8 @@ fn smooth_lobes(job: &Job<'_>, lobes: Lobes, depth: u32) -> f64 {
     one(Lobes::REFLECTION, Effect::Glossy) + one(Lobes::TRANSMISSION, Effect::Refract)
 }
 
-/// At most as many rays come of one that arrives with `levels` scattering events to go, itself included: as if every surface
-/// sent on the most of every kind.
+/// Upper bound of the rays in the subtree of a ray with `levels` remaining scattering events, itself included, as if
+/// every surface sent on the maximum number of rays of every kind.
 fn subtree(job: &Job<'_>, bounds: &[Lobes], levels: u32) -> f64 {
     let [first, _] = job.integrals.skies_at(1);
     let most = |of: fn(&DepthRow) -> f64| {

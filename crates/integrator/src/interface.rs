@@ -1,4 +1,5 @@
-//! Boundaries of bodies along a ray: several in one place are one, and those hidden inside a stronger body are none.
+//! Boundaries of bodies along a ray: coincident boundaries are merged, and those hidden inside a body of higher
+//! priority are skipped.
 
 use crate::job::Job;
 use crate::medium::{Boundary, MediumStack};
@@ -9,31 +10,31 @@ use dapple_geometry::{Hit, Surface};
 use dapple_math::Ray;
 use glam::Vec3;
 
-/// Most boundaries that are looked at in one place.
+/// Maximum number of coincident boundaries that are merged.
 const IN_ONE_PLACE: usize = 32;
 
-/// Most hidden boundaries that a ray passes without a bounce; the next one counts as a surface, which light passes as a
-/// bounce. That is a bound on time and no loss of light.
+/// Maximum number of hidden boundaries that a ray passes without a bounce; the next one counts as a surface that the
+/// ray passes as a bounce. This bounds the time and loses no light.
 const HIDDEN: usize = 1024;
 
-/// Where a ray ends, and what it passed on the way.
+/// End of a ray, and the media along it.
 pub(crate) struct Met {
-    /// The surface, and the boundary that it is, if any; None where the ray leaves the scene.
+    /// The surface, and its boundary if it has one; `None` where the ray leaves the scene.
     pub at: Option<(Hit, Surface, Option<Boundary>)>,
-    /// From the origin of the ray.
+    /// Distance from the origin of the ray.
     pub distance: f32,
-    /// Distance of the first surface, hidden or not, in lengths of the ray's direction.
+    /// Ray parameter of the first surface, hidden or not.
     pub first: f32,
-    /// What is left of light after the way.
+    /// Transmittance along the ray.
     pub transmittance: Vec3,
     /// The bodies around the end of the ray, on its near side.
     pub stack: MediumStack,
-    /// Some body had to be forgotten on the way.
+    /// A body was dropped from a full medium stack along the ray.
     pub overflows: bool,
 }
 
 impl Met {
-    /// Whether the camera ray that ends here would go on.
+    /// Whether a camera ray that ends here continues.
     pub fn is_passed(&self, job: &Job<'_>, ray: &Ray, time: f32) -> bool {
         self.at.as_ref().is_some_and(|(hit, surface, _)| job.passes(ray, (hit, surface), 0.0, time))
     }
@@ -84,10 +85,10 @@ pub(crate) fn meet<V: Visibility>(context: &TraceContext<'_, V>, ray: &Ray, stac
     met
 }
 
-/// The boundary at `hit`, with those of other bodies that lie in the same place, or where rays that go on have not started
-/// yet: where two bodies touch, a ray leaves the one and enters the other at once. Rays that go on from `surface` start
-/// outside of all of them. Thin walls in between are left out: nothing else of them remains (`shared_place`). Returns the
-/// last hit.
+/// Merges the boundary at `hit` with those of other bodies that coincide with it, or that lie before the origin of the
+/// continuing ray: where two bodies touch, a ray leaves one and enters the other at once. Rays that continue from
+/// `surface` start outside of all of them. Thin walls in between are omitted: the coincident body boundary hides them
+/// (`shared_place`). Returns the boundary and the last hit.
 pub(crate) fn gather<V: Visibility>(
     context: &TraceContext<'_, V>,
     ray: &Ray,
@@ -99,7 +100,7 @@ pub(crate) fn gather<V: Visibility>(
     let mut boundary = Boundary::new(stack);
     let from_outside = |of: &Surface| of.ng.dot(ray.d) < 0.0;
     let first = *surface;
-    boundary.meet(scene.objects[hit.object as usize].body, from_outside(&first));
+    boundary.cross(scene.objects[hit.object as usize].body, from_outside(&first));
     let mut last = *hit;
     if media.bodies.len() < 2 {
         return (boundary, last);
@@ -123,9 +124,9 @@ pub(crate) fn gather<V: Visibility>(
         }
         last = next;
         let crossing = (next.object, from_outside(&other));
-        // A ray through an edge meets both of its triangles.
+        // A ray through an edge hits both adjacent triangles.
         if !known[..count].contains(&crossing) {
-            boundary.meet(body, crossing.1);
+            boundary.cross(body, crossing.1);
             known[count] = crossing;
             count += 1;
         }
@@ -134,7 +135,7 @@ pub(crate) fn gather<V: Visibility>(
     (boundary, last)
 }
 
-/// Whether a ray that goes on from `from` starts beyond `other`.
+/// Whether a ray that continues from `from` starts beyond `other`.
 fn is_passed_over(from: &Surface, other: &Surface) -> bool {
     from.ng.dot(other.p - from.p).abs() <= from.ng.abs().dot(from.p_error)
 }

@@ -1,4 +1,4 @@
-//! What is the same for all samples of a render: the scene and the settings, and what follows from them, worked out once.
+//! Data shared by all samples of a render: the scene, the settings, and everything derived from them.
 
 use crate::clear::{self, media_start};
 use crate::culling::{self, Backfaces};
@@ -14,40 +14,41 @@ use dapple_scene::Scene;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What is the same for all samples of a render.
+/// Data shared by all samples of a render.
 pub(crate) struct Job<'a> {
     pub scene: &'a Scene,
-    /// Without its lens when that is off, without clipping planes that clip nothing, and with the whole frame in the picture.
+    /// The camera without its lens if that is off, without clipping planes that clip nothing, and fitted to the image
+    /// size.
     pub camera: Camera,
     pub settings: &'a Settings,
     /// Random decisions of the path tracer.
     pub needs: DimensionsUsed,
-    /// Points of the distribution tracer's integrals.
+    /// Sample sets of the distribution tracer's integrals.
     pub integrals: Integrals,
-    /// Lobes whose blur is off.
+    /// Lobes whose roughness is switched off.
     pub sharp: Lobes,
-    /// Lobes by which a path goes on.
+    /// Lobes that BSDF sampling continues a path with.
     pub followed: Lobes,
-    /// How the path tracer aims at area lights.
+    /// How the path tracer samples area lights.
     pub aiming: Aiming,
-    /// Points drawn anew, to see what they matter: all within a point of the pixel, the lens or the time; or those of
-    /// one integral at the first hit.
+    /// The effect whose points are drawn anew, for the analysis of variance: everything inside a point of the pixel,
+    /// the lens or the time; or the points of one integral at the first hit.
     pub again: Option<Effect>,
-    /// Scattering events that are followed.
+    /// Maximum number of scattering events.
     pub bounces: u32,
-    /// Once set, samples under way end as soon as they can, and what they are is not to be kept.
+    /// Once set, samples in progress end as soon as they can, and their results must be discarded.
     pub stop: Arc<AtomicBool>,
-    /// How far along a camera ray the near plane can be at most, in lengths of its direction; 0 where nothing is clipped.
+    /// Upper bound of the ray parameter of the near plane along camera rays; 0 where nothing is clipped.
     pub near_most: f32,
     /// Camera rays pass some back faces.
     pub hides_backs: bool,
-    /// What fills the scene's bodies.
+    /// Media of the scene's bodies.
     pub media: Media<'a>,
     /// Shadow rays that start outside of all bodies pass some surfaces.
     pub clear_ways: bool,
-    /// Among them boundaries of bodies.
+    /// Shadow rays that start outside of all bodies pass some boundaries of bodies.
     pub clear_bodies: bool,
-    /// Shadow rays pass nothing, and nothing absorbs on their way.
+    /// Shadow rays pass nothing, and no medium absorbs along them.
     pub plain_shadows: bool,
 }
 
@@ -58,7 +59,7 @@ impl<'a> Job<'a> {
         camera.clip = culling::needed_clip(scene, &camera);
         camera.lens = camera.lens.filter(|lens| lens.radius > 0.0 && !off(Effect::Lens));
         if settings.general {
-            // A lens of radius 0 is a pinhole to the last bit.
+            // A lens of radius 0 is equivalent to a pinhole, bit for bit.
             camera.lens.get_or_insert(Lens { aperture: Aperture::Disk, radius: 0.0, focus_distance: 1.0 });
         }
         let mut sharp = Lobes::NONE;
@@ -93,7 +94,7 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Whether samples under way are to end.
+    /// Whether samples in progress must end.
     #[inline(always)]
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
@@ -105,22 +106,22 @@ impl<'a> Job<'a> {
         material.transmits() && (material.is_thin() || self.clear_bodies || !stack.is_empty())
     }
 
-    /// Whether a path that goes on like this takes the way that a shadow ray takes.
+    /// Whether a path that continues with this sample takes the same way as a shadow ray.
     pub fn is_shadow_way(&self, sample: &BsdfSample) -> bool {
         sample.lobe == Lobe::DeltaTransmission && (sample.eta == 1.0 || self.settings.transparent_shadows)
     }
 
-    /// Whether back faces of single-sided materials are there for no ray.
+    /// Whether back faces of single-sided materials are invisible to all rays.
     pub fn is_culled(&self) -> bool {
         self.settings.backfaces == Backfaces::Culled
     }
 
-    /// Whether rays ask surfaces for holes.
+    /// Whether rays evaluate the alpha of surfaces.
     pub fn asks_alpha(&self) -> bool {
         cfg!(not(without = "alpha")) && (self.scene.has_alpha() || self.is_culled() || self.settings.general)
     }
 
-    /// Whether no ray meets media, clear surfaces that shadow rays pass, or several surfaces in one place.
+    /// Whether the scene has no media, no transparent surfaces that shadow rays pass, and no coincident surfaces.
     pub fn is_plain(&self) -> bool {
         self.plain_shadows && self.scene.shared_places.is_none() && !self.settings.general
     }

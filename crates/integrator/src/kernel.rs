@@ -1,4 +1,4 @@
-//! Which variant of the sample loop a render runs: one table, chosen once per render.
+//! Sample kernels: the variants of the sample loop, one of which is chosen once per render.
 
 use crate::custom::{self, Integrator};
 use crate::distribution::pixel_point;
@@ -10,22 +10,22 @@ use crate::settings::MethodKind;
 use crate::visibility::{Cutout, Solid};
 use glam::Vec3;
 
-/// Radiance and filter weight of sample `index` of pixel (x, y); fills `first` if the kernel watches the first hit, and
-/// its ledger in any case.
+/// Radiance and filter weight of sample `index` of pixel (x, y); fills `first` if the kernel records the first hit, and
+/// its bias report in any case.
 type Sampler =
     fn(&Job<'_>, pixel: (u32, u32), index: u32, first: &mut FirstHit, rays: &mut u64) -> (Vec3, f32);
 
-/// How one sample is taken.
+/// How samples are computed.
 #[derive(Clone, Copy)]
 pub(crate) enum Kernel<'a> {
-    /// By the settings' method.
+    /// By the method in the settings.
     Own(Sampler),
-    /// By an integrator of the caller's, in place of the settings' method.
+    /// By a custom integrator, in place of the method in the settings.
     Custom(&'a dyn Integrator),
 }
 
 impl Kernel<'_> {
-    /// As [`Sampler`] says.
+    /// Computes one sample, see [`Sampler`].
     #[inline(always)]
     pub fn sample(
         &self,

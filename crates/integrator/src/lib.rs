@@ -1,8 +1,8 @@
-//! The two tracers, composed of the parts, and the render loop.
+//! The path tracer, the distribution ray tracer, and the render loop.
 //!
-//! This crate is thin: what light does at a point is in `materials`, where it comes from in `lights`, what a ray hits
-//! in `geometry`. Here stands only who sums over what. All parts are re-exported as modules, so that one dependency
-//! is enough to build a scene in code and render it.
+//! This crate is thin: scattering at a point is in `materials`, light sources are in `lights`, ray intersection is in
+//! `geometry`. The crate itself contains only the estimators that combine them. All parts are re-exported as modules,
+//! so that one dependency is enough to build a scene in code and render it.
 #![forbid(unsafe_code)]
 
 pub use dapple_camera as camera;

@@ -1,12 +1,13 @@
-//! The matter a ray travels through: which bodies contain it, and what happens where their boundaries are.
+//! Media along a ray: the bodies that contain a point, and the interfaces at their boundaries.
 //!
-//! Bodies overlap and lie within each other (`dapple_scene::Bodies`). A ray carries the bodies that it has entered and not
-//! left, strongest first; the strongest one is the medium. A boundary at which the strongest body stays the same is hidden
-//! inside that body: there is no interface, and the ray goes straight on. Everywhere else light is refracted by the ratio
-//! of the indices on both sides.
+//! Bodies can overlap and contain each other (`dapple_scene::Bodies`). A ray carries the bodies that it has entered and
+//! not left, highest priority first; the first one is the current medium. A boundary at which the first body stays the
+//! same is hidden inside that body: there is no interface, and the ray continues in the same direction. At all other
+//! boundaries light is refracted by the ratio of the indices on both sides.
 //!
-//! A body is entered once per boundary that is met from its front: a second shell within the first has to be left again.
-//! Leaving what was not entered changes nothing; light is refracted there as if the body had been entered.
+//! A body is entered once for every boundary that is hit from its front: a second shell within the first has to be left
+//! again. Leaving a body that was not entered has no effect on the stack; light is refracted there as if the body had
+//! been entered.
 
 use dapple_geometry::{Hit, HitFilter};
 use dapple_math::Ray;
@@ -14,10 +15,11 @@ use dapple_scene::{Body, Scene};
 use glam::Vec3;
 use std::cell::RefCell;
 
-/// Most bodies around a point that a ray remembers; beyond, the weakest is forgotten, and the ledger told.
+/// Maximum number of nested bodies on the stack; beyond it, the body of lowest priority is dropped, and the bias report
+/// counts the event.
 pub(crate) const DEPTH: usize = 16;
 
-/// The bodies that contain a point, strongest first; once per time that they were entered.
+/// The bodies that contain a point, highest priority first; once for each time that they were entered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MediumStack {
     len: u32,
@@ -25,19 +27,19 @@ pub(crate) struct MediumStack {
 }
 
 impl MediumStack {
-    /// Outside of all.
+    /// The stack outside of all bodies.
     pub const EMPTY: Self = Self { len: 0, bodies: [0; DEPTH] };
 
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// The body whose matter is here.
+    /// The body that fills the point.
     pub fn current(&self) -> Option<u32> {
         (self.len > 0).then_some(self.bodies[0])
     }
 
-    /// Index of refraction; 1 outside of all bodies, and where it is not known.
+    /// Index of refraction; 1 outside of all bodies, and where it is unknown.
     pub fn ior(&self, bodies: &[Body]) -> f32 {
         self.current().map(|body| bodies[body as usize].ior).filter(|ior| *ior > 0.0).unwrap_or(1.0)
     }
@@ -47,7 +49,7 @@ impl MediumStack {
         self.bodies[..self.len as usize].contains(&body)
     }
 
-    /// Adds a body; false when one had to be forgotten for it.
+    /// Adds a body; returns false if a body was dropped.
     fn enter(&mut self, body: u32) -> bool {
         let len = self.len as usize;
         let at = self.bodies[..len].partition_point(|&b| b <= body);
@@ -60,7 +62,7 @@ impl MediumStack {
         len < DEPTH
     }
 
-    /// Takes a body away, once; false when it is not there.
+    /// Removes a body, once; returns false if it is not on the stack.
     fn leave(&mut self, body: u32) -> bool {
         let len = self.len as usize;
         let Some(at) = self.bodies[..len].iter().position(|&b| b == body) else { return false };
@@ -69,9 +71,9 @@ impl MediumStack {
         true
     }
 
-    /// What is left of light after `distance` in the medium: exp(−σ_a·s) per channel (Beer–Lambert), 1 where a channel is
-    /// not absorbed. A body that a ray leaves without having met its boundary is not closed; where it ends is not known,
-    /// and an infinite way is taken to lead outside.
+    /// Transmittance after `distance` in the medium: exp(−σ_a·s) per channel (Beer–Lambert), 1 for channels without
+    /// absorption. A body that a ray leaves without hitting its boundary is not closed; its extent is unknown, and an
+    /// infinite distance is taken to lead outside.
     pub fn transmittance(&self, bodies: &[Body], distance: f32) -> Vec3 {
         let Some(body) = self.current().map(|body| &bodies[body as usize]) else { return Vec3::ONE };
         if distance == f32::INFINITY {
@@ -82,14 +84,14 @@ impl MediumStack {
     }
 }
 
-/// One boundary of a body, or several in one place, met by a ray.
+/// One boundary of a body, or several coincident ones, hit by a ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Boundary {
     /// The bodies on the far side.
     pub after: MediumStack,
     /// The bodies on the near side: those that the ray carried, and those that it leaves without having entered them.
     before: MediumStack,
-    /// A body had to be forgotten.
+    /// A body was dropped from a full stack.
     pub overflows: bool,
 }
 
@@ -98,8 +100,8 @@ impl Boundary {
         Self { after: *around, before: *around, overflows: false }
     }
 
-    /// Meets the surface of `body`, from outside or from inside.
-    pub fn meet(&mut self, body: u32, from_outside: bool) {
+    /// Crosses the surface of `body`, from outside or from inside.
+    pub fn cross(&mut self, body: u32, from_outside: bool) {
         if from_outside {
             self.overflows |= !self.after.enter(body);
         } else if !self.after.leave(body) {
@@ -107,13 +109,13 @@ impl Boundary {
         }
     }
 
-    /// The medium is the same on both sides.
+    /// Whether the medium is the same on both sides.
     pub fn is_hidden(&self) -> bool {
         self.before.current() == self.after.current()
     }
 
-    /// Index of refraction behind a surface over the one in front of it, met from its front or from behind; None where one of
-    /// them is not known.
+    /// Index of refraction of the back of a surface over that of its front; `from_front`: the ray hits the front.
+    /// `None` where one of them is unknown.
     pub fn ior(&self, bodies: &[Body], from_front: bool) -> Option<f32> {
         let ior = |stack: &MediumStack| stack.current().map_or(1.0, |body| bodies[body as usize].ior);
         let (near, far) = (ior(&self.before), ior(&self.after));
@@ -121,30 +123,30 @@ impl Boundary {
     }
 }
 
-/// Where camera rays start.
+/// Media at the origins of camera rays.
 #[derive(Clone, Copy, Debug)]
 enum Start {
-    /// All in the same media.
+    /// The same for all camera rays.
     Known(MediumStack),
-    /// To be found out for each ray.
+    /// Computed for each ray.
     PerRay,
 }
 
-/// What a render needs to know about the media of its scene.
+/// Media of a scene, as used by a render.
 #[derive(Clone, Debug)]
 pub(crate) struct Media<'a> {
-    /// Strongest first; empty where media are left out.
+    /// Highest priority first; empty if media are left out.
     pub bodies: &'a [Body],
     start: Start,
 }
 
-/// Directions in which the boundaries around a point are counted. They lie along no axis or diagonal, and an odd number of
-/// them votes: a ray through an edge counts both of its triangles.
+/// Directions in which the boundaries around a point are counted. They are not aligned with an axis or a diagonal, and
+/// an odd number of them takes a majority vote: a ray through an edge counts both adjacent triangles.
 const DIRECTIONS: [Vec3; 3] =
     [Vec3::new(0.356, 0.729, 0.585), Vec3::new(-0.812, 0.223, -0.539), Vec3::new(0.471, -0.618, -0.63)];
 
 impl<'a> Media<'a> {
-    /// `still`: where all camera rays start, if they all start there at all times.
+    /// `still`: the common origin of all camera rays at all times, if there is one.
     pub fn new(scene: &'a Scene, still: Option<Vec3>) -> Self {
         let bodies = if cfg!(without = "medium") { &[] } else { &scene.bodies.all[..] };
         let start = match still {
@@ -159,7 +161,7 @@ impl<'a> Media<'a> {
         self.bodies.is_empty()
     }
 
-    /// The bodies in which a camera ray starts.
+    /// The bodies around the origin of a camera ray.
     #[inline]
     pub fn at(&self, scene: &Scene, ray: &Ray, time: f32) -> MediumStack {
         match self.start {
@@ -174,7 +176,8 @@ impl<'a> Media<'a> {
     }
 }
 
-/// The bodies around a point at a time: those whose boundaries a ray from there leaves more often than it enters them.
+/// The bodies around a point at a time: those whose boundaries a ray from the point leaves more often than it enters
+/// them.
 #[cold]
 fn around(scene: &Scene, p: Vec3, time: f32) -> MediumStack {
     let mut stack = MediumStack::EMPTY;
@@ -197,7 +200,8 @@ fn around(scene: &Scene, p: Vec3, time: f32) -> MediumStack {
     stack
 }
 
-/// How many times more often the half-line from `p` along `d` leaves each body than it enters it, in any order.
+/// For each body, in no particular order, how many more times the half-line from `p` along `d` leaves it than enters
+/// it.
 fn crossings(scene: &Scene, p: Vec3, d: Vec3, time: f32) -> Vec<(u32, i32)> {
     struct Count<'a> {
         scene: &'a Scene,
@@ -271,14 +275,14 @@ mod tests {
     fn a_boundary_inside_a_stronger_body_is_none_in_both_directions() {
         let meet = |around: &[u32], body, from_outside| {
             let mut boundary = Boundary::new(&stack(around));
-            boundary.meet(body, from_outside);
+            boundary.cross(body, from_outside);
             boundary
         };
         assert!(meet(&[0], 1, true).is_hidden() && meet(&[0, 1], 1, false).is_hidden());
         assert!(!meet(&[1], 0, true).is_hidden() && !meet(&[0, 1], 0, false).is_hidden());
         // A second shell of the same body.
         assert!(meet(&[1], 1, true).is_hidden() && meet(&[1, 1], 1, false).is_hidden());
-        // Not entered: refracted as if it had been, unless something stronger is there.
+        // Not entered: refracted as if it had been, unless it lies in a body of higher priority.
         let bodies = [1.5, 1.2].map(|ior| Body { ior, sigma_a: Vec3::ZERO });
         let unknown = meet(&[], 0, false);
         assert!(!unknown.is_hidden() && unknown.after.is_empty());
@@ -286,9 +290,9 @@ mod tests {
         assert!(meet(&[0], 1, false).is_hidden());
         assert_eq!(meet(&[1], 0, true).ior(&bodies, true), Some(1.5 / 1.2));
         assert_eq!(meet(&[0, 1], 0, false).ior(&bodies, false), Some(1.5 / 1.2));
-        // Two that touch: out of one and into the other in one place.
+        // Two bodies that touch: the ray leaves one and enters the other at the same point.
         let mut both = meet(&[1], 1, false);
-        both.meet(0, true);
+        both.cross(0, true);
         assert_eq!((both.ior(&bodies, true), both.after.current()), (Some(1.5 / 1.2), Some(0)));
     }
 }

@@ -1,33 +1,36 @@
-//! Shading normals that lean away from the surface, and lose no light by it.
+//! Shading normals that deviate from the geometric normal, without loss of energy.
 //!
-//! A normal map or interpolated vertex normals turn the hemisphere of the BSDF against that of the surface: part of what
-//! is reflected about the shading normal points into the surface, part of what is transmitted points out of it. Here the
-//! BSDF is seen and left through two maps, both the identity wherever nothing is wrong.
+//! A normal map or interpolated vertex normals rotate the hemisphere of the BSDF relative to that of the surface: some
+//! directions of reflection about the shading normal point into the surface, some directions of transmission point out
+//! of it. This module maps the outgoing and the incoming directions of the BSDF so that this does not happen; both maps
+//! are the identity where the directions are consistent.
 //!
-//! **Leaving**: [`Tilt::fold`] turns directions about the axis that both horizons share (the shading normal's, and that of
-//! the surface), by an angle that depends only on their elevation ε about that axis, measured from the surface's horizon
-//! on the side to which the normal leans. With the tilt θ and δ = ε + θ, the elevation over the horizon of the
-//! shading normal,
+//! **Outgoing directions**: [`Tilt::fold`] rotates directions about the axis that both horizons share (that of the
+//! shading normal, and that of the surface), by an angle that depends only on their elevation ε about that axis,
+//! measured from the surface's horizon on the side to which the normal leans. With the tilt θ and δ = ε + θ, the
+//! elevation over the horizon of the shading normal,
 //!
 //! ψ = δ/3 + δ²/(9θ) for δ < 3θ, else ψ = ε
 //!
-//! maps the shading normal's hemisphere into the surface's, continuously and with a continuous derivative. A turn about
-//! a fixed axis by a function of the angle changes solid angles by dψ/dδ alone, so density and value are those of the BSDF
-//! times dδ/dψ, exactly: the directional albedo is that of the BSDF, whatever the lobe, and delta lobes stay delta
-//! lobes. As cosine lobes vanish at their own horizon, what a matte surface sends along the surface goes to zero
-//! continuously: no hard terminator. Transmission is folded by the same map on the other side, w → −fold(−w).
-//! For θ > 60° the range of 3θ would exceed the hemisphere, and is π.
+//! maps the shading normal's hemisphere into the surface's, continuously and with a continuous derivative. A rotation
+//! about a fixed axis by a function of the angle changes solid angles by dψ/dδ alone, so density and value are those of
+//! the BSDF times dδ/dψ, exactly: the directional albedo is that of the BSDF, for every lobe, and delta lobes remain
+//! delta lobes. As cosine lobes vanish at their own horizon, the light that a diffuse surface reflects along the
+//! surface goes to zero continuously: there is no hard terminator. Transmission is folded by the same map on the other
+//! side, w → −fold(−w). For θ > 60° the range of 3θ would exceed the hemisphere, and is π.
 //!
-//! **Being seen**: [`facing`] turns a normal that leans away from the viewer back towards `wo`, so far that the cosine
-//! stays above a bound that falls with the viewer's elevation over the surface; normals well in view stay as they are.
+//! **View direction**: [`facing`] rotates a normal that leans away from the viewer back towards `wo`, so that the
+//! cosine stays above a bound that decreases with the viewer's elevation over the surface; normals well in view stay
+//! unchanged.
 //!
-//! **Losing**: single scattering between the facets of a rough surface loses light, how much depends on the angle. About a
-//! mapped normal it is what the surface would lose without the map ([`dapple_materials::Bsdf::losing_as`]).
+//! **Energy loss**: single scattering between the facets of a rough surface loses light, by an amount that depends on
+//! the angle. About a mapped normal the loss is that of the surface without the map
+//! ([`dapple_materials::Bsdf::losing_as`]).
 //!
-//! Nothing here is random: light samples, BSDF samples and their densities see one and the same function. It is not
-//! reciprocal, as no BSDF about a leaning normal is that stays one [Veach 1997, §5.3]; `docs/stability.md` has figures. The
-//! microfacet model of [Schüßler et al. 2017] is, but light that meets its facets twice is reflected twice: a
-//! metal darkens with the map, and its analytic form loses what meets them more often.
+//! These maps are deterministic: light samples, BSDF samples and their densities use the same function. It is not
+//! reciprocal, like every BSDF about a tilted normal that conserves energy [Veach 1997, §5.3]; `docs/stability.md` has
+//! figures. The microfacet model of [Schüßler et al. 2017] is reciprocal, but light that hits its facets twice is
+//! reflected twice: metals darken with the map, and its analytic form loses the light of further reflections.
 
 use crate::job::Job;
 use crate::terminator;
@@ -37,37 +40,40 @@ use dapple_scene::Shading;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// The least cosine between normal and viewer is this share of the viewer's own over the surface, when that is small…
+/// Lower bound of the cosine between normal and viewer, as a share of the viewer's cosine over the surface where that
+/// is small.
 const LEAST_SHARE: f32 = 0.75;
-/// …and saturates about this cosine.
+/// Viewer cosine at which this bound saturates.
 const SATURATION: f32 = 0.25;
 
-/// A shading normal that leans, as seen from one `wo`.
+/// A tilted shading normal, for one `wo`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tilt {
-    /// Unit, on the side of `wo`: normal of the plane that reflected light leaves above and transmitted light below.
+    /// Unit normal, on the side of `wo`, of the plane that separates reflected light (above) from transmitted light
+    /// (below).
     pub horizon: Vec3,
-    /// Unit and in that plane: to where the shading normal leans.
+    /// Unit vector in that plane, towards which the shading normal leans.
     lean: Vec3,
-    /// Between horizon and shading normal, 0..π/2.
+    /// Angle between horizon and shading normal, 0..π/2.
     angle: f32,
     /// Components along `lean` and `horizon` of a normal of the plane in which the folded range ends.
     end: Vec2,
-    /// The horizon is that of the smooth surface a facet stands for, and reflected light may pass over the facet.
+    /// The horizon is that of the smooth surface that a facet approximates, and reflected light may pass over the
+    /// facet.
     pub is_over: bool,
-    /// Cosine at which the surface would be seen without its normal map; None where there is none.
+    /// Cosine of the view angle without the normal map; `None` where there is no map.
     pub unmapped: Option<f32>,
 }
 
-/// Whether a unit normal differs from the geometric one by more than normals in f32, interpolated, are rounded by.
+/// Whether a unit normal differs from the geometric one by more than the rounding of interpolated f32 normals.
 #[inline]
 pub(crate) fn leans(n: Vec3, ng: Vec3) -> bool {
     (n - ng).abs().max_element() > gamma(8)
 }
 
 impl Tilt {
-    /// Of the shading normal at a hit seen from `wo`, and the frame about that normal, turned to the viewer. None edge-on,
-    /// where no light goes.
+    /// The tilt of the shading normal at a hit seen from `wo`, and the frame about that normal, facing the viewer.
+    /// `None` for edge-on views, where no light is scattered.
     #[inline(never)]
     pub fn new(
         job: &Job<'_>,
@@ -96,29 +102,29 @@ impl Tilt {
         (frame, Some(Self { unmapped, ..Self::between(n, if is_over { round } else { up }, is_over) }))
     }
 
-    /// Of the normal `n` against `horizon`, both unit, less than a right angle apart.
+    /// The tilt of the normal `n` against `horizon`, both unit vectors less than a right angle apart.
     fn between(n: Vec3, horizon: Vec3, is_over: bool) -> Self {
         let (cos, across) = (n.dot(horizon), n.cross(horizon).length());
         let lean = (n - horizon * cos).try_normalize();
         let (Some(lean), true) = (lean, across > gamma(8)) else {
             return Self { horizon, lean: Vec3::ZERO, angle: 0.0, end: Vec2::ZERO, is_over, unmapped: None };
         };
-        // Orthogonalised twice: the first subtraction cancels.
+        // Orthogonalised twice, because the first subtraction cancels.
         let lean = (lean - horizon * lean.dot(horizon)).normalize();
         let angle = libm::atan2f(across, cos);
         let (sin, cos) = libm::sincosf(range(angle) - angle);
         Self { horizon, lean, angle, end: Vec2::new(sin, -cos), is_over, unmapped: None }
     }
 
-    /// Where light goes that the BSDF sends towards `w`, on the side of `wo` or not, and its density over that of `w`.
-    /// None where rounding leaves it in the surface.
+    /// The direction in which light leaves that the BSDF scatters to `w`, on the side of `wo` or not, and its density
+    /// over that of `w`. `None` where rounding puts the direction in the surface.
     pub fn leave(&self, w: Vec3, reflects: bool) -> Option<(Vec3, f32)> {
         let side = if reflects { 1.0 } else { -1.0 };
         let (out, density) = self.fold(w * side);
         (out.dot(self.horizon) > 0.0).then_some((out * side, density))
     }
 
-    /// The direction that leaves towards `wi`, the density of `wi` over its own, and whether it is reflection.
+    /// The BSDF direction that leaves towards `wi`, the density of `wi` over its own, and whether it is a reflection.
     pub fn before(&self, wi: Vec3) -> (Vec3, f32, bool) {
         let reflects = wi.dot(self.horizon) > 0.0;
         let side = if reflects { 1.0 } else { -1.0 };
@@ -126,7 +132,7 @@ impl Tilt {
         (w * side, density, reflects)
     }
 
-    /// From the shading normal's hemisphere into the surface's, and dδ/dψ.
+    /// Maps the shading normal's hemisphere into the surface's; also returns dδ/dψ.
     fn fold(&self, w: Vec3) -> (Vec3, f32) {
         let at = self.in_plane(w);
         if at.dot(self.end) <= 0.0 {
@@ -138,7 +144,7 @@ impl Tilt {
         (self.turned(w, at, delta * (a + b * delta) - elevation), 1.0 / (a + 2.0 * b * delta))
     }
 
-    /// The inverse of [`Self::fold`], and the same dδ/dψ.
+    /// The inverse of [`Self::fold`], with the same dδ/dψ.
     fn unfold(&self, w: Vec3) -> (Vec3, f32) {
         let at = self.in_plane(w);
         if at.dot(self.end) <= 0.0 {
@@ -160,7 +166,7 @@ impl Tilt {
         Vec2::new(w.dot(self.lean), w.dot(self.horizon))
     }
 
-    /// `w`, with components `at`, turned by an angle about the axis of the tilt.
+    /// `w`, with components `at`, rotated by an angle about the axis of the tilt.
     fn turned(&self, w: Vec3, at: Vec2, angle: f32) -> Vec3 {
         let (sin, cos) = libm::sincosf(angle);
         let to = Vec2::new(at.x * cos - at.y * sin, at.x * sin + at.y * cos);
@@ -168,18 +174,17 @@ impl Tilt {
     }
 }
 
-/// Elevations over the shading normal's horizon, at the axis, that are folded at a tilt of `angle`.
+/// Range of elevations over the shading normal's horizon, about the axis, that are folded for a tilt of `angle`.
 fn range(angle: f32) -> f32 {
     (3.0 * angle).min(PI)
 }
 
-/// The normal `n`, turned towards `wo` where it leans away from it: the cosine p = n·wo becomes
+/// The normal `n`, rotated towards `wo` where it leans away from it: the cosine p = n·wo becomes
 ///
-/// p + (q − p)²/(4(q − p₀)) below the knee q, and p₀ where that has its minimum,
+/// p + (q − p)²/(4(q − p₀)) below the knee q, and p₀ beyond the minimum of that function,
 ///
-/// with p₀ = 0.75 h/√(1 + 16h²) of the viewer's height h = up·wo, and q = min(2p₀, h). All unit, `up` on the side of `wo`,
-/// `n` on that of `up`. *Approximation*: keeps pixels from going black, and grazing lobes from losing
-/// their light.
+/// with p₀ = 0.75 h/√(1 + 16h²) of the viewer's height h = up·wo, and q = min(2p₀, h). All are unit vectors, `up` on
+/// the side of `wo`, `n` on that of `up`. *Approximation*: avoids black pixels, and the loss of light in grazing lobes.
 fn facing(n: Vec3, wo: Vec3, up: Vec3) -> Vec3 {
     let (p, height) = (n.dot(wo), up.dot(wo));
     let least = LEAST_SHARE * height / (1.0 + (height / SATURATION) * (height / SATURATION)).sqrt();
@@ -233,7 +238,7 @@ mod tests {
                 let (out, density) = tilt.fold(w);
                 assert!(out.z > -1e-6, "{angle}: {w} goes to {out}");
                 assert!((out.length() - 1.0).abs() < 1e-6);
-                // Close to the horizon of steep tilts ψ falls as δ², and its inverse magnifies rounding.
+                // Close to the horizon of steep tilts ψ decreases as δ², and its inverse magnifies rounding.
                 let (back, same) = tilt.unfold(out);
                 let slack = 2e-6 * density;
                 assert!((back - w).length() < slack, "{angle}: {w}, {out}, {back}");
@@ -297,7 +302,7 @@ mod tests {
         }
     }
 
-    /// Value times cosine and density towards `wi`, as [`crate::vertex`] takes them.
+    /// Value times cosine and density towards `wi`, as in [`crate::vertex`].
     fn eval(tilt: &Tilt, frame: &Frame, bsdf: &Bsdf, wi: Vec3) -> (Vec3, f32) {
         let (w, density, reflects) = tilt.before(wi);
         let local = frame.to_local(w);
@@ -329,7 +334,7 @@ mod tests {
                     let sample = bsdf.sample_f(uc, u, Lobes::ALL)?;
                     let (wi, density) = tilt.leave(frame.to_world(sample.wi), sample.wi.z > 0.0)?;
                     let (f_cos, pdf) = eval(&tilt, &frame, &bsdf, wi);
-                    // Above the edge of total reflection the density is all rounding.
+                    // Above the limit of total reflection the density is dominated by rounding.
                     if sample.pdf > 1e-3 {
                         worst = worst.max((pdf / (sample.pdf * density) - 1.0).abs().min(1.0));
                         worst = worst.max((f_cos / pdf - sample.weight).abs().max_element());
@@ -344,7 +349,7 @@ mod tests {
         }
     }
 
-    /// How far f(a, b) and f(b, a) are apart, in means over pairs of directions: for the figures in `docs/stability.md`.
+    /// Difference of f(a, b) and f(b, a), as means over pairs of directions, for the figures in `docs/stability.md`.
     #[test]
     fn reciprocity_is_lost_as_about_any_leaning_normal() {
         let mut rng = Rng::new(3);
@@ -366,7 +371,7 @@ mod tests {
                 for _ in 0..20_000 {
                     let (a, b) = (on_sphere(&mut rng).abs(), on_sphere(&mut rng).abs());
                     let (a, b) = (turn(a, &mut rng), turn(b, &mut rng));
-                    // By projected solid angle of both.
+                    // Weighted by the projected solid angle of both.
                     let weight = f64::from(a.z * b.z);
                     for (folds, sum) in [false, true].into_iter().zip(&mut sums) {
                         let (x, y) = (f(a, b, folds), f(b, a, folds));

@@ -1,15 +1,15 @@
-//! The path tracer: the whole path is randomised, all integrals at once [Kajiya 1986].
+//! The path tracer: all integrals of a pixel are estimated by random paths [Kajiya 1986].
 //!
-//! At every vertex: what the ray picked up, plus one light by next-event estimation, plus one direction by the BSDF.
-//! Light and BSDF sampling are weighted by the power heuristic [Veach 1997, §9.2.2]. Roulette starts at the fourth
-//! bounce and survives with min(1, max β·η²), without a cap below 1: a cap has infinite variance for bright
-//! materials (measured law in the test suite).
+//! Every vertex adds the emission that the ray hits and the direct light of one light by next-event estimation, and
+//! samples one direction of the BSDF. Light and BSDF sampling are weighted by the power heuristic [Veach 1997, §9.2.2].
+//! Russian roulette starts at the fourth bounce with the survival probability min(1, max β·η²), without a cap below 1:
+//! a cap has infinite variance for bright materials (measured in the test suite).
 
 use crate::Dimension;
 use crate::bias_report::{FAINT, Truncation};
 use crate::direct::{DirectLighting, DirectSample, Sides};
 use crate::emission::{self, CompetingStrategy, MisContext};
-use crate::first_hit::{seen, start};
+use crate::first_hit::{start, visible_hit};
 use crate::interface::meet;
 use crate::job::Job;
 use crate::medium::{Boundary, MediumStack};
@@ -26,10 +26,10 @@ use dapple_math::Ray;
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
 
-/// Bounces after which a path looks whether it is to end.
-const LOOK: u32 = 256;
+/// Number of bounces between two checks of the stop flag.
+const STOP_CHECK_INTERVAL: u32 = 256;
 
-/// One path from pixel to radiance.
+/// One path: its radiance and its filter weight.
 #[inline(always)]
 pub(crate) fn path_sample<V: Visibility, O: PathObserver>(
     job: &Job<'_>,
@@ -55,12 +55,12 @@ fn li<V: Visibility, O: PathObserver>(
     rays: &mut u64,
 ) -> Vec3 {
     let (scene, settings) = (job.scene, job.settings);
-    // The near plane is that of the camera ray alone.
+    // The near plane applies only to the camera ray.
     let (mut state, mut ray, mut near) = PathState::begin::<V>(job, ray, sample.time);
     let mut radiance = Vec3::ZERO;
     for depth in 0.. {
-        // The tile looks after every sample; here so that a path without end does not keep it waiting.
-        if depth % LOOK == LOOK - 1 && job.is_stopped() {
+        // The tile checks the flag after every sample; long paths also check it here.
+        if depth % STOP_CHECK_INTERVAL == STOP_CHECK_INTERVAL - 1 && job.is_stopped() {
             break;
         }
         *rays += 1;
@@ -94,7 +94,7 @@ fn li<V: Visibility, O: PathObserver>(
         let u = if job.needs.direction { sample.point_2d(depth, Dimension::Direction) } else { Vec2::ZERO };
         let Some(next) = vertex.scatter(uc, u, job.followed, &context) else { return radiance };
         observer.scattered(depth, &next.sample);
-        state.go(job, &vertex, &next, sample.time, distance);
+        state.advance(job, &vertex, &next, sample.time, distance);
         if let (true, true, Some(boundary)) = (has_media, next.sample.lobe.is_transmission(), &boundary) {
             state.stack = boundary.after;
         }
@@ -113,7 +113,8 @@ fn li<V: Visibility, O: PathObserver>(
     radiance
 }
 
-/// One light by next-event estimation; without interreflection also what only diffuse directions would find.
+/// One light by next-event estimation; without interreflection, also the environment on diffuse lobes and the ambient
+/// light.
 #[allow(clippy::too_many_arguments)]
 fn direct<V: Visibility, O: PathObserver>(
     job: &Job<'_>,
@@ -151,28 +152,29 @@ fn direct<V: Visibility, O: PathObserver>(
         sum += vertex.bsdf.diffuse_albedo() * job.settings.ambient;
     }
     if !V::PLAIN && !job.plain_shadows {
-        beam.tell(beta, observer);
+        beam.report_lost(beta, observer);
     }
     sum
 }
 
-/// Where a ray of a path arrives.
+/// End of a ray of a path.
 struct Place {
     hit: Hit,
     surface: Surface,
-    /// Length of the way there.
+    /// Length of the ray.
     distance: f32,
-    /// The media on both sides, where the surface lies between two.
+    /// The media on both sides, if the surface separates two.
     boundary: Option<Boundary>,
 }
 
-/// What a path carries from vertex to vertex.
+/// State of a path between vertices.
 struct PathState {
     /// Product of f·cos/pdf so far.
     beta: Vec3,
-    /// Undoes the radiance compression of refraction in the roulette.
+    /// Product of the relative indices of refraction, which cancels the radiance compression of refraction in the
+    /// roulette.
     eta: f32,
-    /// The bodies that the path is in.
+    /// The bodies that contain the path.
     stack: MediumStack,
     arrival: MisContext,
 }
@@ -184,8 +186,8 @@ impl Default for PathState {
 }
 
 impl PathState {
-    /// At the start of a camera ray, which may be moved to the near plane: the state, the ray, and how far along it the near
-    /// plane is at most.
+    /// State at the start of a camera ray, which may be moved to the near plane: the state, the ray, and an upper bound
+    /// of the ray parameter of the near plane.
     #[inline(always)]
     fn begin<V: Visibility>(job: &Job<'_>, mut ray: Ray, time: f32) -> (Self, Ray, f32) {
         let mut near = job.near_most;
@@ -203,7 +205,7 @@ impl PathState {
         (state, ray, near)
     }
 
-    /// What the environment adds to a path that leaves along `d`.
+    /// Contribution of the environment to a path that leaves the scene along `d`.
     #[inline(always)]
     fn escaped<O: PathObserver>(&self, job: &Job<'_>, depth: u32, d: Vec3, observer: &mut O) -> Vec3 {
         let le = match depth == 0 && observer.hides_backdrop() {
@@ -214,7 +216,8 @@ impl PathState {
         self.beta * le
     }
 
-    /// The nearest surface, in a scene without media. A camera ray sees nothing before the near plane at `near`.
+    /// The nearest surface, in a scene without media. Camera rays ignore surfaces in front of the near plane, at
+    /// `near`.
     #[inline(always)]
     fn arrive<V: Visibility>(
         &self,
@@ -232,12 +235,12 @@ impl PathState {
         let mut distance = hit.t * ray.d.length();
         let is_camera = if V::PLAIN { depth == 0 } else { self.arrival.is_camera() };
         if is_camera && job.passes(ray, (&hit, &surface), near, time) {
-            (hit, surface, distance) = seen(context, ray, (near, hit.t))?;
+            (hit, surface, distance) = visible_hit(context, ray, (near, hit.t))?;
         }
         Some(Place { hit, surface, distance, boundary: None })
     }
 
-    /// As [`arrive`](Self::arrive), through the media on the way, which the path leaves and enters.
+    /// As [`arrive`](Self::arrive), through the media along the ray, which the path leaves and enters.
     #[inline(always)]
     fn arrive_through_media<V: Visibility, O: PathObserver>(
         &mut self,
@@ -275,8 +278,8 @@ impl PathState {
         true
     }
 
-    /// On along `next`, after `distance`.
-    fn go(&mut self, job: &Job<'_>, vertex: &Vertex, next: &Scattered, time: f32, distance: f32) {
+    /// Continues along `next`, after a ray of length `distance`.
+    fn advance(&mut self, job: &Job<'_>, vertex: &Vertex, next: &Scattered, time: f32, distance: f32) {
         self.beta *= next.sample.weight;
         self.eta *= next.sample.eta;
         if job.is_shadow_way(&next.sample) {

@@ -1,16 +1,17 @@
-//! How bright can a single sample be that is found by chance alone?
+//! Upper bound for samples found by chance: the brightest value that a single sample can have.
 //!
-//! What no sample has seen is in no statistic of the samples. But a sample that has not been seen yet cannot be brighter
-//! than what there is to be found: with an upper bound M of the value of a sample, N samples none of which was that bright
-//! leave a second moment of at most M²·ln(1/δ)/N with confidence 1 − δ. Here M is looked for, in the few places where
-//! light is far brighter than elsewhere:
+//! Sample statistics cannot account for rare events that no sample has hit. But such a sample cannot be brighter than
+//! the light sources of the scene allow: with an upper bound M of the value of a sample, N samples none of which was
+//! that bright leave a second moment of at most M²·ln(1/δ)/N with confidence 1 − δ. This module estimates M from the
+//! few places where light is far brighter than elsewhere:
 //!
-//! - emitters that no light sample can find: seen through smooth surfaces, by the camera itself, or not aimed at. Their
-//!   radiance is known, and a path carries no more of it than a throughput of 1;
-//! - surfaces that a light is close to, or that it is focused on: rays are sent from every light, and where they arrive a
-//!   light sample is evaluated in the direction in which the surface reflects it most.
+//! - emitters that light sampling cannot find: seen through smooth surfaces, by the camera itself, or excluded from
+//!   light sampling. Their radiance is known, and a path carries at most this radiance, with a throughput of 1;
+//! - surfaces close to a light, or that a light is focused on: rays are traced from every light, and where they arrive
+//!   a light sample is evaluated in the direction in which the surface reflects most of it.
 //!
-//! *Approximation*: light is followed to the first surface, by `PROBES` rays or a few per light; what two surfaces one
+//! *Approximation*: light is traced to the first surface, by `PROBES` rays or a few per light; light that two
+//! successive surfaces focus is not searched, and textures are evaluated only where rays hit them.
 //! after the other focus is not looked for, and textures are looked at where rays happen to hit them.
 
 use crate::first_hit;
@@ -26,39 +27,40 @@ use dapple_sampling::{Key, mis, warp};
 use dapple_scene::Scene;
 use glam::{Vec2, Vec3};
 
-/// Rays that are sent from lights, and from the camera.
+/// Number of rays traced from lights, and from the camera.
 const PROBES: usize = 4096;
 
-/// Most rays from one light.
+/// Maximum number of rays per light.
 const PER_LIGHT: usize = 64;
 
-/// Pixels that an emitter has to cover to be met by many samples: a hundred of the fewest that a render with a limit takes.
+/// Number of pixels that an emitter has to cover to be hit by many samples: a hundred at the minimum sample count of a
+/// render with an error limit.
 const LARGE: f32 = 2.0;
 
-/// Render space fits into a few units: from here lights are seen whole.
+/// Render space spans a few units: from this distance lights are entirely in view.
 const FAR: f32 = 16.0;
 
-/// Smoother surfaces that let light through are taken to be able to focus all of it.
+/// Transmissive surfaces below this roughness are assumed to be able to focus all light.
 const SMOOTH: f32 = 0.3;
 
-/// Upper bounds of the value of one sample by where its light comes from: largest channel, W·m⁻²·sr⁻¹; 0 where nothing of
-/// that kind is found.
+/// Upper bounds of the value of one sample by the source of its light: largest channel, W·m⁻²·sr⁻¹; 0 where no such
+/// source is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Peak {
-    /// Emitters that rays find by chance: through smooth surfaces, smaller than a pixel or two in the picture, or not aimed
-    /// at.
+    /// Emitters that rays find by chance: through smooth surfaces, smaller than one or two pixels in the image, or
+    /// excluded from light sampling.
     pub emitter: f64,
-    /// Any emitter: those that are large in the picture are met by many samples.
+    /// Any emitter; those that are large in the image are hit by many samples.
     pub shown: f64,
     /// Diffuse surfaces that a light is close to or focused on.
     pub lit: f64,
-    /// Highlights of rough surfaces. Their brightness falls off gradually to all sides, so that samples tell of it before
-    /// the middle of one is met.
+    /// Highlights of rough surfaces. Their brightness decreases gradually in all directions, so that samples reveal a
+    /// highlight before one hits its centre.
     pub highlight: f64,
 }
 
 impl Peak {
-    /// The brightest of all.
+    /// The maximum of all bounds.
     pub fn most(&self) -> f64 {
         self.shown.max(self.emitter).max(self.lit).max(self.highlight)
     }
@@ -71,7 +73,8 @@ fn raise(bound: &mut f64, radiance: Vec3) {
     }
 }
 
-/// The brightest value that a sample of `scene`, seen by `camera`, is likely to have. The same for all seeds and threads.
+/// Estimates the brightest value that a sample of `scene`, seen by `camera`, is likely to have. Independent of seed and
+/// threads.
 pub fn peak(scene: &Scene, camera: &Camera, settings: &Settings) -> Peak {
     let mut peak = Peak::default();
     let job = Job::new(scene, camera, settings);
@@ -91,7 +94,7 @@ struct Probe<'a> {
     key: Key,
 }
 
-/// A number in \[0,1) and a point of the unit square.
+/// A number in \[0,1) and a point in the unit square.
 fn number(key: Key, n: u32) -> f32 {
     (key.branch(n).bits() >> 40) as f32 / (1u64 << 24) as f32
 }
@@ -124,7 +127,7 @@ impl Probe<'_> {
         }
     }
 
-    /// Of every light, whether the object it belongs to takes up more than [`LARGE`] pixels as seen from the camera.
+    /// For every light, whether the object it belongs to covers more than [`LARGE`] pixels as seen from the camera.
     fn is_large(&self) -> Vec<bool> {
         let mut large = vec![false; self.scene.lights.len()];
         let mut starts = vec![true; large.len() + 1];
@@ -146,7 +149,7 @@ impl Probe<'_> {
         large
     }
 
-    /// How many pixels a light covers, as far as nothing is in front of it.
+    /// Number of pixels that a light covers, ignoring occlusion.
     fn pixels_of(&self, light: &Light) -> f32 {
         let side = 2.0 / self.job.settings.size.1.max(1) as f32;
         match (light, self.camera.projection) {
@@ -164,7 +167,7 @@ impl Probe<'_> {
         }
     }
 
-    /// Whether a material has a lobe by which all of a light's radiance can come from one direction.
+    /// Whether a material has a lobe that can transport the full radiance of a light in one direction.
     fn is_smooth_anywhere(&self) -> bool {
         self.scene.used_materials().any(|m| {
             let lobes = m.lobes_by_factors().sharpened(self.job.sharp);
@@ -176,7 +179,7 @@ impl Probe<'_> {
         (PROBES / self.scene.lights.len().max(1)).clamp(1, PER_LIGHT)
     }
 
-    /// A place on a light, seen from anywhere around it.
+    /// A point sampled on a light, as seen from a random position around it.
     fn on_light(&self, light: &Light, key: Key) -> Option<(LightSample, Vec3)> {
         let from = match light {
             Light::Environment(_) => Vec3::ZERO,
@@ -197,7 +200,7 @@ impl Probe<'_> {
         }
     }
 
-    /// Whether the camera may see the place where a light sample from `from` ends: within the picture, with nothing between.
+    /// Whether the camera may see the point of a light sample taken from `from`: inside the image, and not occluded.
     fn sees(&self, from: Vec3, sample: &LightSample) -> bool {
         let is_far = !sample.distance.is_finite();
         let d = match &sample.point {
@@ -221,7 +224,7 @@ impl Probe<'_> {
         hit.is_none_or(|(hit, _)| self.scene.light_of(&hit).is_some() || !is_far && hit.t + near >= 1.0)
     }
 
-    /// What camera rays, and diffuse directions from where they arrive, meet.
+    /// Evaluates the hits of camera rays, and of diffuse directions from these hits.
     fn along_camera_rays(&self, peak: &mut Peak) {
         let rect = self.job.settings.rect();
         let step = (rect.area() as f32 / PROBES as f32).sqrt().max(1.0) as u32;
@@ -247,7 +250,7 @@ impl Probe<'_> {
         Some((hit, surface))
     }
 
-    /// What one light, chosen as the path tracer does, does at a hit.
+    /// Evaluates one light, chosen as in the path tracer, at a hit.
     fn lit(&self, peak: &mut Peak, at: (&Hit, &Surface), time: f32, key: Key) {
         let Some(choice) = &self.scene.light_choice else { return };
         if let Some(chosen) = choice.sample(at.1.p, Vec3::ZERO, number(key, 99)) {
@@ -255,7 +258,7 @@ impl Probe<'_> {
         }
     }
 
-    /// What every light does where its own rays arrive.
+    /// Evaluates every light at the hits of rays from that light.
     fn along_light_rays(&self, peak: &mut Peak) {
         let Some(choice) = &self.scene.light_choice else { return };
         for (i, light) in self.scene.lights.iter().enumerate().filter(|(i, _)| choice.contains(*i)) {
@@ -269,7 +272,7 @@ impl Probe<'_> {
         }
     }
 
-    /// A ray from a light: none of those infinitely far away, whose light is the same everywhere.
+    /// A ray from a light; none for infinite lights, whose light is the same everywhere.
     fn leaving(&self, light: &Light, key: Key) -> Option<Ray> {
         match light {
             Light::Point(light) => Some(Ray::new(light.p, warp::sphere(point(key, 2)))),
@@ -289,7 +292,7 @@ impl Probe<'_> {
         }
     }
 
-    /// One sample of `light` at a hit, reflected or let through to where most of it goes.
+    /// One sample of `light` at a hit, evaluated in the mirror direction and in the straight direction of transmission.
     fn evaluate(
         &self,
         peak: &mut Peak,
@@ -308,7 +311,7 @@ impl Probe<'_> {
             let weighed = |lobes| {
                 let (f, chance) = bsdf.eval(wi, lobes);
                 let weight = if sample.delta { 1.0 } else { mis::power(pdf, chance) };
-                // Found by aiming, or by the direction the surface scatters to.
+                // Found by light sampling, or by BSDF sampling.
                 (f * wi.z.abs() * radiance * (weight / pdf)).max(radiance * (1.0 - weight))
             };
             let diffuse = Lobes::of(Lobe::Diffuse);

@@ -1,8 +1,9 @@
-//! Which points an integral gets at a place in the tree of rays.
+//! Sample points of an integral at a position in the ray tree.
 //!
-//! Nested, every integral runs over all of its points at every point of the ones around it, with a key of its own there,
-//! so that no two places share points (a `grid` has the same everywhere: that is what it is). Paired, each place takes
-//! the point of the pixel's sample, its strata visited in an order that the integral's key permutes.
+//! In nested mode, every integral is evaluated with all of its points at every point of the enclosing integrals, with a
+//! separate key, so that no two places share points (except for a `grid`, which is the same everywhere by definition).
+//! In paired mode, each place takes the point of the pixel sample, with the strata in an order that the key of the
+//! integral permutes.
 
 use crate::Dimension;
 use crate::effects::{Combine, Effect, SampleSets};
@@ -12,28 +13,28 @@ use dapple_sampling::{Key, Pattern, SampleSet};
 use dapple_scene::Scene;
 use glam::Vec2;
 
-/// The plans at the first hit and below it, as the render runs them.
+/// The sample sets at the first hit and below it, as used by the render.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Integrals {
     pub first: SampleSets,
     pub below: SampleSets,
     pub combine: Combine,
-    /// Over the environment, at the first hit and below it.
+    /// Sample sets over the environment, at the first hit and below it.
     sky: [SampleSet; 2],
-    /// Diffuse lobes are not followed.
+    /// Diffuse lobes are not sampled.
     unfollowed: bool,
 }
 
-/// The branch of points that are drawn anew; no integral has so many.
+/// Key branch of points that are drawn anew; no integral has this many points.
 const AGAIN: u32 = u32::MAX;
 
-/// One midpoint: an integral that the scene does not have.
+/// One midpoint, for an integral that the scene does not have.
 const ABSENT: SampleSet = SampleSet { nx: 1, ny: 1, pattern: Pattern::Grid };
 
 impl Integrals {
-    /// The settings' plans without what the scene lacks. Paired, every count becomes the pixel's; nested, counts below
-    /// the first hit are `secondary`, and a grid of one point becomes a random one there: else nested grids would not
-    /// tend to the truth.
+    /// The sample sets of the settings without the integrals that the scene lacks. In paired mode, every count becomes
+    /// that of the pixel; in nested mode, counts below the first hit are `secondary`, and a grid of one point becomes a
+    /// random point there, because nested grids would otherwise not converge to the correct result.
     pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Self {
         let n = settings.plans.pixel.count().max(1);
         let own = settings.distribution_tracer().cloned().unwrap_or_default();
@@ -67,22 +68,22 @@ impl Integrals {
         }
     }
 
-    /// Points over the environment at a place, of those that are aimed at it and of those spread over a diffuse lobe that
-    /// is not followed: the light's, or, where lights are off, its own. If diffuse lobes are not followed, what is seen in
-    /// smooth surfaces has as many as what is seen directly: one ray each leads there, and no other count would make them
-    /// more.
+    /// Samples over the environment at a place, both of light sampling and of directions on a diffuse lobe that is not
+    /// sampled: the light's sample set, or the environment's own if lights are off. If diffuse lobes are not sampled,
+    /// points seen in smooth surfaces have as many as points seen directly, because only one ray leads to each, and no
+    /// other sample count adds to them.
     pub fn sky(&self, place: &Place) -> SampleSet {
         let below = if self.unfollowed { !place.smooth } else { place.depth > 0 };
         self.sky[usize::from(below)]
     }
 
-    /// As [`Integrals::sky`], where only smooth surfaces have led to, and elsewhere.
+    /// As [`Integrals::sky`], for paths of only smooth surfaces, and for other paths.
     pub fn skies_at(&self, depth: u32) -> [SampleSet; 2] {
         let seen = self.sky[usize::from(depth > 0 && !self.unfollowed)];
         [seen, self.sky[usize::from(depth > 0)]]
     }
 
-    /// Plans at a vertex.
+    /// Sample sets at a vertex.
     pub fn at(&self, depth: u32) -> &SampleSets {
         if depth == 0 { &self.first } else { &self.below }
     }
@@ -93,20 +94,20 @@ pub(crate) fn moves(scene: &Scene) -> bool {
     scene.survey.has_motion
 }
 
-/// A place in the tree of rays.
+/// A position in the ray tree.
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
     key: Key,
-    /// Scattering events so far.
+    /// Number of preceding scattering events.
     pub depth: u32,
-    /// The pixel's sample when the integrals are paired.
+    /// The pixel sample if the integrals are paired.
     paired: Option<u32>,
-    /// Here by smooth reflection and refraction alone.
+    /// The path to here consists only of smooth reflection and refraction.
     smooth: bool,
 }
 
 impl Place {
-    /// Sample `s` of a pixel; `key` is the pixel's.
+    /// Sample `s` of a pixel; `key` is that of the pixel.
     pub fn new(combine: Combine, key: Key, s: u32) -> Self {
         match combine {
             Combine::Nested => Self { key: key.branch(s), depth: 0, paired: None, smooth: true },
@@ -114,12 +115,12 @@ impl Place {
         }
     }
 
-    /// How many points an integral has here.
+    /// Number of points of an integral at this place.
     pub fn count(&self, plan: SampleSet) -> u32 {
         if self.paired.is_some() { plan.count().min(1) } else { plan.count() }
     }
 
-    /// Point `i` of `count` of an integral over the unit square; `which` of the integrals of that name.
+    /// Point `i` of `count` of an integral over the unit square; `which` distinguishes integrals of the same name.
     pub fn point_2d(&self, plan: SampleSet, dimension: Dimension, which: u32, i: u32) -> Vec2 {
         let key = self.key.at(self.depth, dimension).branch(which);
         match self.paired {
@@ -137,23 +138,23 @@ impl Place {
         }
     }
 
-    /// The place inside point `i` of an integral, which is number `which` here.
+    /// The place inside point `i` of an integral, which has the number `which` here.
     pub fn within(&self, which: u32, i: u32) -> Self {
         let key = self.key.branch(which);
         Self { key: if self.paired.is_some() { key } else { key.branch(i) }, ..*self }
     }
 
-    /// Here, with other points, where it is the turn of `effect` to be drawn anew.
+    /// The same place with a different key, if the points of `effect` are to be drawn anew.
     pub fn again(&self, effect: Effect, again: Option<Effect>) -> Self {
         if again == Some(effect) { Self { key: self.key.branch(AGAIN), ..*self } } else { *self }
     }
 
-    /// The place where ray `i` from here arrives; whether it is a smooth lobe's, which has no other.
+    /// The place where ray `i` from here arrives; `smooth`: the ray belongs to a smooth lobe, which has only one.
     pub fn next(&self, which: u32, i: u32, smooth: bool) -> Self {
         Self { depth: self.depth + 1, smooth: self.smooth && smooth, ..self.within(which, i) }
     }
 
-    /// For the alpha that a ray meets: another one for every ray.
+    /// Key for the alpha test of a ray, distinct for every ray.
     pub fn ray_key(&self, dimension: Dimension, which: u32, i: u32) -> Key {
         let key = self.key.at(self.depth, dimension).branch(which);
         key.branch(self.paired.unwrap_or(i))
@@ -170,7 +171,7 @@ mod tests {
         Place::new(combine, Key::pixel(3, 5, 7), s)
     }
 
-    /// The first points there of two integrals of one name, and of one of another name.
+    /// The first points at this place of two integrals of one name, and of one of another name.
     fn first_points(place: Place) -> [Vec2; 3] {
         [(Dimension::LightPoint, 0), (Dimension::LightPoint, 1), (Dimension::Direction, 0)]
             .map(|(dimension, which)| place.point_2d(PLAN, dimension, which, 0))
@@ -197,7 +198,7 @@ mod tests {
         }
     }
 
-    /// Over the pixel's samples an integral visits each stratum once, and no two in step.
+    /// Over the pixel samples an integral visits each stratum once, and no two integrals in the same order.
     #[test]
     fn paired_every_integral_visits_its_strata_in_an_order_of_its_own() {
         let plan = SampleSet::new(64, Pattern::Stratified);
@@ -221,13 +222,14 @@ mod tests {
             sorted.sort_unstable();
             assert_eq!(sorted, (0..64).collect::<Vec<_>>(), "{i}");
             assert_ne!(*a, sorted, "{i} goes straight through");
-            // Two orders at random meet in one place on average.
+            // Two random orders agree in one position on average.
             let met = |b: &[u32]| a.iter().zip(b).filter(|(x, y)| x == y).count();
             assert!(orders[..i].iter().all(|b| met(b) < 9), "{i}");
         }
     }
 
-    /// Else all the trees under a grid would look in one direction, and the picture not tend to the truth.
+    /// Otherwise all trees under a grid would sample the same direction, and the image would not converge to the
+    /// correct result.
     #[test]
     fn a_lone_grid_point_below_the_first_hit_is_a_random_one() {
         let scene = dapple_scene::builtin::builtin("cornell").unwrap().build().unwrap();

@@ -1,7 +1,7 @@
-//! What a render needs of what there could be: random decisions, kernel, data, buffers; what is left out, and why.
+//! The render plan: the random decisions, kernel, data and buffers that a render uses, and what is omitted and why.
 //!
-//! Everything here is read off what the render itself uses (`DimensionsUsed`, the kernel table, the survey), so that the page a
-//! user reads is what happens.
+//! The plan is derived from the same data that the render uses (`DimensionsUsed`, the kernel table, the survey), so
+//! that it describes what actually happens.
 
 use crate::culling::Backfaces;
 use crate::effects::{Combine, Effect};
@@ -14,52 +14,52 @@ use dapple_lights::Light;
 use dapple_materials::{Lobe, Lobes};
 use dapple_scene::Scene;
 
-/// A random decision, how many numbers it takes, and whether this render takes them.
+/// A random decision, and the number of random numbers that it takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Decision {
-    /// As in the table of dimensions.
+    /// Name as in the table of dimensions.
     pub name: &'static str,
-    /// Numbers each time.
+    /// Random numbers per decision.
     pub size: u32,
 }
 
-/// Something left out.
+/// A feature that the render omits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LeftOut {
-    /// What.
+    /// The omitted feature.
     pub what: String,
-    /// Why it is not needed.
+    /// The reason why it is not needed.
     pub why: String,
 }
 
-/// The page. See [`plan`].
+/// The render plan. See [`plan`].
 #[derive(Clone, Debug)]
 pub struct RenderPlan {
-    /// Which tracer.
+    /// Kind of the integrator.
     pub method: MethodKind,
-    /// Sample kernel and traversal kernel.
+    /// Names of the sample kernel and the traversal kernel.
     pub kernel: String,
-    /// Decisions once per camera ray.
+    /// Decisions drawn once per camera ray.
     pub camera: Vec<Decision>,
-    /// Decisions at every vertex (roulette from the fourth on).
+    /// Decisions drawn at every vertex (roulette from the fourth on).
     pub bounce: Vec<Decision>,
-    /// Lobes that surfaces have.
+    /// Lobes of the surfaces in the scene.
     pub lobes: Vec<&'static str>,
-    /// How light is looked for.
+    /// How direct light is sampled.
     pub lights: String,
-    /// How rays find surfaces.
+    /// Structure of the ray acceleration.
     pub geometry: String,
-    /// Bytes of the world per triangle; 0 without triangles.
+    /// Bytes of the acceleration structure per triangle; 0 without triangles.
     pub bytes_per_triangle: f64,
     /// Bytes of film and layers per pixel.
     pub bytes_per_pixel: usize,
     /// Bytes of the scene.
     pub scene_bytes: usize,
-    /// What is not there.
+    /// Omitted features.
     pub left_out: Vec<LeftOut>,
 }
 
-/// Sums and squares of three channels and a count, in f64.
+/// Bytes per pixel of the film: sums and squares of three channels and a count, in f64.
 const FILM_BYTES: usize = 56;
 
 /// The plan of a render with these settings.
@@ -128,7 +128,9 @@ fn lights(job: &Job<'_>) -> String {
     let through = match (job.needs.next_event && job.clear_ways, job.settings.transparent_shadows) {
         (false, _) => "",
         (true, false) => "; shadow rays pass smooth thin walls and boundaries between equal indices",
-        (true, true) => "; shadow rays pass all smooth clear surfaces straight on, an approximation",
+        (true, true) => {
+            "; shadow rays pass all smooth transparent surfaces in a straight line (approximation)"
+        }
     };
     aimed(job) + through
 }
@@ -136,21 +138,23 @@ fn lights(job: &Job<'_>) -> String {
 fn aimed(job: &Job<'_>) -> String {
     let count = job.scene.lights.len();
     match (job.needs.next_event, job.settings.kind()) {
-        (false, _) => "found by rays alone".into(),
-        (true, MethodKind::Distribution) => format!("each of {count} aimed at"),
-        (true, MethodKind::Path) if !job.needs.light_choice => "the one light aimed at".into(),
-        (true, MethodKind::Path) => format!("one of {count} aimed at, chosen by what it could send"),
+        (false, _) => "BSDF sampling only".into(),
+        (true, MethodKind::Distribution) => format!("each of {count} lights sampled"),
+        (true, MethodKind::Path) if !job.needs.light_choice => "the only light sampled".into(),
+        (true, MethodKind::Path) => {
+            format!("one of {count} lights sampled, chosen by estimated contribution")
+        }
     }
 }
 
 fn geometry(scene: &Scene) -> String {
     match scene.accel.second_level() {
-        0 => "one flat tree".into(),
-        n => format!("one flat tree, and {n} shapes, instances or moving objects beside it"),
+        0 => "one flat BVH".into(),
+        n => format!("one flat BVH, with {n} shapes, instances or moving objects in a second level"),
     }
 }
 
-/// What is left out, in the order of the page.
+/// Omitted features, in the order of the output.
 #[derive(Default)]
 struct Omissions(Vec<LeftOut>);
 
@@ -162,63 +166,72 @@ impl Omissions {
         }
     }
 
-    /// Of camera rays.
+    /// Adds the omitted features of camera rays.
     fn of_the_camera(&mut self, job: &Job<'_>) {
         let off = |effect| job.settings.plans.is_off(effect);
         let why = |effect, else_: &'static str| if off(effect) { "switched off" } else { else_ };
         let n = &job.needs;
-        let only = "only layers of the first hit are asked for";
-        self.unless(job.settings.picture, "the picture, and all light", only);
+        let only = "only layers of the first hit are requested";
+        self.unless(job.settings.picture, "image and light transport", only);
         self.unless(n.pixel, "pixel dimension", "switched off");
         self.unless(n.lens, "lens dimension", why(Effect::Lens, "the camera is a pinhole"));
         self.unless(n.time, "time dimension", why(Effect::Time, "nothing moves while the shutter is open"));
         let second = job.scene.accel.second_level() > 0;
-        self.unless(second, "second level of the tree", "no shapes, instances or moving objects");
-        self.unless(job.camera.clip.is_some(), "near and far plane", "nothing lies before or beyond them");
+        self.unless(second, "second level of the BVH", "no shapes, instances or moving objects");
+        self.unless(job.camera.clip.is_some(), "near and far plane", "no surface lies outside of them");
         let shown = match job.settings.backfaces {
-            Backfaces::Camera => "every surface is two-sided, or lets light through",
+            Backfaces::Camera => "every surface is double-sided or transmissive",
             Backfaces::Shown => "back faces are shown",
-            Backfaces::Culled => "culled back faces are there for no ray",
+            Backfaces::Culled => "back faces are culled for all rays",
         };
         self.unless(job.hides_backs, "hidden back faces", shown);
     }
 
-    /// Of vertices: decisions that are not drawn.
+    /// Adds the decisions at vertices that are not drawn.
     fn of_decisions(&mut self, job: &Job<'_>, bounds: &[Lobes]) {
         let n = &job.needs;
         let is_path = job.settings.kind() == MethodKind::Path;
-        self.unless(job.asks_alpha(), "alpha tests", "every surface is solid");
+        self.unless(job.asks_alpha(), "alpha tests", "every surface is opaque");
         self.unless(n.next_event, "next-event estimation and its dimensions", no_next_event(job, bounds));
         if n.next_event && is_path {
-            self.unless(n.light_choice, "light-choice dimension, light tree", "there is one light to aim at");
+            self.unless(
+                n.light_choice,
+                "light-choice dimension, light tree",
+                "there is only one light to sample",
+            );
         }
         if n.next_event {
             self.unless(n.light_point, "light-point dimension", "every light is a point");
         }
         if is_path {
             self.unless(n.lobe, "lobe dimension", "every surface has one lobe");
-            let why = "paths end before it begins, or it is switched off";
+            let why = "paths end before roulette begins, or it is switched off";
             self.unless(n.roulette, "roulette dimension", why);
         }
-        let why = "no surface spreads light, or no light is scattered";
+        let why = "all surfaces are specular, or no light is scattered";
         self.unless(n.direction, "direction dimension", why);
     }
 
-    /// Of what the scene does not have.
+    /// Adds the features that the scene does not have.
     fn of_the_scene(&mut self, job: &Job<'_>) {
         let survey = &job.scene.survey;
         self.unless(
             job.scene.shared_places.is_some(),
-            "the question which of several surfaces in one place is there",
-            "nothing is known to share its place with a surface so that it matters which is there",
+            "resolution of coincident surfaces",
+            "no surfaces or lights coincide such that the order matters",
         );
-        self.unless(!job.media.is_empty(), "media, and bodies that overlap", "no volume is filled");
+        self.unless(
+            !job.media.is_empty(),
+            "media and overlapping bodies",
+            "no object has an interior medium",
+        );
         self.unless(survey.has_transmission, "transmission", "no surface transmits light");
-        self.unless(survey.has_textures, "textures, texture coordinates", "no material looks one up");
+        self.unless(survey.has_textures, "textures, texture coordinates", "no material uses a texture");
         self.unless(survey.has_normal_maps, "tangents", "no normal maps");
         let environment = job.scene.environment.map(|i| &job.scene.lights[i as usize]);
         let has_table = matches!(environment, Some(Light::Environment(e)) if !e.is_constant());
-        let why = if environment.is_some() { "it is constant" } else { "there is none" };
+        let why =
+            if environment.is_some() { "the environment is constant" } else { "there is no environment" };
         self.unless(has_table, "environment tables", why);
     }
 }
@@ -228,9 +241,9 @@ fn left_out(job: &Job<'_>, bounds: &[Lobes], watched: bool) -> Vec<LeftOut> {
     all.of_the_camera(job);
     all.of_decisions(job, bounds);
     all.of_the_scene(job);
-    all.unless(watched, "first-hit buffers", "no layer asks for them");
+    all.unless(watched, "first-hit buffers", "no layer needs them");
     let is_paired = job.settings.combine() == Combine::Paired;
-    all.unless(is_paired, "pairing of strata", "integrals are nested, or there is one");
+    all.unless(is_paired, "pairing of strata", "integrals are nested, or there is only one");
     all.0.extend(unread(job.scene));
     all.0
 }
@@ -239,9 +252,9 @@ fn no_next_event(job: &Job<'_>, bounds: &[Lobes]) -> &'static str {
     if job.bounces == 0 {
         "no light is scattered"
     } else if job.scene.light_choice.is_none() {
-        "there is no light that aiming finds better than rays do"
+        "no light benefits from light sampling"
     } else if !bounds.iter().any(|lobes| lobes.spreads()) {
-        "no surface spreads light"
+        "all surfaces are specular"
     } else {
         "every light is black"
     }
@@ -250,15 +263,15 @@ fn no_next_event(job: &Job<'_>, bounds: &[Lobes]) -> &'static str {
 fn unread(scene: &Scene) -> Vec<LeftOut> {
     let (unread, survey) = (&scene.survey.unread, &scene.survey);
     [
-        (unread.nodes, "nodes", "not in the scene shown, or hidden"),
-        (unread.meshes, "meshes, not read", "no node of the scene shows them"),
-        (unread.materials, "materials, not read", "no surface has them"),
-        (unread.images, "images, not decoded", "no material of the scene shows them in this render"),
-        (survey.constant_textures, "textures, now factors", "they are of one colour"),
+        (unread.nodes, "nodes", "not in the rendered scene, or hidden"),
+        (unread.meshes, "meshes, not read", "no node of the rendered scene uses them"),
+        (unread.materials, "materials, not read", "no surface uses them"),
+        (unread.images, "images, not decoded", "no material of the scene uses them in this render"),
+        (survey.constant_textures, "textures, replaced by factors", "they are constant"),
         (
             survey.dropped_channels,
             "texture channels, not kept",
-            "no material reads them, or they hold nothing new",
+            "no material reads them, or they are redundant",
         ),
     ]
     .into_iter()
@@ -284,7 +297,7 @@ mod tests {
         }
     }
 
-    /// A Lambertian floor and wall under one quad light, by a pinhole, nothing moving.
+    /// A Lambertian floor and wall under one quad light, seen through a pinhole, without motion.
     fn plain() -> Scene {
         let mut builder = SceneBuilder::new("plain");
         builder.camera("eye", CameraPose::look_at(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, DVec3::Y, 0.8));

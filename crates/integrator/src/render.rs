@@ -1,11 +1,12 @@
 //! The render loop: tiles, threads, passes, limits.
 //!
-//! A pass gives every pixel the same number of further samples. Passes start at one sample and grow to about a second.
-//! A render can stop at any time, within a sample; what the pass under way has added is then taken back, so that every
-//! pixel is equally sampled. Only the first pass is left as it is: some pixels have samples, others none. How a render is
-//! cut into passes, tiles and threads changes no bit of the image, for each pixel's samples are added in order.
+//! A pass adds the same number of samples to every pixel. Passes start at one sample and grow to about one second. A
+//! render can stop at any time, within a sample; the samples of the pass in progress are then discarded, so that every
+//! pixel has the same number of samples. Only the first pass is kept as it is: some pixels have samples, others none.
+//! The division of a render into passes, tiles and threads changes no bit of the image, because the samples of each
+//! pixel are added in order.
 //!
-//! [`Renderer`] makes a render step by step; [`render`] and [`render_watched`] are loops over it.
+//! [`Renderer`] renders step by step; [`render`] and [`render_watched`] are loops over it.
 
 mod layers;
 mod outcome;

@@ -1,4 +1,5 @@
-//! One path again, vertex by vertex: numbers are keyed by name, so any sample of any render can be told in full.
+//! Replay of a single path, vertex by vertex: random numbers are keyed by decision, so that any sample of any render
+//! can be reproduced.
 
 use crate::job::Job;
 use crate::kernel;
@@ -13,8 +14,8 @@ use glam::{DVec3, Vec3};
 /// A vertex of a replayed path, in world space.
 #[derive(Clone, Debug)]
 pub struct PathVertex {
-    /// Scattering events before it. The distribution tracer's tree comes depth first: a vertex belongs to the last one
-    /// of the depth before.
+    /// Number of preceding scattering events. The tree of the distribution tracer is listed depth first: a vertex
+    /// belongs to the last vertex of the previous depth.
     pub depth: u32,
     /// `surface` or `environment`.
     pub kind: String,
@@ -22,23 +23,23 @@ pub struct PathVertex {
     pub object: String,
     /// Name of the material.
     pub material: String,
-    /// Position, scene units; for the environment the direction.
+    /// Position in scene units; for the environment the direction.
     pub p: DVec3,
     /// Unit shading normal.
     pub n: Vec3,
-    /// The lobes the path left by; empty at its end.
+    /// The lobes by which the path left the vertex; empty at its end.
     pub lobe: String,
-    /// Solid-angle density of the direction it last left by.
+    /// Solid-angle density of the last direction in which it left.
     pub pdf: f32,
-    /// Throughput on arrival.
+    /// Throughput at arrival.
     pub beta: Vec3,
-    /// Radiance picked up here, with its MIS weight.
+    /// Emitted radiance at the vertex, with its MIS weight.
     pub emitted: Vec3,
     /// Direct light by next-event estimation.
     pub direct: Vec3,
 }
 
-/// The path of sample `sample` of pixel `pixel`, and the radiance it brought.
+/// Replays sample `sample` of pixel `pixel`: the vertices of its path, and its radiance times the filter weight.
 pub fn replay(
     scene: &Scene,
     camera: &Camera,

@@ -1,4 +1,4 @@
-//! One sample of one pixel: its numbers by name, and its camera ray.
+//! One sample of one pixel: its random numbers, keyed by decision, and its camera ray.
 
 use crate::Dimension;
 use crate::effects::Effect;
@@ -21,8 +21,8 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    /// Sample `index` of pixel (x, y). With a sample count the n points form one set; without one (a time limit) they
-    /// come in blocks, each a set of its own, so that whatever was finished is a fair estimate.
+    /// Sample `index` of pixel (x, y). With a sample count, the n points form one set; without one (with a time limit)
+    /// they form blocks, each a set of its own, so that the samples finished so far are an unbiased estimate.
     pub fn new(settings: &Settings, (x, y): (u32, u32), index: u32) -> Self {
         let key = Key::pixel(settings.seed, x, y);
         let n = settings.block();
@@ -40,8 +40,8 @@ impl Sample {
         }
     }
 
-    /// The sample at its instant of the shutter: every ray of its path sees the scene as it is then. Nothing is drawn
-    /// when nothing moves.
+    /// The sample with its time in the shutter interval: all rays of its path see the scene at this time. No number is
+    /// drawn if nothing moves.
     pub fn timed(self, job: &Job<'_>) -> Self {
         if cfg!(without = "time") || !job.needs.time {
             return self;
@@ -61,17 +61,17 @@ impl Sample {
         padded_2d(self.pattern, self.s, self.n, self.key.at(depth, dimension))
     }
 
-    /// As [`point_1d`](Self::point_1d), of a decision that is not in the table.
+    /// As [`point_1d`](Self::point_1d), for a decision outside the table.
     pub fn named_1d(&self, depth: u32, decision: u32) -> f32 {
         padded_1d(self.pattern, self.s, self.n, self.key.at(depth, decision))
     }
 
-    /// As [`point_2d`](Self::point_2d), of a decision that is not in the table.
+    /// As [`point_2d`](Self::point_2d), for a decision outside the table.
     pub fn named_2d(&self, depth: u32, decision: u32) -> Vec2 {
         padded_2d(self.pattern, self.s, self.n, self.key.at(depth, decision))
     }
 
-    /// The camera ray through a pixel, and the weight the pixel filter gives it.
+    /// The camera ray through a pixel, and its pixel filter weight.
     pub fn camera_ray(&self, job: &Job<'_>, pixel: (u32, u32)) -> (Ray, f32) {
         let (offset, weight) = match job.needs.pixel {
             true => job.settings.filter.sample(self.point_2d(0, Dimension::Pixel)),
@@ -87,7 +87,7 @@ impl Sample {
 }
 
 impl Job<'_> {
-    /// The ray through the point `offset` from a pixel's centre, at an instant.
+    /// The camera ray through a pixel, `offset` from the pixel centre, at a time.
     pub fn camera_ray(&self, pixel: (u32, u32), offset: Vec2, lens: Vec2, time: f32) -> Ray {
         let fraction = offset + Vec2::splat(0.5);
         match self.camera.motion.as_ref().filter(|_| cfg!(not(without = "time"))) {
@@ -96,12 +96,12 @@ impl Job<'_> {
         }
     }
 
-    /// The instant at `u` of the shutter's time, in seconds since it opened.
+    /// The time at `u` of the shutter interval, in seconds since the shutter opened.
     pub fn time(&self, u: f32) -> f32 {
         if self.is_blurred_by_motion() { self.scene.shutter.time(u) } else { 0.0 }
     }
 
-    /// Whether something moves, and its integral is not off.
+    /// Whether something moves, and the time integral is not off.
     fn is_blurred_by_motion(&self) -> bool {
         moves(self.scene) && !self.settings.plans.is_off(Effect::Time)
     }
@@ -109,7 +109,7 @@ impl Job<'_> {
 
 #[cfg(test)]
 pub(crate) mod drawn {
-    //! What tests see of the numbers that are drawn.
+    //! Record of the drawn numbers, for tests.
     use crate::Dimension;
     use std::cell::RefCell;
 
@@ -121,7 +121,7 @@ pub(crate) mod drawn {
         DRAWN.with_borrow_mut(|all| all.push((depth, dimension)));
     }
 
-    /// Everything since the last call.
+    /// All numbers drawn since the last call.
     pub fn take() -> Vec<(u32, Dimension)> {
         DRAWN.take()
     }

@@ -1,4 +1,4 @@
-//! How a path leaves a vertex: the direction that the BSDF is sampled for, and where the ray along it starts.
+//! Scattering at a path vertex: samples the BSDF and builds the next ray.
 
 use crate::normals::Tilt;
 use crate::terminator::over_the_facet;
@@ -9,7 +9,7 @@ use dapple_materials::{BsdfSample, Lobes};
 use dapple_math::Ray;
 use glam::{Vec2, Vec3};
 
-/// A ray that leaves a vertex.
+/// A scattered ray with its BSDF sample.
 #[derive(Clone, Copy)]
 pub(crate) struct Scattered {
     pub sample: BsdfSample,
@@ -17,7 +17,7 @@ pub(crate) struct Scattered {
 }
 
 impl Vertex {
-    /// A ray on by one of `lobes`, unless it carries nothing or there is no way.
+    /// Samples one of `lobes`; `None` if the ray would carry nothing or leave on the wrong side of the surface.
     pub fn scatter<V: Visibility>(
         &self,
         uc: f32,
@@ -54,8 +54,8 @@ impl Vertex {
         Some(Scattered { sample, ray: Ray::new(o, wi) })
     }
 
-    /// Where a ray towards `wi` starts, unless there is no way: outside the position's error box, or above a facet that it
-    /// passes over.
+    /// Origin of a ray towards `wi`: outside the position's error box, or above a facet that the ray passes over;
+    /// `None` if the segment to that point is occluded.
     #[inline(always)]
     pub fn origin<V: Visibility>(&self, wi: Vec3, context: &TraceContext<'_, V>) -> Option<Vec3> {
         match &self.tilt {

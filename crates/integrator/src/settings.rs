@@ -1,4 +1,4 @@
-//! Everything that changes the estimate, or when it stops.
+//! Render settings: everything that affects the estimate, and the limits of a render.
 
 mod check;
 
@@ -16,19 +16,19 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Bounces before roulette begins.
+/// Number of bounces before Russian roulette begins.
 pub(crate) const ROULETTE_FROM: u32 = 3;
 
-/// The integrator that renders, with the settings that it alone has.
+/// The integrator, with the settings that only it has.
 #[derive(Clone, Debug)]
 pub enum Method {
-    /// The whole path is randomised, all integrals at once.
+    /// The path tracer: all integrals are estimated together by random paths.
     Path(PathSettings),
-    /// Every effect is an explicit integral with its own sample count and estimator.
+    /// The distribution ray tracer: every effect is an explicit integral with its own sample count and estimator.
     Distribution(DistributionSettings),
 }
 
-/// Which integrator renders.
+/// Kind of the integrator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MethodKind {
     /// The path tracer.
@@ -38,20 +38,21 @@ pub enum MethodKind {
     Distribution,
 }
 
-/// Settings of the path tracer alone.
+/// Settings of the path tracer.
 #[derive(Clone, Debug)]
 pub struct PathSettings {
-    /// Sample indices of every pixel. A range that ends at `u32::MAX` has no end: time or the caller stops the render.
+    /// Sample indices of every pixel. A range that ends at `u32::MAX` is unlimited: a time limit or the caller stops
+    /// the render.
     pub samples: Range<u32>,
-    /// Size of the point set that the samples belong to; `None`: the end of the range. Parts of a render name that of the
-    /// whole, so that together they have its samples.
+    /// Size of the point set that the samples belong to; `None`: the end of the range. Partial renders specify the size
+    /// of the whole, so that together they have the same samples.
     pub of: Option<u32>,
-    /// Russian roulette; without it paths end only at `max_bounces` or when they carry nothing.
+    /// Russian roulette; without it paths end only at `max_bounces` or when their throughput is zero.
     pub roulette: bool,
-    /// With `Sobol` or `Random` points: after the first [`crate::PILOT`] samples, further ones go where the error is. The
-    /// number of samples is then the mean over the image.
+    /// With `Sobol` or `Random` points: after the first [`crate::PILOT`] samples, distribute further samples by
+    /// estimated error. The number of samples is then the mean over the image.
     pub adaptive: bool,
-    /// Shares of the samples that another render decided on; then `adaptive` has nothing to decide.
+    /// Sample allocation of another render, which replaces the `adaptive` pilot.
     pub allocation: Option<Arc<SampleAllocation>>,
 }
 
@@ -61,18 +62,18 @@ impl Default for PathSettings {
     }
 }
 
-/// Settings of the distribution ray tracer alone; the points of its integrals are in [`Settings::plans`].
+/// Settings of the distribution ray tracer; the sample sets of its integrals are in [`Settings::plans`].
 #[derive(Clone, Debug)]
 pub struct DistributionSettings {
-    /// A round takes every pixel once through all points of its plan; further rounds have points of their own. A range
-    /// that ends at `u32::MAX` has no end.
+    /// In one round, every pixel takes all points of its sample set once; further rounds have different points. A range
+    /// that ends at `u32::MAX` is unlimited.
     pub rounds: Range<u32>,
-    /// Points over the environment where `plans.light` is off, which leaves the environment as it is. Else the environment
-    /// has the light's points.
+    /// Sample set over the environment if `plans.light` is off, which does not affect the environment. Otherwise the
+    /// environment uses the light's sample set.
     pub sky: SampleSet,
-    /// How the integrals are put together.
+    /// How the integrals are combined.
     pub combine: Combine,
-    /// Points of each integral below the first hit, nested.
+    /// In nested mode, number of points of each integral below the first hit.
     pub secondary: u32,
 }
 
@@ -82,79 +83,83 @@ impl Default for DistributionSettings {
     }
 }
 
-/// What ends a render before it has all samples, and what it may use. Changes no bit of what every pixel has.
+/// Limits that end a render early, and the resources that it may use. They change no bit of the samples that every
+/// pixel has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Limits {
-    /// Stop after this long, within a sample; what is kept is what all pixels have (see [`mod@crate::render`]).
+    /// Stop after this time, within a sample; the samples that all pixels have are kept (see [`mod@crate::render`]).
     pub time: Option<Duration>,
-    /// Worker threads; `None` = all the system grants.
+    /// Number of worker threads; `None`: all that the system grants.
     pub threads: Option<usize>,
 }
 
 /// What to render and how; `Settings::default()` is the command line's default at 512×512.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// Which integrator, with what it alone needs.
+    /// The integrator and its own settings.
     pub method: Method,
-    /// Time and threads.
+    /// Time limit and thread count.
     pub limits: Limits,
-    /// Full picture, in pixels.
+    /// Size of the full image, in pixels.
     pub size: (u32, u32),
-    /// Part of the picture to render; its pixels equal the full picture's.
+    /// Part of the image to render; its pixels are equal to those of the full image.
     pub crop: Option<PixelRect>,
-    /// How the points of each dimension are laid out.
+    /// Sampling pattern of each dimension.
     pub pattern: Pattern,
-    /// Scattering events: 0 = emitters seen directly, 1 = direct light.
+    /// Maximum number of scattering events: 0 = directly visible emitters, 1 = direct light.
     pub max_bounces: u32,
-    /// Which of the independent renders.
+    /// Seed; renders with different seeds are independent.
     pub seed: u64,
     /// Pixel filter.
     pub filter: Filter,
-    /// Extra layers.
+    /// Additional layers.
     pub aovs: Vec<Aov>,
-    /// Render the picture itself. Without it only what first hits show is found out, and no light is followed.
+    /// Whether to render the image itself. Without it only the first hits are computed, and no light is traced.
     pub picture: bool,
-    /// Camera rays that leave the scene without having met a surface see nothing instead of the environment, which still
-    /// lights everything else and shows in mirrors and behind glass. The picture then has a channel A, the share of its
-    /// samples that met a surface, and its colours are associated with it (premultiplied). Holes of MASK and BLEND
-    /// materials are no surface; transmission is, for it is no coverage (glTF 2.0, KHR_materials_transmission), so that
-    /// clear panes cover.
+    /// Whether camera rays that leave the scene without hitting a surface return nothing instead of the environment,
+    /// which still lights the scene and is visible in mirrors and behind glass. The image then has a channel A, the
+    /// share of the samples that hit a surface, and its colours are associated (premultiplied). Holes of MASK and BLEND
+    /// materials do not count as surface; transmissive materials do, because transmission is not coverage (glTF 2.0,
+    /// KHR_materials_transmission), so that transparent panes are opaque in alpha.
     pub transparent: bool,
-    /// Which rays meet the back faces of single-sided materials.
+    /// Which rays hit the back faces of single-sided materials.
     pub backfaces: Backfaces,
-    /// Points of each of the distribution tracer's integrals; those with none are off in both tracers. The path tracer
-    /// takes its samples of all at once, the distribution tracer as many as the pixel has points.
+    /// Sample sets of the distribution tracer's integrals; integrals with a count of 0 are off in both tracers. The
+    /// path tracer samples all integrals together, the distribution tracer takes as many samples as the pixel has
+    /// points.
     pub plans: SampleSets,
-    /// Constant radiance that diffuse surfaces get from all around when interreflection is off. *Approximation*: stands
-    /// in for the light that would have come by way of other surfaces.
+    /// Constant ambient radiance on diffuse surfaces when interreflection is off. *Approximation*: replaces the
+    /// indirect light from other surfaces.
     pub ambient: Vec3,
-    /// Take the general path everywhere: every decision drawn, every question asked, though the scene needs none of it.
-    /// Changes no bit of the picture; for comparison and debugging.
+    /// Use the general code path everywhere: draw every decision and evaluate every feature, even if the scene does not
+    /// need it. Changes no bit of the image; for comparison and debugging.
     pub general: bool,
-    /// No sample is brighter than this in any channel: fewer sparks, less light. *Approximation*; what it takes away is
-    /// told in [`crate::BiasReport`]. `None`: nothing is clamped.
+    /// Maximum value of a sample in any channel, which suppresses fireflies and loses light. *Approximation*; the
+    /// removed energy is in [`crate::BiasReport`]. `None`: nothing is clamped.
     pub clamp: Option<f32>,
-    /// Light that a facet with smooth normals is lit by, but would shadow itself from, passes over the facet as over the
-    /// round surface it stands for [Hanika 2021]; otherwise it ends at a hard edge along the facets. Flat surfaces, spheres
-    /// and disks do not change. *Approximation*: what is in the way is looked for from above the facet.
+    /// Soft shadow terminator: light that illuminates a smooth-shaded facet but would be blocked by the facet itself
+    /// passes over it as over the smooth surface that the facet approximates [Hanika 2021]; otherwise there is a hard
+    /// edge along the facets. Flat surfaces, spheres and disks do not change. *Approximation*: occlusion is tested from
+    /// a point above the facet.
     pub soft_terminator: bool,
-    /// Shadow rays pass smooth surfaces of solid clear matter straight on, losing what is reflected and absorbed.
-    /// *Approximation*: light is not bent there, so that there are no caustics; paths that would show the same light by
-    /// way of refraction are left out. Thin walls and boundaries between equal indices are passed in any case, exactly.
+    /// Whether shadow rays pass smooth surfaces of solid transparent bodies in a straight line, with the loss by
+    /// reflection and absorption. *Approximation*: light is not refracted there, so that there are no caustics; paths
+    /// that would find the same light by refraction are omitted. Thin walls and boundaries between equal indices are
+    /// always passed, exactly.
     pub transparent_shadows: bool,
-    /// Which of the two strategies for direct light take part; for tests and teaching.
+    /// The strategies used for direct light; for tests and teaching.
     pub strategy: Strategy,
 }
 
-/// How light that falls directly on a surface is found.
+/// Sampling strategy for direct light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Strategy {
     /// Light and BSDF sampling, combined by the power heuristic [Veach 1997, §9.2].
     #[default]
     Both,
-    /// Only by aiming at lights (and by delta lobes, which nothing can aim for).
+    /// Only light sampling (and delta lobes, which light sampling cannot handle).
     LightOnly,
-    /// Only by following the BSDF (delta lights are still aimed at, for nothing can hit them).
+    /// Only BSDF sampling (delta lights are still sampled, because no ray can hit them).
     BsdfOnly,
 }
 
@@ -185,12 +190,12 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Defaults of the distribution ray tracer.
+    /// Default settings of the distribution ray tracer.
     pub fn distribution() -> Self {
         Self { method: Method::Distribution(DistributionSettings::default()), ..Self::default() }
     }
 
-    /// Which integrator renders.
+    /// Kind of the integrator.
     pub fn kind(&self) -> MethodKind {
         match self.method {
             Method::Path(_) => MethodKind::Path,
@@ -198,7 +203,7 @@ impl Settings {
         }
     }
 
-    /// Settings of the path tracer, if that renders.
+    /// Settings of the path tracer, if it is the integrator.
     pub fn path_tracer(&self) -> Option<&PathSettings> {
         match &self.method {
             Method::Path(path) => Some(path),
@@ -206,7 +211,7 @@ impl Settings {
         }
     }
 
-    /// As [`path_tracer`](Self::path_tracer), to be changed.
+    /// Mutable settings of the path tracer, if it is the integrator.
     pub fn path_tracer_mut(&mut self) -> Option<&mut PathSettings> {
         match &mut self.method {
             Method::Path(path) => Some(path),
@@ -214,7 +219,7 @@ impl Settings {
         }
     }
 
-    /// Settings of the distribution ray tracer, if that renders.
+    /// Settings of the distribution ray tracer, if it is the integrator.
     pub fn distribution_tracer(&self) -> Option<&DistributionSettings> {
         match &self.method {
             Method::Path(_) => None,
@@ -222,7 +227,7 @@ impl Settings {
         }
     }
 
-    /// As [`distribution_tracer`](Self::distribution_tracer), to be changed.
+    /// Mutable settings of the distribution ray tracer, if it is the integrator.
     pub fn distribution_tracer_mut(&mut self) -> Option<&mut DistributionSettings> {
         match &mut self.method {
             Method::Path(_) => None,
@@ -230,7 +235,7 @@ impl Settings {
         }
     }
 
-    /// The same with another integrator, which gets its defaults; nothing changes if it renders already.
+    /// Selects the integrator, with its default settings; no change if it is selected already.
     #[must_use]
     pub fn with_method(mut self, kind: MethodKind) -> Self {
         if self.kind() != kind {
@@ -242,8 +247,8 @@ impl Settings {
         self
     }
 
-    /// The same with so many samples per pixel of the path tracer, `None` without end. Those of the distribution tracer
-    /// follow from [`Settings::plans`]: there this changes nothing.
+    /// Sets the samples per pixel of the path tracer, `None` for no limit. No effect on the distribution tracer, whose
+    /// samples follow from [`Settings::plans`].
     #[must_use]
     pub fn with_spp(mut self, spp: impl Into<Option<u32>>) -> Self {
         if let Some(path) = self.path_tracer_mut() {
@@ -252,7 +257,7 @@ impl Settings {
         self
     }
 
-    /// The same, stopped after so long. The distribution tracer then takes as many rounds as there is time for.
+    /// Sets the time limit. The distribution tracer then takes as many rounds as the time allows.
     #[must_use]
     pub fn with_time_limit(mut self, time: impl Into<Option<Duration>>) -> Self {
         self.limits.time = time.into();
@@ -263,37 +268,38 @@ impl Settings {
         self
     }
 
-    /// The same on so many threads, `None` on all that the system grants.
+    /// Sets the number of threads, `None` for all that the system grants.
     #[must_use]
     pub fn with_threads(mut self, threads: impl Into<Option<usize>>) -> Self {
         self.limits.threads = threads.into();
         self
     }
 
-    /// The same with changes to the path tracer's settings, if that renders.
+    /// Changes the settings of the path tracer, if it is the integrator.
     #[must_use]
     pub fn with_path(mut self, change: impl FnOnce(&mut PathSettings)) -> Self {
         self.path_tracer_mut().map(change);
         self
     }
 
-    /// The same with changes to the distribution tracer's settings, if that renders.
+    /// Changes the settings of the distribution tracer, if it is the integrator.
     #[must_use]
     pub fn with_distribution(mut self, change: impl FnOnce(&mut DistributionSettings)) -> Self {
         self.distribution_tracer_mut().map(change);
         self
     }
-    /// The pixels to render: the crop, or the whole picture.
+    /// The pixels to render: the crop, or the whole image.
     pub fn rect(&self) -> PixelRect {
         self.crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: self.size.0, y1: self.size.1 })
     }
 
-    /// Scattering events that are followed: none without a picture.
+    /// Maximum number of scattering events; 0 if the image itself is not rendered.
     pub fn bounces(&self) -> u32 {
         if self.picture { self.max_bounces } else { 0 }
     }
 
-    /// Samples after which every pixel's estimate is whole: a distribution tracer's strata come in order.
+    /// Number of samples after which every pixel estimate is complete: the strata of the distribution tracer come in
+    /// order.
     pub fn round(&self) -> u32 {
         match self.method {
             Method::Path(_) => 1,
@@ -301,7 +307,7 @@ impl Settings {
         }
     }
 
-    /// Sample indices of every pixel; without end if it ends at `u32::MAX`.
+    /// Sample indices of every pixel; unlimited if the range ends at `u32::MAX`.
     pub fn sample_range(&self) -> Range<u32> {
         match &self.method {
             Method::Path(path) => path.samples.clone(),
@@ -312,43 +318,43 @@ impl Settings {
         }
     }
 
-    /// The end of [`sample_range`](Self::sample_range), `None` without end.
+    /// The end of [`sample_range`](Self::sample_range), `None` if unlimited.
     pub fn samples(&self) -> Option<u32> {
         Some(self.sample_range().end).filter(|end| *end < u32::MAX)
     }
 
-    /// Samples per pixel of the path tracer; `None` without end and of the distribution tracer.
+    /// Samples per pixel of the path tracer; `None` if unlimited, and for the distribution tracer.
     pub fn spp(&self) -> Option<u32> {
         self.path_tracer().and_then(|_| self.samples())
     }
 
-    /// Whether paths end by Russian roulette, if the path tracer renders; the distribution tracer's rays end by themselves.
+    /// Whether Russian roulette ends paths; also true for the distribution tracer, which does not use roulette.
     pub fn roulette(&self) -> bool {
         self.path_tracer().is_none_or(|path| path.roulette)
     }
 
-    /// Whether samples are to go where the error is.
+    /// Whether adaptive sampling is requested.
     pub fn adaptive(&self) -> bool {
         self.path_tracer().is_some_and(|path| path.adaptive)
     }
 
-    /// Shares of the samples that another render decided on.
+    /// The sample allocation of another render, if given.
     pub fn allocation(&self) -> Option<&Arc<SampleAllocation>> {
         self.path_tracer().and_then(|path| path.allocation.as_ref())
     }
 
-    /// How the distribution tracer's integrals are put together.
+    /// How the distribution tracer's integrals are combined.
     pub fn combine(&self) -> Combine {
         self.distribution_tracer().map_or(Combine::Nested, |distribution| distribution.combine)
     }
 
-    /// Whether samples go where the error is.
+    /// Whether this render has to compute a sample allocation.
     pub(crate) fn is_adaptive(&self) -> bool {
         let sequence = matches!(self.pattern, Pattern::Sobol | Pattern::Random);
         self.adaptive() && sequence && self.allocation().is_none()
     }
 
-    /// Points per block of the pattern: the sample count, or a fixed block when only time limits the render.
+    /// Points per block of the pattern: the sample count, or a fixed block if only time limits the render.
     pub(crate) fn block(&self) -> u32 {
         self.path_tracer().and_then(|path| path.of).or(self.spp()).unwrap_or(16).max(1)
     }

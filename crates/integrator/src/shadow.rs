@@ -1,13 +1,14 @@
-//! What of a light comes through to a vertex: nothing behind matter, and what smooth clear surfaces leave of it.
+//! Transmittance of shadow rays: opaque surfaces block them, smooth transparent surfaces attenuate them.
 //!
-//! A shadow ray goes straight. Surfaces that do not bend light let it pass exactly: thin walls and boundaries between
-//! equal indices, if they are smooth, and boundaries hidden inside a stronger body; absorption counts piece by piece.
-//! Where light is bent the shadow ray ends, for the straight way is not the light's; with
-//! `Settings::transparent_shadows` it goes on, an *approximation*: what is not reflected passes, straight.
+//! A shadow ray is straight. Surfaces that do not refract light transmit it exactly: thin walls and boundaries between
+//! equal indices, if they are smooth, and boundaries hidden inside a body of higher priority; absorption is accumulated
+//! segment by segment. Where light is refracted the shadow ray ends, because the straight segment is not a light path;
+//! with `Settings::transparent_shadows` it continues, an *approximation*: the light that is not reflected passes in a
+//! straight line.
 //!
-//! What light can be found here by aiming, and by following the BSDF along the same straight way as well, is weighted as
-//! anywhere else (`emission::MisContext` keeps the vertex that the way began at). Surfaces are walked through in the order
-//! of `Hit::wins_over`, so that products do not depend on the order of traversal.
+//! Light that both light sampling and BSDF sampling can find along the same straight segment is weighted by MIS as
+//! usual (`emission::MisContext` keeps the vertex at which the segment began). Surfaces are visited in the order of
+//! `Hit::wins_over`, so that products do not depend on the traversal order.
 
 use crate::interface::gather;
 use crate::medium::MediumStack;
@@ -20,34 +21,36 @@ use dapple_math::Ray;
 use glam::Vec3;
 use std::cell::Cell;
 
-/// Most clear surfaces that a shadow ray passes; what comes through more is lost, and the ledger told.
+/// Maximum number of transparent surfaces that a shadow ray passes; light through more surfaces is lost, and counted in
+/// the bias report.
 pub(crate) const MOST: u32 = 256;
 
-/// Through an edge or a corner a ray meets several triangles of one surface: at most so many for each surface, on average.
+/// Maximum number of hits per surface, on average: a ray through an edge or a corner hits several triangles of one
+/// surface.
 const SAME: u32 = 16;
 
-/// What a shadow ray finds.
+/// Result of a shadow ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Passage {
-    /// Nothing comes through.
+    /// No light is transmitted.
     Blocked,
-    /// More clear surfaces than [`MOST`].
+    /// The ray crosses more transparent surfaces than [`MOST`].
     Lost,
-    Open(Way),
+    Open(ShadowPath),
 }
 
-/// The way to a light.
+/// An unblocked segment to a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Way {
+pub(crate) struct ShadowPath {
     pub transmittance: Vec3,
-    /// Surfaces passed, each of which is a bounce of a path on the same way.
+    /// Number of surfaces passed, each of which is a bounce of a path along the same segment.
     pub passed: u32,
-    /// Light is bent on the way, so that no path takes it.
+    /// Light is refracted along the segment, so that no path follows it.
     pub bent: bool,
 }
 
 impl<V: Visibility> TraceContext<'_, V> {
-    /// What comes through along `ray` from a light at `distance`, seen from within `stack`.
+    /// The transmittance along `ray` of a light at `distance`, for a ray that starts inside the bodies of `stack`.
     #[inline(always)]
     pub fn passage(&self, ray: &Ray, stack: &MediumStack, distance: f32) -> Passage {
         if !V::PLAIN && (self.job.clear_ways || !stack.is_empty()) {
@@ -56,7 +59,7 @@ impl<V: Visibility> TraceContext<'_, V> {
         if self.occluded(ray) {
             return Passage::Blocked;
         }
-        Passage::Open(Way { transmittance: Vec3::ONE, passed: 0, bent: false })
+        Passage::Open(ShadowPath { transmittance: Vec3::ONE, passed: 0, bent: false })
     }
 
     #[inline(never)]
@@ -73,19 +76,19 @@ impl<V: Visibility> TraceContext<'_, V> {
         }
         if !is_met.get() {
             let transmittance = stack.transmittance(self.job.media.bodies, distance);
-            return Passage::Open(Way { transmittance, passed: 0, bent: false });
+            return Passage::Open(ShadowPath { transmittance, passed: 0, bent: false });
         }
-        self.walk(&at, stack, distance)
+        self.visit_surfaces(&at, stack, distance)
     }
 
-    /// From surface to surface. Where light is bent a bundle of rays spreads by the ratio of the indices: with pieces sᵢ of
-    /// index nᵢ from a light in index n₀ the irradiance is that of the distance n₀·Σ sᵢ/nᵢ (exact along the normals of
-    /// the surfaces [Born & Wolf 1999, §4.4]).
-    fn walk(&self, at: &Query<'_>, stack: &MediumStack, distance: f32) -> Passage {
+    /// Visits the surfaces in order. Where light is refracted, a bundle of rays spreads by the ratio of the indices:
+    /// with segments sᵢ of index nᵢ from a light in index n₀ the irradiance is that of the distance n₀·Σ sᵢ/nᵢ (exact
+    /// along the normals of the surfaces [Born & Wolf 1999, §4.4]).
+    fn visit_surfaces(&self, at: &Query<'_>, stack: &MediumStack, distance: f32) -> Passage {
         let (scene, bodies, length) = (self.scene, self.job.media.bodies, at.ray.d.length());
-        let mut way = Way { transmittance: Vec3::ONE, passed: 0, bent: false };
+        let mut way = ShadowPath { transmittance: Vec3::ONE, passed: 0, bent: false };
         let (mut stack, mut gone) = (*stack, 0.0);
-        // Sum of the pieces of the way, each over its index of refraction.
+        // Sum of the segment lengths, each over its index of refraction.
         let mut reduced = 0.0;
         let mut last: Option<(Hit, Surface)> = None;
         let mut crossings = 0;
@@ -141,8 +144,8 @@ impl<V: Visibility> TraceContext<'_, V> {
         Passage::Lost
     }
 
-    /// Passes one surface; false where nothing comes through.
-    fn pass(&self, vertex: &Vertex, way: &mut Way) -> bool {
+    /// Passes one surface; returns false if no light is transmitted.
+    fn pass(&self, vertex: &Vertex, way: &mut ShadowPath) -> bool {
         let mut through = if vertex.shading.unlit { Vec3::ZERO } else { vertex.bsdf.straight() };
         if through == Vec3::ZERO && self.job.settings.transparent_shadows && !vertex.shading.unlit {
             through = vertex.bsdf.straightened();
@@ -154,7 +157,7 @@ impl<V: Visibility> TraceContext<'_, V> {
     }
 }
 
-/// A ray through an edge meets both of its triangles: the same surface from the same side in one place.
+/// A ray through an edge hits both adjacent triangles: the same surface from the same side at the same position.
 fn is_same_crossing((hit, surface): (Hit, Surface), (next, other): (Hit, Surface), d: Vec3) -> bool {
     let side = |of: &Surface| of.ng.dot(d) < 0.0;
     hit.object == next.object && side(&surface) == side(&other) && are_one_place(&surface, &other)

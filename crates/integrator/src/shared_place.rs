@@ -1,18 +1,19 @@
-//! Which of the surfaces in one place is there?
+//! Coincident surfaces: resolves which of several surfaces at the same position a ray hits.
 //!
-//! Hits of a ray that lie within each other's error bounds are one place: which of them is nearer is rounding. There the
-//! side of an emitter that emits wins over any other surface, then what lets no light through, so that nothing shines
-//! through the table that a glass stands on, then the boundaries of bodies (all of them: `interface::gather`) before thin
-//! walls; among equals the lowest object, then the lowest primitive, so that of two walls in one place one is seen, without
-//! speckle. Camera rays, rays that leave by a lobe and light samples all ask [`resolve`], so that light sampling and lobes
-//! see the same lamp in the same place and weigh it once: lamps that lie in one another shine as one, and a lamp in the plane of a
-//! ceiling shines like one just below it.
+//! Hits of a ray that lie within each other's error bounds are treated as coincident: which of them is nearer is
+//! determined by rounding. At such a position the emitting side of an emitter wins over any other surface, then opaque
+//! surfaces, so that nothing shines through the table under a glass, then the boundaries of bodies (all of them:
+//! `interface::gather`) before thin walls; among equals the lowest object, then the lowest primitive, so that of two
+//! coincident walls one is visible, without speckle. Camera rays, rays from BSDF sampling and light samples all use
+//! [`resolve`], so that light sampling and BSDF sampling find the same lamp at the same position and count it once:
+//! coincident lamps shine as one, and a lamp in the plane of a ceiling shines like one just below it.
 //!
-//! Two opaque faces in one place whose fronts face opposite ways are not asked about: camera rays pass back faces
-//! (`first_hit`), so that each side shows its own. Other rays meet either of the two, by rounding. All that stands on a floor
-//! touches it in this way, and a question at every hit of the floor would cost more than it is worth.
+//! Two coincident opaque faces with opposite front sides are not resolved: camera rays pass back faces (`first_hit`),
+//! so that each side shows its own surface. Other rays hit either of the two, depending on rounding. Every object on a
+//! floor touches it in this way, and a query at every hit of the floor would cost more than it gains.
 //!
-//! Only surfaces and lights that [`SharedPlaces`](dapple_scene::SharedPlaces) knows to share a place come here.
+//! Only surfaces and lights that are listed in [`SharedPlaces`](dapple_scene::SharedPlaces) as coincident reach this
+//! code.
 
 use crate::trace_context::TraceContext;
 use crate::visibility::Visibility;
@@ -24,13 +25,13 @@ use dapple_scene::{Scene, SharedPlaces};
 use glam::Vec3;
 use std::cell::RefCell;
 
-/// The scene's shared places, if it has any: the one question that other scenes are asked.
+/// The scene's coincident surfaces, if it has any: the only check in scenes without them.
 #[inline(always)]
 pub(crate) fn of(scene: &Scene) -> Option<&SharedPlaces> {
     scene.shared_places.as_ref().filter(|_| cfg!(not(without = "coincident")))
 }
 
-/// At the nearest hit of a ray: makes it that of the surface which is there.
+/// Replaces the nearest hit of a ray by the winning hit of the surfaces that coincide with it.
 #[inline(never)]
 pub(crate) fn resolve_shared<V: Visibility>(
     places: &SharedPlaces,
@@ -43,7 +44,7 @@ pub(crate) fn resolve_shared<V: Visibility>(
     }
     let depth = places.surfaces.thickness() / surface.ng.dot(ray.d).abs();
     let end = (hit.t + depth).next_up().min(ray.t_max);
-    // Nothing else stops the ray before `hit`, but by rounding.
+    // Except for rounding, nothing else stops the ray before `hit`.
     let hits = hits_between(0.0, &ray.until(end), context);
     let nearest = PlaceCandidate::new(places, ray, *hit, *surface, context);
     let others = hits.into_iter().filter(|other| places.contains(other));
@@ -51,13 +52,13 @@ pub(crate) fn resolve_shared<V: Visibility>(
     (*hit, *surface) = (winner.hit, winner.surface);
 }
 
-/// Whether a surface is a thin wall that may share its place.
+/// Whether a surface is a thin wall that may coincide with another surface.
 pub(crate) fn is_wall(scene: &Scene, hit: &Hit) -> bool {
     let is_wall = |places: &SharedPlaces| places.contains(hit) && places.transmits(hit.object);
     scene.objects[hit.object as usize].body == u32::MAX && of(scene).is_some_and(is_wall)
 }
 
-/// Whether a thin wall is none, for a ray has just passed what is there in its place.
+/// Whether a thin wall is skipped because the ray has just passed a surface that coincides with it.
 pub(crate) fn is_left_out(
     scene: &Scene,
     (last, passed): (Hit, Surface),
@@ -68,14 +69,14 @@ pub(crate) fn is_left_out(
         && are_one_place(&passed, &surface)
 }
 
-/// Whether two hits of one ray lie within each other's error bounds, across the surfaces.
+/// Whether two hits of one ray lie within each other's error bounds, measured along the normals of the surfaces.
 pub(crate) fn are_one_place(a: &Surface, b: &Surface) -> bool {
     let (between, error) = (b.p - a.p, a.p_error + b.p_error);
     [a.ng, b.ng].iter().all(|n| n.dot(between).abs() <= n.abs().dot(error))
 }
 
-/// Whether something stands between `o` and a sampled point of a light: as `blocked` by the shadow ray `ray`, but that in
-/// the light's own place the surface decides which is there.
+/// Whether the segment between `o` and a sampled point of a light is occluded by the shadow ray `ray`, where surfaces
+/// that coincide with the light are resolved.
 #[inline(never)]
 pub(crate) fn is_hidden<V: Visibility>(
     places: &SharedPlaces,
@@ -86,14 +87,14 @@ pub(crate) fn is_hidden<V: Visibility>(
 ) -> bool {
     match Target::new(places, context.scene, light, sample, o, context.time) {
         None => context.occluded(ray),
-        Some(target) => context.occluded(&target.way()) || !target.is_seen(context),
+        Some(target) => context.occluded(&target.segment()) || !target.is_seen(context),
     }
 }
 
-/// The part of the shadow ray `ray` on which something may stand between `o` and a sampled point of a light, if in the
-/// light's own place the light is there.
+/// The part of the shadow ray `ray` between `o` and a sampled point of a light that surfaces may occlude; `None` if
+/// another surface wins at the position of the light.
 #[inline(never)]
-pub(crate) fn way<V: Visibility>(
+pub(crate) fn segment_to_light<V: Visibility>(
     places: &SharedPlaces,
     (light, sample): (usize, &LightSample),
     o: Vec3,
@@ -102,11 +103,11 @@ pub(crate) fn way<V: Visibility>(
 ) -> Option<Ray> {
     match Target::new(places, context.scene, light, sample, o, context.time) {
         None => Some(ray),
-        Some(target) => target.is_seen(context).then(|| target.way()),
+        Some(target) => target.is_seen(context).then(|| target.segment()),
     }
 }
 
-/// A surface that may be the one in a place.
+/// A surface at a shared position.
 #[derive(Clone, Copy)]
 struct PlaceCandidate {
     hit: Hit,
@@ -115,7 +116,7 @@ struct PlaceCandidate {
     class: Class,
 }
 
-/// What surfaces in one place are to each other, the winner first.
+/// Classes of coincident surfaces, the winner first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Class {
     Lit,
@@ -155,15 +156,15 @@ impl PlaceCandidate {
 
     fn wins_over(&self, other: &Self) -> bool {
         match (self.class, other.class) {
-            // The boundaries of bodies are met in their order.
+            // The boundaries of bodies are crossed in their order.
             (Class::Body, Class::Body) => self.hit.wins_over(&other.hit),
             _ => self.rank() < other.rank(),
         }
     }
 }
 
-/// The one among `nearest` and the `others` in its place that is there. Its error bound then covers all of them, so that
-/// rays that leave it start outside all of them.
+/// The winner among `nearest` and those of the `others` that coincide with it. Its error bound is extended to all of
+/// them, so that rays that leave it start outside of all of them.
 fn resolve(nearest: PlaceCandidate, others: impl Iterator<Item = PlaceCandidate>) -> PlaceCandidate {
     let (mut winner, mut error) = (nearest, None);
     for other in others {
@@ -176,12 +177,12 @@ fn resolve(nearest: PlaceCandidate, others: impl Iterator<Item = PlaceCandidate>
             winner = other;
         }
     }
-    // A plane lies at most the sum of both errors away, and its points one of them on.
+    // A plane lies at most the sum of both errors away, and its points one more error further.
     winner.surface.p_error += error.map_or(Vec3::ZERO, |error| 2.0 * error);
     winner
 }
 
-/// Everything that stops the ray at `from` or later.
+/// All hits of the ray from parameter `from` on.
 fn hits_between<V: Visibility>(from: f32, ray: &Ray, context: &TraceContext<'_, V>) -> Vec<Hit> {
     let hits = RefCell::new(Vec::new());
     let note = |hit: &Hit| {
@@ -194,14 +195,14 @@ fn hits_between<V: Visibility>(from: f32, ray: &Ray, context: &TraceContext<'_, 
     hits.into_inner()
 }
 
-/// A light sample of a light that shares its place.
+/// A sample of a light that coincides with surfaces.
 struct Target<'a> {
     places: &'a SharedPlaces,
     light: u32,
     kind: Kind<'a>,
-    /// From the receiver to the light; t = 1 is the light.
+    /// Segment from the receiver to the light, which is at t = 1.
     ray: Ray,
-    /// From here on the ray is in the light's place, or near it.
+    /// Ray parameter from which on the ray is at or near the position of the light.
     from: f32,
 }
 
@@ -210,11 +211,11 @@ enum Kind<'a> {
     Point(Vec3),
 }
 
-/// How near to a light without extent surfaces are asked whether it lies in them, in parts of the distance.
+/// Distance, relative to that of the light, within which surfaces are tested for containing a light without extent.
 const NEAR: f32 = 1.0 / 32.0;
 
 impl<'a> Target<'a> {
-    /// Of a sample seen from `o`; None when its light has its place to itself.
+    /// The target of a sample seen from `o`; `None` if no surface coincides with its light.
     fn new(
         places: &'a SharedPlaces,
         scene: &Scene,
@@ -235,17 +236,17 @@ impl<'a> Target<'a> {
             (None, None) => return None,
         };
         let d = p - o;
-        // Rounding may put the origin behind a light that its own surface lies on.
+        // Rounding may put the origin behind a light in the plane of the receiving surface.
         let (from, end) = if d.dot(sample.wi) > 0.0 { (1.0 - depth, 1.0 + depth) } else { (0.0, 0.0) };
         Some(Self { places, light: light as u32, kind, ray: Ray { o, d, t_max: end }, from: from.max(0.0) })
     }
 
-    /// The way to the light's place.
-    fn way(&self) -> Ray {
+    /// The segment up to the position of the light.
+    fn segment(&self) -> Ray {
         self.ray.until(self.from)
     }
 
-    /// Whether the light is there at the end of the way.
+    /// Whether the light wins at the end of the segment.
     fn is_seen<V: Visibility>(&self, context: &TraceContext<'_, V>) -> bool {
         if self.ray.t_max <= 0.0 {
             return false;
@@ -256,7 +257,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Whether the point stands behind a surface that it does not lie in.
+    /// Whether the light lies behind a surface that does not contain it.
     fn stands_behind<V: Visibility>(&self, p: Vec3, context: &TraceContext<'_, V>) -> bool {
         let stands_before = |hit: &Hit| {
             hit.t >= self.from
@@ -267,8 +268,8 @@ impl<'a> Target<'a> {
         context.visibility.any(context.scene, &self.ray.until(1.0), context.time, context.key, &stands_before)
     }
 
-    /// Whether of all surfaces in the place of the sampled point that of its light is there. Where the ray passes its own
-    /// surface by rounding, the point itself stands for it.
+    /// Whether the surface of the light wins among all surfaces at the sampled point. Where the ray misses that surface
+    /// because of rounding, the sampled point replaces it.
     fn is_winner<V: Visibility>(&self, at: &LightPoint, context: &TraceContext<'_, V>) -> bool {
         let mut hits = hits_between(self.from, &self.ray, context);
         hits.sort_unstable_by(|a, b| {
@@ -289,7 +290,7 @@ impl<'a> Target<'a> {
                 && source.is_some_and(|(object, first)| (Class::Lit, object, first) < winner.rank())
     }
 
-    /// The sampled point as its surface would have it.
+    /// The sampled point as a point on its surface.
     fn point(&self, at: &LightPoint) -> PlacePoint {
         PlacePoint::new(at.p, at.n, at.p_error.max(at.p.abs() * gamma(7)), &self.places.surfaces)
     }

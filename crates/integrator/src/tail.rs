@@ -1,20 +1,21 @@
-//! The samples that deviate most: do a few of them make up the variance?
+//! The largest sample deviations, to check whether a few samples dominate the variance.
 
-/// How many are kept of each tile, and of the picture: enough to tell how fast their sizes fall, to an eighth.
+/// Number of deviations kept per tile, and for the image: enough to estimate how fast their sizes decrease, to one
+/// eighth.
 pub const KEPT: usize = 64;
 
-/// The largest squared deviations of samples from the means of their pixels, sums over three channels. The same at any
-/// number of threads, for a pixel's samples come in order and a tile's pixels too.
+/// The largest squared deviations of samples from their pixel means, as sums over three channels. Independent of the
+/// number of threads, because the samples of a pixel and the pixels of a tile are processed in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tail {
-    /// In no order; the largest are among them, and at most as many others.
+    /// Unordered; contains the largest values, and at most as many others.
     squares: Vec<f64>,
-    /// What does not exceed it is not among the largest.
+    /// Values up to this bound are not among the largest.
     least: f64,
 }
 
 impl Tail {
-    /// Takes in a squared deviation. Few samples are among the largest: nearly always one comparison.
+    /// Adds a squared deviation. As few samples are among the largest, this is usually a single comparison.
     #[inline]
     pub fn add(&mut self, square: f64) {
         if square > self.least {
@@ -32,12 +33,12 @@ impl Tail {
         }
     }
 
-    /// Those of `other` too.
+    /// Adds the deviations of `other`.
     pub fn merge(&mut self, other: &Self) {
         other.squares.iter().for_each(|square| self.add(*square));
     }
 
-    /// The largest first.
+    /// The kept deviations, in descending order.
     pub fn sorted(&self) -> Vec<f64> {
         let mut all = self.squares.clone();
         all.sort_by(|a, b| b.total_cmp(a));

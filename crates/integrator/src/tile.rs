@@ -1,4 +1,4 @@
-//! A tile of the film: the pixels one worker renders, with the layers asked for.
+//! Film tiles: the pixels that one worker renders, with the requested layers.
 
 use crate::allocation::SampleAllocation;
 use crate::aov::Aov;
@@ -15,7 +15,7 @@ use glam::Vec3;
 /// Side of a tile in pixels.
 const SIDE: u32 = 16;
 
-/// Most bad samples remembered by place per tile; all are counted.
+/// Maximum number of bad samples recorded individually per tile; all are counted.
 const REMEMBERED: usize = 4;
 
 /// A sample that was not finite; `dapple replay --pixel x,y --sample i` shows its path.
@@ -29,21 +29,21 @@ pub struct BadSample {
     pub sample: u32,
 }
 
-/// Pixels, their sums, and what went wrong among them.
+/// A tile: pixels, their sums, and their errors.
 #[derive(Clone)]
 pub(crate) struct Tile {
     pub rect: PixelRect,
     /// Index of the next sample of every pixel.
     pub next: u32,
-    /// What it was before the pass under way, if that is not the first.
+    /// The tile before the pass in progress, unless that is the first.
     before: Option<Box<Tile>>,
-    /// Of no pixels before the first pass: who is stopped then has not waited for memory.
+    /// Has no pixels before the first pass, so that a render that is stopped at once does not allocate it.
     pub film: Film,
     pub first_hits: FirstHits,
-    /// Of each pixel: what the ledger's entries removed, and samples that were not finite; empty unless asked for.
+    /// For each pixel, the energies of the bias report, and the number of non-finite samples; empty unless requested.
     pub removed: Vec<[f64; 4]>,
     pub rays: u64,
-    /// Of each pixel, where samples are to go where the error is; else empty.
+    /// Rays per pixel, for adaptive sampling; otherwise empty.
     pub pixel_rays: Vec<u64>,
     pub bad: Vec<BadSample>,
     pub bad_count: u64,
@@ -52,7 +52,7 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
-    /// `rect` cut into tiles, row by row.
+    /// Divides `rect` into tiles, row by row.
     pub fn cut(rect: PixelRect, settings: &Settings) -> Vec<Self> {
         let rows = (rect.y0..rect.y1).step_by(SIDE as usize);
         rows.flat_map(|y0| {
@@ -83,8 +83,8 @@ impl Tile {
         }
     }
 
-    /// Gets ready for a pass that may not be finished: to be taken back if it is a further one (`has_samples`). What an
-    /// unfinished first pass has left is dropped.
+    /// Prepares for a pass that may be interrupted: a further pass (`has_samples`) can be rolled back. The samples of
+    /// an interrupted first pass are discarded.
     pub fn begin(&mut self, has_samples: bool, settings: &Settings) {
         if has_samples {
             self.before = Some(Box::new(self.clone()));
@@ -94,19 +94,20 @@ impl Tile {
         }
     }
 
-    /// All tiles have finished the pass.
+    /// Commits the pass after all tiles have finished it.
     pub fn keep(&mut self) {
         self.before = None;
     }
 
-    /// Not all tiles have finished the pass: what it added is taken back, unless it is the first.
+    /// Rolls the pass back because not all tiles have finished it, unless it is the first.
     pub fn take_back(&mut self) {
         if let Some(before) = self.before.take() {
             *self = *before;
         }
     }
 
-    /// Adds samples `from..to` of every pixel, or its share of them, until the job is stopped; returns how many.
+    /// Adds samples `from..to` of every pixel, scaled by the sample allocation, until the job is stopped; returns how
+    /// many.
     pub fn render(
         &mut self,
         job: &Job<'_>,
@@ -142,7 +143,7 @@ impl Tile {
         }
     }
 
-    /// Adds a sample; false when the job was stopped before it was whole.
+    /// Adds a sample; returns false if the job was stopped before the sample was complete.
     fn sample(&mut self, job: &Job<'_>, kernel: Kernel<'_>, x: u32, y: u32, index: u32) -> bool {
         let mut first = self.first_hits.start(job.settings);
         let (mut value, weight) = kernel.sample(job, (x, y), index, &mut first, &mut self.rays);
@@ -150,7 +151,7 @@ impl Tile {
             return false;
         }
         if !job.settings.picture {
-            // Nobody sees it, and nothing is taken from it.
+            // The image is not rendered, so that nothing was removed from it.
             (value, first.bias) = (Vec3::ZERO, BiasReport::default());
         }
         if let Some(most) = job.settings.clamp.filter(|_| cfg!(not(without = "clamp"))) {

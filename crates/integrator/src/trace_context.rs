@@ -1,4 +1,4 @@
-//! What a ray is traced in: the scene at an instant, and what of it stops rays.
+//! Context of ray queries: the scene at a time, and what stops rays.
 
 use crate::job::Job;
 use crate::visibility::Visibility;
@@ -6,20 +6,20 @@ use dapple_math::Ray;
 use dapple_sampling::Key;
 use dapple_scene::Scene;
 
-/// What rays need to know of a render, of the sample's time and of the place that they leave.
+/// Data that ray queries need about the render, the time of the sample and the place of the ray.
 #[derive(Clone, Copy)]
 pub(crate) struct TraceContext<'a, V> {
     pub job: &'a Job<'a>,
     pub scene: &'a Scene,
     pub visibility: V,
-    /// Seconds within the shutter.
+    /// Seconds since the shutter opened.
     pub time: f32,
-    /// Of the alpha that a ray meets.
+    /// Key of the alpha test of a ray.
     pub key: Key,
 }
 
 impl<V: Visibility> TraceContext<'_, V> {
-    /// Whether anything is in the way of `ray`.
+    /// Whether `ray` is occluded.
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.visibility.occluded(self.scene, ray, self.time, self.key)
     }

@@ -1,10 +1,10 @@
-//! Which integral makes how much of a pixel's variance?
+//! Analysis of variance: the share of each integral in the variance of a pixel.
 //!
-//! A sample of the distribution tracer with one random point for each integral is f(pixel, lens, time, light, lobes). By
-//! the law of total variance Var f = Var E[f | pixel] + E Var[f | pixel], and the last term again by the lens, and so
-//! on inwards; at the first hit lights and lobes are summed, so that the variance is the sum of theirs. Each term is
-//! half the mean squared difference of two samples that share some points and not others [Sobol' 2001; Jansen 1999]:
-//! no term is the difference of two means of many samples, and none needs more than one point at a time.
+//! A sample of the distribution tracer with one random point for each integral is f(pixel, lens, time, light, lobes).
+//! By the law of total variance Var f = Var E[f | pixel] + E Var[f | pixel], and the last term is split again by the
+//! lens, and so on inwards; at the first hit, lights and lobes are summed, so that their variances add up. Each term is
+//! half the mean squared difference of two samples that share some points and not others [Sobol' 2001; Jansen 1999]: no
+//! term is the difference of two means of many samples, and none needs more than one point at a time.
 
 use crate::effects::{Effect, SampleSets};
 use crate::first_hit_sums::FirstHit;
@@ -17,35 +17,36 @@ use dapple_sampling::{Pattern, SampleSet};
 use dapple_scene::Scene;
 use glam::DVec3;
 
-/// Integrals around the camera ray, from the outermost: what is frozen with each.
+/// Integrals around the camera ray, from the outermost in.
 const OUTER: [Effect; 3] = [Effect::Pixel, Effect::Lens, Effect::Time];
 
 /// Integrals that are summed at the first hit.
 const INNER: [Effect; 4] = [Effect::Light, Effect::Glossy, Effect::Refract, Effect::Diffuse];
 
-/// Variances of one sample, summed over three channels, and rays, as means over pixels.
+/// Variances of one sample, summed over three channels, and ray counts, as means over pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variances {
-    /// Of each integral, in the order of [`Effect::ALL`].
+    /// Variance of each integral, in the order of [`Effect::ALL`].
     pub parts: [f64; 7],
-    /// Of which surface a ray with holes meets, which is no integral of its own.
+    /// Variance of random alpha tests, which are not an integral of their own.
     pub rest: f64,
-    /// Mean radiance of three channels.
+    /// Mean radiance over three channels.
     pub mean: f64,
     /// Rays of one sample.
     pub rays: f64,
-    /// Further rays for one more point of each integral; of the outer ones, all rays of a sample.
+    /// Additional rays for one more point of each integral; for the outer integrals, all rays of a sample.
     pub more_rays: [f64; 7],
 }
 
 impl Variances {
-    /// All of it.
+    /// The total variance.
     pub fn total(&self) -> f64 {
         self.parts.iter().sum::<f64>() + self.rest
     }
 }
 
-/// What one sample of one integral each costs and varies, from `samples` pairs of samples in every pixel of `rect`.
+/// Variances and cost of samples with one point for each integral, from `samples` pairs of samples in every pixel of
+/// `rect`.
 pub fn variances(
     scene: &Scene,
     camera: &Camera,
@@ -73,7 +74,7 @@ pub fn variances(
     sums.finish(scene.has_alpha(), |effect| has.contains(&effect) && !settings.plans.is_off(effect))
 }
 
-/// One random point of every integral that is on.
+/// One random point for every integral that is on.
 fn one_each(settings: &Settings) -> Settings {
     let plans = settings.plans.map(|_, _| SampleSet::new(1, Pattern::Random));
     Settings { plans, ..settings.clone() }
@@ -88,13 +89,13 @@ fn two_of(settings: &Settings, effect: Effect) -> Settings {
     Settings { plans, ..settings.clone() }
 }
 
-/// What the samples seen so far add up to.
+/// Sums over the samples.
 #[derive(Default)]
 struct Sums {
     n: f64,
     mean: f64,
-    /// Half squared differences: of independent samples; of samples that share what lies outside of each integral's
-    /// inside (outer), or all but one integral (inner).
+    /// Half squared differences: of independent samples; of samples that share everything outside of each integral
+    /// (outer), or all but one integral (inner).
     independent: f64,
     again: [f64; 7],
     rays: f64,
@@ -117,7 +118,7 @@ impl Sums {
         }
     }
 
-    /// What the scene does not have has no variance.
+    /// Integrals that the scene does not have get no variance.
     fn finish(self, holes: bool, has: impl Fn(Effect) -> bool) -> Variances {
         let n = self.n.max(1.0);
         let rays = self.rays / n;

@@ -1,4 +1,4 @@
-//! From a hit to a vertex of numbers: where, which way, what of, how much it emits.
+//! Path vertices: position, shading frame and BSDF at a hit.
 
 use crate::job::Job;
 use crate::medium::Boundary;
@@ -9,25 +9,25 @@ use dapple_math::{Frame, Ray};
 use dapple_scene::Shading;
 use glam::Vec3;
 
-/// A place where a path can scatter.
+/// A point at which a path can scatter.
 #[derive(Clone, Copy)]
 pub(crate) struct Vertex {
     pub hit: Hit,
     pub surface: Surface,
     pub shading: Shading,
     pub frame: Frame,
-    /// Unit, towards where the path came from.
+    /// Unit direction towards the previous vertex.
     pub wo: Vec3,
-    /// Direction of the ray that came, of its length.
+    /// Direction of the incoming ray, not normalised.
     pub along: Vec3,
     pub bsdf: Bsdf,
-    /// The shading normal leans against the surface.
+    /// Tilt of the shading normal, if it deviates from the geometric normal.
     pub tilt: Option<Tilt>,
 }
 
 impl Vertex {
-    /// At a hit of `ray`, seen from `wo`, without the blur of the lobes that are switched off. `boundary`: the media on both
-    /// sides, where the surface lies between two.
+    /// The vertex at a hit of `ray`, seen from `wo`, without the roughness of lobes that are switched off. `boundary`:
+    /// the media on both sides, if the surface separates two.
     pub fn new(
         job: &Job<'_>,
         (ray, wo): (&Ray, Vec3),
@@ -56,14 +56,14 @@ impl Vertex {
         Self { hit: *hit, surface: *surface, shading, frame, wo, along: ray.d, bsdf, tilt }
     }
 
-    /// A direction of the local hemisphere, in the world and on the side `wo` is on, as reflected light leaves by it.
+    /// Maps a direction of the local hemisphere to the world, on the side of `wo`, as for reflected light.
     pub fn outward(&self, local: Vec3) -> Vec3 {
         let side = if self.frame.z.dot(self.wo) < 0.0 { -1.0 } else { 1.0 };
         let w = self.frame.to_world(Vec3::new(local.x, local.y, local.z * side)).normalize();
         self.tilt.and_then(|tilt| tilt.leave(w, true)).map_or(w, |(wi, _)| wi)
     }
 
-    /// BSDF value times |cosθ|, and the density of `sample_f` per solid angle. The value is zero where shading and
+    /// BSDF value times |cosθ|, and the solid-angle density of `sample_f`. The value is zero where the shading and the
     /// geometric side disagree: no light leaks through the surface.
     #[inline(always)]
     pub fn f_cos_and_pdf(&self, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
@@ -94,19 +94,19 @@ impl Vertex {
         local.z * self.frame.z.dot(self.wo) > 0.0
     }
 
-    /// Reflection must be reflection, and transmission transmission, for both the shading and the geometric normal. Where
-    /// the two agree but for rounding, they differ in directions along the surface alone.
+    /// Whether the shading and the geometric normal disagree on reflection or transmission. If the two normals agree up
+    /// to rounding, this happens only for directions along the surface.
     pub fn leaks(&self, wi: Vec3, local: Vec3) -> bool {
         let reflects_geometrically = wi.dot(self.surface.ng) * self.wo.dot(self.surface.ng) > 0.0;
         self.reflects(local) != reflects_geometrically
     }
 
-    /// Unit geometric normal on the side `wo` is on.
+    /// Unit geometric normal on the side of `wo`.
     pub fn seen_normal(&self) -> Vec3 {
         self.surface.ng * self.surface.ng.dot(self.wo).signum()
     }
 
-    /// The normal a light-choice strategy may rely on: none when light can also come from behind.
+    /// The normal for the light choice: zero if light can also arrive from behind.
     pub fn choice_normal(&self) -> Vec3 {
         if self.shading.material.has_transmission() {
             Vec3::ZERO
@@ -116,10 +116,10 @@ impl Vertex {
     }
 }
 
-/// The shading frame, bent where needed so that `wo` is on the same side of it as of the surface.
+/// The shading frame, rotated if needed so that `wo` is on the same side of it as of the surface.
 ///
-/// *Approximation*: where it differs from the geometric normal by rounding alone, it can face away from a viewer who sees the
-/// surface edge-on; it is then tilted towards `wo` until it just faces it.
+/// *Approximation*: a shading normal that differs from the geometric normal only by rounding can face away from a
+/// viewer who sees the surface edge-on; it is then tilted towards `wo` until it just faces it.
 fn facing_frame(frame: &Frame, ng: Vec3, wo: Vec3) -> Frame {
     let side = ng.dot(wo);
     let cos = frame.z.dot(wo);

@@ -1,8 +1,9 @@
-//! What stops a ray: everything, or what alpha and culling leave of it.
+//! Ray queries with alpha tests and back-face culling.
 //!
-//! The kernel decides once per render whether the question is asked at all ([`Solid`]) or inside the traversal loop
-//! ([`Cutout`]). A BLEND surface stops a ray with probability alpha, decided by a hash of the ray's key and the
-//! triangle: passing through is no bounce, costs no depth, and draws no number from another dimension.
+//! The kernel is chosen once per render, either without alpha tests ([`Solid`]) or with alpha tests inside the
+//! traversal loop ([`Cutout`]). A BLEND surface stops a ray with probability alpha, determined by a hash of the ray's
+//! key and the triangle: passing through is not a bounce, does not increase the depth, and draws no number from another
+//! dimension.
 
 use dapple_geometry::{Hit, HitFilter, Opaque};
 use dapple_math::Ray;
@@ -10,23 +11,24 @@ use dapple_sampling::Key;
 use dapple_scene::Scene;
 use glam::Vec3;
 
-/// The two queries, with or without the alpha question compiled in.
+/// The ray queries, with or without alpha tests compiled in.
 pub(crate) trait Visibility: Copy + Send + Sync {
-    /// Nothing is asked about media, clear ways and shared places, for there are none: see [`Job::is_plain`].
+    /// Media, transparent shadow rays and coincident surfaces are not handled, because the scene has none: see
+    /// [`Job::is_plain`].
     ///
     /// [`Job::is_plain`]: crate::job::Job::is_plain
     const PLAIN: bool;
     fn intersect(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit>;
     fn occluded(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool;
-    /// Whether some of what stops the ray `counts`. Asks about everything on it, in any order, until the answer is yes.
+    /// Whether some surface that stops the ray `counts`. Tests all hits, in any order, until one counts.
     fn any(self, scene: &Scene, ray: &Ray, time: f32, key: Key, counts: &dyn Fn(&Hit) -> bool) -> bool;
-    /// The nearest of the hits that `counts` names.
+    /// The nearest of the hits that `counts` accepts.
     fn closest_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> Option<Hit>;
-    /// Whether there is any of the hits that `counts` names.
+    /// Whether `counts` accepts any hit.
     fn blocked_where(self, at: &Query<'_>, counts: &impl Fn(&Hit) -> bool) -> bool;
 }
 
-/// Of what a filter lets count, what also counts for someone else.
+/// Accepts the hits that both the filter and `counts` accept.
 struct Both<'a, F> {
     filter: F,
     counts: &'a dyn Fn(&Hit) -> bool,
@@ -48,7 +50,7 @@ pub(crate) struct Query<'a> {
     pub key: Key,
 }
 
-/// The hits that `counts` names, of those that count for `inner`.
+/// Accepts the hits that both `counts` and `inner` accept.
 struct Where<'a, I, F> {
     inner: I,
     counts: &'a F,
@@ -87,7 +89,7 @@ impl<const PLAIN: bool> Visibility for Solid<PLAIN> {
     }
 }
 
-/// Alpha MASK and BLEND, and back-face culling when asked for.
+/// Alpha MASK and BLEND, and back-face culling if requested.
 #[derive(Clone, Copy)]
 pub(crate) struct Cutout<const PLAIN: bool> {
     pub cull_backfaces: bool,
@@ -146,7 +148,7 @@ impl CutoutFilter<'_> {
     }
 }
 
-/// A number in [0, 1) from the ray's key and the primitive.
+/// A number in [0, 1) computed from the ray's key and the primitive.
 fn unit_hash(bits: u64, hit: &Hit) -> f32 {
     Key::hash([bits, (u64::from(hit.object) << 32) | u64::from(hit.primitive)]).unit()
 }

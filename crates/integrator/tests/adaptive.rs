@@ -1,4 +1,4 @@
-//! Adaptive sampling is as unbiased as even sampling, at the pixel where a bias would show first.
+//! Adaptive sampling is as unbiased as uniform sampling, checked at the pixel where a bias would appear first.
 
 mod common;
 
@@ -9,14 +9,14 @@ use dapple_scene::Scene;
 use glam::{DAffine3, DVec3, Vec3};
 use std::ops::ControlFlow;
 
-/// Pixels to each side.
+/// Image size in pixels per side.
 const SIDE: u32 = 7;
 
-/// The pixel in the middle.
+/// The central pixel.
 const STAR: (u32, u32) = (3, 3);
 
-/// A plane of radiance 1 and before it a square of 1/64 of the middle pixel and radiance 500; in other pixels, too, if
-/// `others` are wanted: dimmer and larger ones, so that all shares vary.
+/// A plane of radiance 1 behind a square of radiance 500 that covers 1/64 of the central pixel; with `others`, also
+/// dimmer and larger squares in other pixels, so that all shares vary.
 fn scene(others: bool) -> Scene {
     let mut builder = seen_in_parallel(DVec3::Z * 2.0, -DVec3::Z, DVec3::Y, 1.0);
     let dim = builder.material(matte(0.0, 1.0));
@@ -39,7 +39,8 @@ fn scene(others: bool) -> Scene {
     builder.build().unwrap()
 }
 
-/// Adaptive less even sampling at the star's pixel, and the pixel itself evenly sampled.
+/// The difference of adaptive and uniform sampling at the pixel of the bright square, and the pixel with uniform
+/// sampling.
 fn differences(scene: &Scene, pattern: Pattern, spp: u32, seeds: u64) -> (Moments, Moments) {
     let camera = &scene.cameras[0].camera;
     let (mut difference, mut even) = (Moments::default(), Moments::default());
@@ -60,7 +61,7 @@ fn differences(scene: &Scene, pattern: Pattern, spp: u32, seeds: u64) -> (Moment
     (difference, even)
 }
 
-/// A pixel whose own bright sample made it get fewer others would be a third too bright.
+/// A pixel whose own bright sample reduced its sample count would be a third too bright.
 #[test]
 fn a_bright_sample_does_not_decide_how_it_is_weighted() {
     let (difference, even) = differences(&scene(false), Pattern::Random, 64, 1500);

@@ -1,4 +1,5 @@
-//! Ways of computing the same picture agree: strategies by z-test, threads, crops, passes and kernels bit for bit.
+//! Different computations of the same image agree: strategies by z-test; threads, crops, passes and kernels bit for
+//! bit.
 
 mod common;
 
@@ -12,7 +13,7 @@ use dapple_scene::{Scene, SceneBuilder};
 use dapple_testkit::z_test;
 use glam::{DAffine3, DVec3, Vec3};
 
-/// In the manner of [Veach 1997, fig. 9.2]: plates of rising roughness under spheres of falling size.
+/// A scene like that of [Veach 1997, fig. 9.2]: plates of increasing roughness under spheres of decreasing size.
 fn plates() -> Scene {
     let mut builder: SceneBuilder = seen(DVec3::new(0.0, 2.0, 9.0), DVec3::new(0.0, 0.6, 0.0), 0.7);
     for (i, roughness) in [0.1, 0.25, 0.5].into_iter().enumerate() {
@@ -46,7 +47,7 @@ fn by_strategy(scene: &Scene, strategy: Strategy, seed: u64) -> Outcome {
     run(scene, &settings)
 }
 
-/// The four plates and five lights of the file in scenes/.
+/// The four plates and five lights of the scene file in scenes/.
 #[cfg(feature = "gltf")]
 fn veach_mis() -> Scene {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/veach_mis.gltf");
@@ -138,7 +139,7 @@ fn watching_the_first_hit_changes_no_bit() {
     let aovs = dapple_integrator::Aov::ALL.map(|(aov, _)| aov).to_vec();
     let watched = run(&scene, &Settings { aovs, ..settings.clone() });
     assert_eq!(bits(&run(&scene, &settings)), bits(&watched));
-    // The picture is one of them, and a Cryptomatte has six layers.
+    // The image is one of the layers, and a Cryptomatte has six.
     assert_eq!(watched.layers.layers.len(), dapple_integrator::Aov::ALL.len() + 5);
 }
 
@@ -164,7 +165,7 @@ fn replay_returns_the_sample_of_the_render() {
     }
 }
 
-/// Every pattern is a fair estimate of the same mean.
+/// Every pattern is an unbiased estimate of the same mean.
 #[test]
 fn patterns_agree() {
     let scene = plates();

@@ -1,4 +1,4 @@
-//! Scenes whose radiance is known in closed form, through the whole path tracer.
+//! Scenes whose radiance is known in closed form, rendered with the complete path tracer.
 
 mod common;
 
@@ -13,8 +13,8 @@ fn settings(side: u32, spp: u32) -> Settings {
     Settings { size: (side, side), ..Settings::default() }.with_spp(spp)
 }
 
-/// Every wall emits 1 and reflects half: L = 1/(1 − ½) = 2 whatever the size and the place
-/// (docs/science.md, "Closed room").
+/// Every wall emits 1 and reflects half: L = 1/(1 − ½) = 2 for every size and position (docs/science.md, "Closed
+/// room").
 fn furnace(scale: f64, offset: f64, mesh_offset: f32) {
     let centre = DVec3::splat(offset);
     let eye = centre + (DVec3::new(0.31, -0.22, 0.4) + DVec3::splat(f64::from(mesh_offset))) * scale;
@@ -25,7 +25,7 @@ fn furnace(scale: f64, offset: f64, mesh_offset: f32) {
     let transform = DAffine3::from_translation(centre) * DAffine3::from_scale(DVec3::splat(scale));
     builder.mesh("cube", cube, transform, wall);
     let scene = builder.build().unwrap();
-    // Depth 40 leaves 2^-41 of the light out.
+    // 40 bounces omit 2^-41 of the light.
     let settings = Settings { max_bounces: 40, ..settings(24, 64) }.with_path(|p| p.roulette = false);
     assert_close(
         &format!("furnace of size {scale} at {offset} + {mesh_offset}"),
@@ -46,7 +46,7 @@ fn closed_furnace_far_from_the_origin() {
     for offset in [1e3, 1e4, 1e5, 1e7] {
         furnace(1.0, offset, 0.0);
     }
-    // Baked into the vertices, where f32 has already rounded them.
+    // Baked into the vertices, so that f32 has already rounded them.
     for offset in [1e3, 1e4, 1e5] {
         furnace(1.0, 0.0, offset);
     }
@@ -58,7 +58,7 @@ fn roulette_does_not_change_the_furnace() {
     let wall = builder.material(matte(0.9, 1.0));
     builder.mesh("cube", inward_cube(), DAffine3::IDENTITY, wall);
     let scene = builder.build().unwrap();
-    // Aiming at lights would only add its own noise to the roulette's.
+    // Light sampling would only add its noise to that of the roulette.
     let strategy = dapple_integrator::settings::Strategy::BsdfOnly;
     let outcome = run(&scene, &Settings { max_bounces: 4000, strategy, ..settings(32, 256) });
     assert_close("furnace of albedo 0.9 with roulette", &outcome, 10.0);
@@ -124,7 +124,7 @@ fn irradiance_under_a_sphere_light() {
     for radius in [0.9, 0.1, 1e-3, 1e-5] {
         let mut builder = irradiance_meter();
         let light = builder.material(matte(0.0, 1.0));
-        // Beside the line of sight, which comes from (0.3, 0.8, 0.2).
+        // Outside the line of sight, which comes from (0.3, 0.8, 0.2).
         let d = DVec3::new(-0.4, 1.2, 0.0);
         builder.sphere("light", d, radius * 0.9, light);
         let scene = builder.build().unwrap();

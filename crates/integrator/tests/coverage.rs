@@ -1,4 +1,4 @@
-//! Alpha and Cryptomatte: shares of samples, in both tracers, whatever filters, lenses and holes do.
+//! Alpha and Cryptomatte: shares of samples, in both tracers, for all filters, lenses and alpha cutouts.
 
 mod common;
 
@@ -25,7 +25,7 @@ const FILTERS: [Filter; 6] = [
     Filter::BlackmanHarris,
 ];
 
-/// An upright square before the camera, which looks along -z from z = 4: its lower left corner and its side.
+/// An upright square in front of the camera, which looks along -z from z = 4: its lower left corner and its side.
 fn add(builder: &mut SceneBuilder, name: &str, (x, y, z): (f32, f32, f32), side: f32, of: TexturedMaterial) {
     let material = builder.material(of);
     let mesh = quad(Vec3::new(x, y, z), Vec3::X * side, Vec3::Y * side);
@@ -42,7 +42,7 @@ fn holes(alpha: f32, alpha_mode: AlphaMode) -> TexturedMaterial {
     TexturedMaterial { alpha, alpha_mode, double_sided: true, name: "holes".into(), ..matte(0.6, 0.0) }
 }
 
-/// Clear and smooth.
+/// A smooth transparent material.
 fn pane() -> TexturedMaterial {
     let base = Material {
         base_color: Vec3::ONE,
@@ -55,7 +55,7 @@ fn pane() -> TexturedMaterial {
     TexturedMaterial { base, name: "pane".into(), double_sided: true, ..TexturedMaterial::default() }
 }
 
-/// Things that reflect, let through and hide, at several depths.
+/// Reflecting, transmitting and occluding objects at several depths.
 fn scene() -> Scene {
     let mut builder = builder();
     add(&mut builder, "back", (-0.7, -0.8, -1.0), 0.9, matte(0.8, 0.0));
@@ -85,7 +85,8 @@ fn alpha(outcome: &Outcome) -> &[f32] {
     channel(&outcome.layers, "", "A")
 }
 
-/// The picture over the environment is the picture with the environment: nothing else changes, no number is drawn anew.
+/// The image composited over the environment equals the image rendered with the environment: nothing else changes, and
+/// no random number changes.
 #[test]
 fn over_the_environment_it_is_the_same_picture() {
     let mut scene = scene();
@@ -113,8 +114,8 @@ fn over_the_environment_it_is_the_same_picture() {
     }
 }
 
-/// What covers all of a pixel covers it wholly, whatever the signs of the filter's weights; panes cover, masked holes do not.
-/// With negative weights, holes let as much of the sky through as the picture shows of it.
+/// A surface that covers all of a pixel has alpha 1, whatever the signs of the filter weights; panes cover, masked
+/// holes do not. With negative weights, holes show the same share of the sky as in the image.
 #[test]
 fn coverage_is_whole_inside_and_none_outside() {
     for settings in methods() {
@@ -144,7 +145,7 @@ fn coverage_is_whole_inside_and_none_outside() {
     }
 }
 
-/// Coverage by a veil that lets most of the samples through is its alpha, within four standard errors.
+/// The coverage by a veil that transmits most of the samples is its alpha, within four standard errors.
 #[test]
 fn a_veil_covers_by_its_alpha() {
     for settings in methods() {
@@ -169,7 +170,7 @@ fn replay_sees_no_backdrop() {
     }
 }
 
-/// The manifests of a file: by the name of the matte, the bits of each name's id.
+/// The manifests of a file: for each matte by name, the id bits of each name.
 fn manifests(layers: &Layers) -> BTreeMap<String, BTreeMap<String, u32>> {
     let texts: BTreeMap<&str, &str> = layers
         .metadata
@@ -203,7 +204,7 @@ fn ranks(layers: &Layers, name: &str, pixel: usize) -> Vec<(u32, f32)> {
         .collect()
 }
 
-/// What the samples of a pixel first met, one by one: shares of the objects and materials by name.
+/// The first hits of the samples of a pixel: shares of the objects and materials by name.
 fn met(scene: &Scene, settings: &Settings, pixel: (u32, u32)) -> [BTreeMap<String, f64>; 2] {
     let camera = &scene.cameras[0].camera;
     let mut found = [BTreeMap::new(), BTreeMap::new()];
@@ -220,7 +221,7 @@ fn met(scene: &Scene, settings: &Settings, pixel: (u32, u32)) -> [BTreeMap<Strin
     found
 }
 
-/// Nine strips, finer than a pixel, before a wall; two of them have one name.
+/// Nine strips, finer than a pixel, in front of a wall; two of them have the same name.
 fn strips() -> Scene {
     let mut builder = builder();
     let materials = [0.2, 0.5].map(|albedo| builder.material(matte(albedo, 0.0)));
@@ -238,7 +239,7 @@ fn cryptomatte_holds_exact_shares_of_the_samples() {
         for settings in methods() {
             let mut settings = Settings { aovs: vec![Aov::Cryptomatte], size: (7, 5), ..settings };
             if scene.objects.len() > 10 {
-                // Enough samples to meet more than six strips.
+                // Enough samples to hit more than six strips.
                 settings = settings.with_spp(36);
                 settings.plans.pixel = "6x6".parse().unwrap();
             }
@@ -275,7 +276,7 @@ fn cryptomatte_holds_exact_shares_of_the_samples() {
     }
 }
 
-/// Of a layer that is nowhere transparent, the shares add up to alpha.
+/// For a layer without transparent surfaces, the shares add up to alpha.
 #[test]
 fn shares_add_up_to_alpha_on_any_number_of_threads() {
     let scene = scene();
@@ -299,7 +300,7 @@ fn shares_add_up_to_alpha_on_any_number_of_threads() {
     }
 }
 
-/// Stopped within a pass, the coverage is that of the samples that are kept.
+/// If a render is stopped within a pass, the coverage is that of the samples that are kept.
 #[test]
 fn what_is_taken_back_covers_nothing() {
     let (scene, [path, _]) = (scene(), methods());

@@ -1,4 +1,4 @@
-//! Trees of rays thousands of bounces deep: right, and on a small stack.
+//! Ray trees thousands of bounces deep are correct, and need only a small stack.
 
 mod common;
 
@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// The inside of a cube of mirrors that reflect `kr` and shine by `emission`.
+/// The inside of a cube of mirrors with reflectance `kr` and the given `emission`.
 fn hall_of_mirrors(kr: f32, emission: f32) -> Scene {
     let mut builder = seen(DVec3::new(0.1, -0.2, 0.3), DVec3::new(0.7, 0.9, -0.4), 0.6);
     builder.no_default_light();
@@ -37,7 +37,7 @@ fn settings(method: MethodKind, threads: usize, max_bounces: u32) -> Settings {
         .with_path(|p| p.roulette = roulette)
 }
 
-/// On a thread whose stack has a megabyte.
+/// Runs on a thread whose stack has one megabyte.
 fn on_a_small_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     thread::scope(|scope| {
         let small = thread::Builder::new().stack_size(1 << 20);
@@ -73,8 +73,8 @@ fn ten_thousand_bounces_between_mirrors() {
     }
 }
 
-/// Between two clear panes of a large index each bounce lets some light out and keeps the rest: every vertex has two rays, of
-/// which the heavier goes on and on. Under an even sky all of them together find its radiance.
+/// Between two clear panes of a large index each bounce transmits some light and keeps the rest: every vertex has two
+/// rays, of which the heavier one continues. Under a constant sky all of them together find its radiance.
 #[test]
 fn branches_of_a_deep_tree_are_all_there() {
     let mut builder = seen(DVec3::ZERO, DVec3::new(0.02, 1.0, 0.01), 1e-3);
@@ -99,15 +99,16 @@ fn branches_of_a_deep_tree_are_all_there() {
     let few = run(&scene, &settings(MethodKind::Distribution, 1, 40));
     assert!(
         values(&few).iter().all(|v| *v < 0.99),
-        "the panes let out too much for the test to mean anything"
+        "the panes transmit too much light for a meaningful test"
     );
     let all = on_a_small_stack(|| run(&scene, &settings(MethodKind::Distribution, 1, 3000)));
     assert!(values(&all).iter().all(|v| (v - 1.0).abs() < 1e-4), "{:?}", values(&all));
     assert!(all.stats.rays > 4 * 2 * 200, "{} rays", all.stats.rays);
 }
 
-/// Nothing escapes, nothing is absorbed, and every vertex sends on two rays of half the light each: the tree is as deep and
-/// as wide as light can be halved. It is never done, but takes no more stack for any number of bounces.
+/// No light escapes or is absorbed, and every vertex sends on two rays of half the light each: the tree is as deep and
+/// as wide as light can be halved. It does not terminate in practice, but takes no more stack for any number of
+/// bounces.
 #[test]
 fn a_tree_without_end_takes_a_small_stack() {
     let mut builder = seen(DVec3::new(0.1, -0.2, 0.3), DVec3::new(0.7, 0.9, -0.4), 0.6);
@@ -130,7 +131,7 @@ fn a_tree_without_end_takes_a_small_stack() {
     }
 }
 
-/// Perfect mirrors, and as many bounces as there are numbers: neither tracer ends by itself, nor takes memory.
+/// Perfect mirrors with the maximum number of bounces: neither tracer ends by itself, and neither accumulates memory.
 #[test]
 fn endless_chains_end_when_told() {
     let scene = hall_of_mirrors(1.0, 1e-6);
@@ -150,7 +151,7 @@ fn endless_chains_end_when_told() {
     }
 }
 
-/// Forecasts list a thousand depths and know the rest: in a hall of mirrors one ray per bounce.
+/// Forecasts list a thousand depths and sum the others: in a hall of mirrors there is one ray per bounce.
 #[test]
 fn forecasts_of_deep_trees_are_short() {
     let scene = hall_of_mirrors(1.0, 0.0);

@@ -13,8 +13,8 @@ use dapple_testkit::z_test;
 use glam::{DAffine3, DVec3, Vec3};
 use std::ops::ControlFlow;
 
-/// One of everything: a glossy floor, a blurred mirror, frosted glass, a rough metal, a quad, a sphere and a point light,
-/// and a dim sky.
+/// A scene with all features: a glossy floor, a blurred mirror, frosted glass, a rough metal, a quad, a sphere and a
+/// point light, and a dim sky.
 fn studio() -> Scene {
     let mut builder = seen(DVec3::new(0.0, 1.2, 4.0), DVec3::new(0.0, 0.6, 0.0), 0.7);
     let plastic = builder.material(TexturedMaterial {
@@ -86,7 +86,7 @@ fn by_path(scene: &Scene, plans: SampleSets) -> Outcome {
     draw(scene, &settings)
 }
 
-/// Independent points over the pixel: the film then knows the error of what is nested in them.
+/// Independent points over the pixel, so that the film estimates the error of the integrals nested in them.
 fn by_distribution(
     scene: &Scene,
     plans: SampleSets,
@@ -158,7 +158,7 @@ fn with_an_effect_off_both_tracers_agree() {
     }
 }
 
-/// An effect that is off changes the picture: else the test above could not fail.
+/// Switching an effect off changes the image; otherwise the test above could not fail.
 #[test]
 fn each_effect_shows() {
     let scene = studio();
@@ -172,7 +172,8 @@ fn each_effect_shows() {
     }
 }
 
-/// Interreflection off, the picture of a sky with a sun still lights diffuse surfaces in full, MIS compensation or not.
+/// With interreflection off, a sky with a sun still illuminates diffuse surfaces in full, with or without MIS
+/// compensation.
 #[test]
 fn without_interreflection_the_sky_still_lights() {
     let picture = sky();
@@ -219,7 +220,7 @@ fn sky_irradiance(picture: &dapple_imaging::Image) -> f64 {
     sum * std::f64::consts::TAU * std::f64::consts::FRAC_PI_2 / f64::from(n)
 }
 
-/// E = Σ L·A/n²·cosθ·cosθ'/d² over the cell centres of a quad light, to the last digits; 0 = one point.
+/// E = Σ L·A/n²·cosθ·cosθ'/d² over the cell centres of a quad light, to rounding; 0 = one point.
 #[test]
 fn a_grid_is_a_set_of_point_lights() {
     let mut builder = irradiance_meter();
@@ -250,7 +251,7 @@ fn a_grid_is_a_set_of_point_lights() {
     }
 }
 
-/// The forecast bounds what is traced, and is what is traced where every ray hits all there is.
+/// The forecast is an upper bound of the traced rays, and exact if every ray hits a surface with all lobes.
 #[test]
 fn rays_are_forecast() {
     let scene = studio();
@@ -278,7 +279,7 @@ fn rays_are_forecast() {
         .with_method(MethodKind::Distribution);
     let traced = draw(&room, &settings).stats.rays as f64 / 16.0;
     let forecast = dapple_integrator::forecast(&room, &room.cameras[0].camera, &settings).total();
-    // Nothing is left but the light in whose plane a point lies: one wall of six.
+    // The only difference is the light in whose plane a point lies: one wall of six.
     assert!((5.0 / 6.0..=1.0).contains(&(traced / forecast)), "{traced} of {forecast}");
 }
 

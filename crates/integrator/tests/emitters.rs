@@ -1,4 +1,4 @@
-//! Emitters of every kind give the light that they state, whichever way it is found; what is no emitter lights nothing.
+//! Emitters of every kind have the specified emission, with every strategy; other materials emit no light.
 
 mod common;
 
@@ -29,8 +29,8 @@ fn texture(
     Texture::new(Rgba8 { width, height, texels }, Encoding::Linear, sampler)
 }
 
-/// A square of side 1 at height `height` over the origin that faces down, texture coordinates times `repeat`: u along x,
-/// v along z.
+/// A square of side 1 at height `height` over the origin that faces down, with texture coordinates times `repeat`: u
+/// along x, v along z.
 fn panel(height: f32, repeat: f32) -> dapple_geometry::Mesh {
     let mut mesh = quad(Vec3::new(-0.5, height, -0.5), Vec3::X, Vec3::Z);
     mesh.uv[0] = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].map(|uv| uv * repeat).to_vec();
@@ -42,7 +42,8 @@ fn emitting(texture: u32, radiance: f32) -> TexturedMaterial {
     TexturedMaterial { emissive_texture, ..TexturedMaterial::emitter("lamp", Vec3::splat(radiance)) }
 }
 
-/// One lit texel of 300², anywhere, is found, and found well: the irradiance below is that of its small square.
+/// A single lit texel of 300², anywhere, is sampled with low variance: the irradiance below it is that of its small
+/// square.
 #[test]
 fn one_lit_texel_of_many() {
     let (n, mut rng) = (300, Rng::new(5));
@@ -74,7 +75,7 @@ fn one_lit_texel_of_many() {
     }
 }
 
-/// A floor that nothing else lights, seen whole.
+/// A floor without any other light, seen as a whole.
 fn over_a_floor(roughness: Option<f32>) -> SceneBuilder {
     let mut builder = seen(DVec3::new(0.0, 0.9, 2.2), DVec3::new(0.0, 0.1, 0.0), 0.5);
     let floor = match roughness {
@@ -88,7 +89,7 @@ fn over_a_floor(roughness: Option<f32>) -> SceneBuilder {
     builder
 }
 
-/// Aiming at lights, following lobes, and both give one picture, in both tracers.
+/// Light sampling, BSDF sampling, and both give the same image, in both tracers.
 fn strategies_agree(what: &str, scene: &Scene) {
     let strategies = [Strategy::Both, Strategy::LightOnly, Strategy::BsdfOnly];
     let all: Vec<(f64, f64)> = METHODS
@@ -120,10 +121,10 @@ fn strategies_agree(what: &str, scene: &Scene) {
             assert!(z_test::two_sided(z) > level, "{what}: {all:?}");
         }
     }
-    assert!(all[0].1 < 0.05 * all[0].0, "{what}: {all:?} tell little");
+    assert!(all[0].1 < 0.05 * all[0].0, "{what}: {all:?} are inconclusive");
 }
 
-/// Mean over the picture, and its standard error from the samples' own variances.
+/// Mean over the image, and its standard error from the sample variances.
 fn sums(outcome: &dapple_integrator::Outcome) -> (f64, f64) {
     let mean = outcome.film.mean();
     let n = mean.pixels.len() as f64;
@@ -154,7 +155,7 @@ fn textured_panels_by_every_strategy() {
     }
 }
 
-/// Holes by MASK and by BLEND, and colour beside them.
+/// Holes by MASK and by BLEND, with varying colour.
 #[test]
 fn panels_with_holes_by_every_strategy() {
     for alpha_mode in [AlphaMode::Mask { cutoff: 0.6 }, AlphaMode::Blend] {
@@ -172,7 +173,7 @@ fn panels_with_holes_by_every_strategy() {
     }
 }
 
-/// Exact spheres and disks look their texture up where the light comes from.
+/// Exact spheres and disks evaluate their texture at the emitting point.
 #[test]
 fn textured_shapes_by_every_strategy() {
     for disk in [false, true] {
@@ -188,7 +189,8 @@ fn textured_shapes_by_every_strategy() {
     }
 }
 
-/// A sphere and a disk drawn out unevenly on their way, a textured panel that moves and is mirrored.
+/// A sphere and a disk that are stretched non-uniformly while they move, and a textured panel that moves and is
+/// mirrored.
 #[test]
 fn moving_emitters_by_every_strategy() {
     for which in 0..3 {
@@ -225,14 +227,14 @@ fn unlit(color: f32) -> TexturedMaterial {
     TexturedMaterial { unlit: true, ..matte(color, 0.0) }
 }
 
-/// Diffuse, glossy and, by way of a mirror, diffuse again: black, to the bit.
+/// Diffuse, glossy and, seen in a mirror, diffuse again: black, bit for bit.
 #[test]
 fn shadeless_surfaces_light_nothing() {
     for roughness in [None, Some(0.3), Some(1.0)] {
         for by_mirror in [false, true] {
             let mut builder = over_a_floor(roughness);
             let panel_of = builder.material(unlit(0.7));
-            // Behind the camera's view; the mirror faces both.
+            // Behind the camera; the mirror faces both.
             builder.mesh("panel", panel(1.6, 1.0), DAffine3::IDENTITY, panel_of);
             if by_mirror {
                 let mirror = builder.material(metal(Vec3::ONE, 0.0));
@@ -251,7 +253,7 @@ fn shadeless_surfaces_light_nothing() {
     }
 }
 
-/// Straight on, in a mirror, and through clear glass.
+/// Directly, in a mirror, and through clear glass.
 #[test]
 fn shadeless_surfaces_are_seen() {
     let glass = Material {

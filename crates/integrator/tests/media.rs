@@ -1,4 +1,5 @@
-//! Media are a stack: bodies within bodies, bodies that overlap or touch, cameras inside; both tracers, seen both ways.
+//! Nested media: bodies inside of bodies, overlapping and touching bodies, cameras inside bodies; with both tracers,
+//! from both sides.
 
 mod common;
 
@@ -14,7 +15,7 @@ use dapple_scene::{Scene, SceneBuilder, TexturedMaterial};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::ops::ControlFlow;
 
-/// A smooth solid of this index that absorbs `sigma` per unit.
+/// A smooth solid of this index that absorbs `sigma` per unit length.
 fn solid(ior: f32, sigma: f32) -> TexturedMaterial {
     let base = Material {
         metallic: 0.0,
@@ -27,7 +28,7 @@ fn solid(ior: f32, sigma: f32) -> TexturedMaterial {
     TexturedMaterial { base, sigma_a: Vec3::splat(sigma), ..TexturedMaterial::default() }
 }
 
-/// Closed, outward.
+/// A closed box with outward normals.
 fn cuboid(lo: [f32; 3], hi: [f32; 3]) -> Mesh {
     let at = |i: usize, k: usize| if i >> k & 1 == 1 { hi[k] } else { lo[k] };
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -43,13 +44,14 @@ fn block(width: f32, a: f32, b: f32) -> Mesh {
     cuboid([-width, -width, a], [width, width, b])
 }
 
-/// Turned so that nothing lies along an axis.
+/// Rotated so that nothing is axis-aligned.
 fn turns() -> [DAffine3; 3] {
     let turn = |axis: DVec3, angle| DAffine3::from_quat(DQuat::from_axis_angle(axis.normalize(), angle));
     [DAffine3::IDENTITY, turn(DVec3::new(1.0, 2.0, 0.5), 0.7), turn(DVec3::new(-1.0, 0.3, 2.0), 2.1)]
 }
 
-/// A camera on the z axis at `z` that looks along it through the blocks at a wall of radiance 1, everything turned.
+/// A camera on the z axis at `z` that looks along it through the blocks at a wall of radiance 1, with the scene
+/// rotated.
 fn through(turn: DAffine3, z: f64, forward: bool, add: impl Fn(&mut SceneBuilder)) -> Scene {
     let (d, side) = if forward { (DVec3::NEG_Z, -1.0) } else { (DVec3::Z, 1.0) };
     let at = |p: DVec3| turn.transform_point3(p);
@@ -72,7 +74,7 @@ fn means(scene: &Scene, camera: &Camera, settings: &Settings) -> Outcome {
     outcome
 }
 
-/// One smooth pixel, 64 bounces.
+/// One pixel with a constant value, 64 bounces.
 fn straight(tracer: Tracer) -> Settings {
     Settings { max_bounces: 64, ..one_pixel(tracer, Pattern::Random, &[(Effect::Light, [1, 1])], 4) }
 }
@@ -146,7 +148,8 @@ fn a_camera_inside_a_body_starts_in_its_medium() {
 
 #[test]
 fn where_bodies_overlap_priority_then_the_smaller_then_the_node_wins() {
-    // A from 0 to 2 and B from 1 to 3, absorbing 1 and 2 per unit: between 1 and 2 it matters which of them is there.
+    // A from 0 to 2 and B from 1 to 3, absorbing 1 and 2 per unit length: between 1 and 2 the result depends on which
+    // of them has priority.
     let exact = |a_wins: bool| 2f64.powf(-if a_wins { 2.0 + 2.0 } else { 1.0 + 4.0 });
     let cases = [
         ("priority of A", 1.0, 0.0, 3.0, 2.0, [0, 1], true),
@@ -181,7 +184,7 @@ fn where_bodies_overlap_priority_then_the_smaller_then_the_node_wins() {
 
 #[test]
 fn several_meshes_of_a_node_are_one_body() {
-    // Two shells of one body that overlap: what is inside of both is inside, and the boundaries within are none.
+    // Two overlapping shells of one body: the union is inside, and the inner boundaries are hidden.
     for (forward, z) in [(true, 10.0), (false, -10.0)] {
         let scene = through(DAffine3::IDENTITY, z, forward, |builder| {
             let of = builder.material(solid(1.5, LN_2));
@@ -191,7 +194,7 @@ fn several_meshes_of_a_node_are_one_body() {
         });
         let settings = Settings { max_bounces: 200, ..straight(Tracer::Nested) };
         let seen = means(&scene, &scene.cameras[0].camera, &settings).film.mean().pixels[0].x;
-        // A slab: T²a/(1 − R²a²), with a = 1/8; the sky is black where reflections would come from.
+        // A slab: T²a/(1 − R²a²), with a = 1/8; the sky is black in the direction of reflections.
         let (r, a) = (0.04f64, 0.125f64);
         let exact = (1.0 - r) * (1.0 - r) * a / (1.0 - r * r * a * a);
         assert!((f64::from(seen) - exact).abs() < 1e-5, "{seen} {exact}");
@@ -217,7 +220,7 @@ fn boundaries_within_a_stronger_body_are_no_bounces() {
     }
 }
 
-/// Reflectance of a smooth interface, light coming at the cosine `c`.
+/// Reflectance of a smooth interface for light arriving at the cosine `c`.
 fn fresnel(c: f64, eta: f64) -> f64 {
     let ct = (1.0 - (1.0 - c * c) / (eta * eta)).max(0.0).sqrt();
     let (s, p) = ((c - eta * ct) / (c + eta * ct), (eta * c - ct) / (eta * c + ct));
@@ -226,7 +229,8 @@ fn fresnel(c: f64, eta: f64) -> f64 {
 
 #[test]
 fn an_inner_boundary_reflects_by_the_ratio_of_both_indices() {
-    // From within a body of index n₁ onto one of n₂ that absorbs everything; reflected is a wall inside the first one.
+    // From inside a body of index n₁ onto one of n₂ that absorbs everything; the reflection shows a wall inside the
+    // first body.
     for (n1, n2, first_is_outer) in
         [(1.33f32, 1.5f32, true), (1.5, 1.33, true), (1.33, 1.5, false), (1.5, 1.2, false)]
     {
@@ -250,7 +254,7 @@ fn an_inner_boundary_reflects_by_the_ratio_of_both_indices() {
                 builder.mesh("outer", outer, DAffine3::IDENTITY, mine);
                 builder.mesh("inner", block(15.0, -8.0, 0.0), DAffine3::IDENTITY, other);
             } else {
-                // The camera is in the inner one, and looks out of it.
+                // The camera is in the inner body, and looks out of it.
                 builder.mesh("outer", block(40.0, -30.0, 9.0), DAffine3::IDENTITY, other);
                 builder.mesh("inner", block(15.0, 0.0, 2.0), DAffine3::IDENTITY, mine);
                 let _ = (outer, inner);
@@ -273,7 +277,7 @@ fn an_inner_boundary_reflects_by_the_ratio_of_both_indices() {
 
 #[test]
 fn a_lens_half_inside_a_body_sees_half_of_it() {
-    // The lens lies in a plane across z, the body on one side of x = 0; parallel rays, all points sharp at infinity.
+    // The lens lies in a plane across z, the body on one side of x = 0; parallel rays, the focus is at infinity.
     let mut builder = seen_in_parallel(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 1e-5);
     let bright = builder.material(matte(0.0, 1.0));
     builder.mesh(
@@ -312,7 +316,7 @@ fn a_body_that_passes_the_camera_is_there_while_it_passes() {
     );
     let dark = builder.material(solid(1.0, LN_2));
     let clear = builder.material(solid(1.0, 0.0));
-    // Reaches the camera after a quarter of the time; a clear one inside it takes away half of the way.
+    // Reaches the camera after a quarter of the time; a clear body inside it halves the absorbing length.
     let chain = slide(DVec3::X * 1.0, DVec3::X * -3.0);
     builder.moving_mesh("block", cuboid([0.0, -3.0, -2.0], [9.0, 3.0, 1.0]), chain.clone(), dark);
     builder.moving_mesh("inner", cuboid([-1.0, -2.0, -1.5], [8.0, 2.0, -0.5]), chain, clear);
@@ -340,7 +344,8 @@ fn more_bodies_than_a_ray_remembers_are_told_of() {
             let outcome = means(&scene, &scene.cameras[0].camera, &settings);
             assert_eq!(outcome.stats.bias.is_clean(), clean, "{count}");
             assert_eq!(outcome.stats.bias.nested.count == 0, clean, "{count}");
-            // What is forgotten is the weakest, here the outermost: its share of the way out is not absorbed.
+            // The dropped body is the one of lowest priority, here the outermost: its share of the outgoing segment is
+            // not absorbed.
             let forgotten = 0.01 * 0.05 * (count as f32 - 16.0).max(0.0);
             let seen = outcome.film.mean().pixels[0].x;
             assert!((seen - (forgotten - 0.06).exp()).abs() < 1e-4, "{count}: {seen}");

@@ -1,4 +1,5 @@
-//! A light seen in a flat mirror is the same light: its flux does not depend on where on the mirror rays start again.
+//! A light seen in a flat mirror is the same light: its flux does not depend on where on the mirror reflected rays
+//! start.
 
 mod common;
 
@@ -14,7 +15,7 @@ const FAR: f64 = 1000.0;
 const YFOV: f64 = 2e-5;
 const SIDE: u32 = 24;
 
-/// A ball of 1e-5 rad, seen in a mirror whose diagonal is in the line of sight, everything turned by `turn`.
+/// A ball of 1e-5 rad, seen in a mirror whose diagonal is in the line of sight, with the scene rotated by `turn`.
 fn seen_in_a_mirror(turn: DQuat, radiance: f32) -> Scene {
     let mut builder = SceneBuilder::new("test");
     builder.camera("eye", CameraPose::look_at(turn * DVec3::Z, DVec3::ZERO, turn * DVec3::Y, YFOV));

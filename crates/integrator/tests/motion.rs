@@ -1,4 +1,4 @@
-//! Motion blur against closed forms: every ray of a path sees the scene at one time, drawn evenly from the shutter.
+//! Motion blur against closed forms: all rays of a path see the scene at one time, uniform in the shutter interval.
 
 mod common;
 
@@ -19,7 +19,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// By `total` radians about an axis, keys at most a quarter turn apart.
+/// A rotation by `total` radians about an axis, with keys at most a quarter turn apart.
 fn spin(axis: DVec3, total: f64) -> Vec<Node> {
     let n = (total.abs() / (PI / 2.0)).ceil() as usize;
     let turn = |i: usize| {
@@ -34,7 +34,7 @@ fn fixed(t: DVec3) -> Node {
     Node::Fixed(DAffine3::from_translation(t))
 }
 
-/// Looks from `from` along `forward` without perspective; a pixel of a picture `height` pixels high is one unit.
+/// An orthographic camera at `from` along `forward`; a pixel of an image `height` pixels high is one unit.
 fn flat_view(from: DVec3, forward: DVec3, up: DVec3, height: f64) -> SceneBuilder {
     let mut builder = SceneBuilder::new("test");
     builder.exposure(AT, SHUTTER);
@@ -48,8 +48,8 @@ fn settings(size: (u32, u32), spp: u32) -> Settings {
     Settings { size, pattern: Pattern::Random, ..Settings::default() }.with_spp(spp)
 }
 
-/// The distribution tracer, four instants at each of so many points of a pixel; all independent, so that its error is no
-/// larger than that of as many paths as points.
+/// The distribution tracer with four time samples at each of the points of a pixel; all are independent, so that its
+/// error is no larger than that of as many paths as points.
 fn distribution(size: (u32, u32), points: u32) -> Settings {
     let random = |n| SampleSet::new(n, Pattern::Random);
     let plans =
@@ -63,8 +63,8 @@ fn streak(x: f64, w: f64, delta: f64) -> f64 {
     (square(x) - square(x - w) - square(x - delta) + square(x - w - delta)) / (2.0 * delta)
 }
 
-/// Every column of the picture has the mean `expected(column)` within 4 standard errors of `spp` samples of an indicator
-/// times `scale`.
+/// Asserts that every column of the image has the mean `expected(column)` within 4 standard errors of `spp` samples of
+/// an indicator times `scale`.
 #[track_caller]
 fn assert_columns(what: &str, outcome: &Outcome, scale: f64, expected: impl Fn(f64) -> f64) {
     let mean = outcome.film.mean();
@@ -101,7 +101,7 @@ fn a_translating_plate_is_a_trapezoid() {
         }
         let summed = run(&scene, &distribution((8, 4), 1000));
         assert_columns(&format!("distribution, Δ = {delta}"), &summed, 1.0, columns);
-        // Off, it stands where the shutter opens.
+        // If time is off, the plate is at its position when the shutter opens.
         let mut plans = SampleSets::default();
         *plans.of_mut(Effect::Time) = SampleSet::OFF;
         let still = run(&scene, &Settings { plans, ..settings((8, 4), 8000) });
@@ -109,7 +109,8 @@ fn a_translating_plate_is_a_trapezoid() {
     }
 }
 
-/// docs/science.md, "Moving box", at the far end: half of the time something stands before a camera in the middle of the way.
+/// docs/science.md, "Moving box", in the limit of large motion: half of the time an object is in front of a camera in
+/// the middle of its path.
 #[test]
 fn a_plate_that_crosses_ten_million_pixels() {
     let (w, delta) = (5e6, 1e7);
@@ -150,7 +151,7 @@ fn a_wedge_that_turns_by_any_angle() {
     }
 }
 
-/// A sphere of triangles, each vertex coloured by its place.
+/// A triangulated sphere whose vertex colours encode their positions.
 fn painted_ball() -> Mesh {
     let (rings, sides) = (12u32, 24u32);
     let mut mesh = Mesh::default();
@@ -176,7 +177,7 @@ fn painted_ball() -> Mesh {
     mesh
 }
 
-/// Largest |z| between a square picture and itself turned by a quarter.
+/// Largest |z| between a square image and itself rotated by a quarter turn.
 fn asymmetry(outcome: &Outcome) -> f64 {
     let (mean, variance) = (outcome.film.mean(), outcome.film.variance());
     let n = mean.width;
@@ -203,10 +204,10 @@ fn three_turns_make_a_painted_ball_round() {
     // 400 pixels: by Šidák |z| < 4.8 with probability 1 − 6e-4.
     let round = asymmetry(&run(&scene(3.0), &settings));
     assert!(round < 4.8, "{round}");
-    assert!(asymmetry(&run(&scene(0.3), &settings)) > 10.0, "a part of a turn must show");
+    assert!(asymmetry(&run(&scene(0.3), &settings)) > 10.0, "a partial turn must be visible");
 }
 
-/// A plate high over a floor under light from straight above: the floor is seen from the side, below the plate.
+/// A plate high above a floor under light from straight above: the floor is seen from the side, below the plate.
 #[test]
 fn the_shadow_of_a_moving_plate_is_the_same_trapezoid() {
     let (w, delta) = (1.7, 3.1);
@@ -254,7 +255,7 @@ fn the_mirror_image_of_a_moving_plate_is_the_same_trapezoid() {
     }
 }
 
-/// A floor of one point under a light; see [`irradiance_meter`].
+/// A small floor under a light, seen as a single point; see [`irradiance_meter`].
 fn meter() -> SceneBuilder {
     let mut builder = irradiance_meter();
     builder.exposure(AT, SHUTTER);
@@ -278,7 +279,7 @@ fn irradiance_under_lights_that_move() {
     builder.moving_light(spin(DVec3::Z, theta));
     let exact = 2.0 * libm::sin(theta) / theta / PI;
     assert_close("distant light", &run(&builder.build().unwrap(), &settings(16, 64)), exact);
-    // A spot's cone turns away over the point below it: it shines while the angle is within the cone.
+    // The cone of a spot light turns away over the point below it: the point is lit while its angle is within the cone.
     let mut builder = meter();
     let axis = DVec3::NEG_Y;
     builder.spot_light(DVec3::ZERO, axis, Vec3::splat(2.0), f64::INFINITY, 0.5, 0.5);
@@ -286,7 +287,7 @@ fn irradiance_under_lights_that_move() {
     chain.extend(spin(DVec3::Z, theta));
     builder.moving_light(chain);
     let outcome = run(&builder.build().unwrap(), &settings(16, 256));
-    // Half of glTF's narrowest edge, 0.001 in the cosine, may go either way.
+    // Half of glTF's narrowest edge, 0.001 in the cosine, is uncertain.
     let (mean, _) = mean_and_error(&outcome);
     assert!((mean * PI / 0.5 - 0.5 / theta).abs() < 0.01, "spot light: {mean}");
 }
@@ -318,7 +319,7 @@ fn irradiance_under_a_quad_that_moves() {
     assert_close("moving quad, summed", &run(&scene, &settings), exact);
 }
 
-/// Lamps of all shapes that slide, spin, swell and mirror themselves, over a floor.
+/// Lamps of all shapes that translate, rotate, scale and mirror themselves, over a floor.
 fn restless_lamps() -> Scene {
     let mut builder = seen(DVec3::new(0.0, 3.0, 7.0), DVec3::new(0.0, 0.5, 0.0), 0.8);
     builder.exposure(AT, SHUTTER);
@@ -330,7 +331,7 @@ fn restless_lamps() -> Scene {
     let mut chain = vec![fixed(DVec3::new(-2.0, 1.2, 0.0))];
     chain.extend(spin(DVec3::new(0.6, 0.8, 0.0), 7.0));
     builder.moving_mesh("sheet", quad(Vec3::new(-0.5, -0.3, 0.0), Vec3::X, Vec3::Y * 0.6), chain, sheet);
-    // Through its own mirror image: scale x from 1 to −1.
+    // Through its own mirror image: the scale of x goes from 1 to −1.
     let scale = over_shutter(vec![DVec3::ONE, DVec3::new(-1.0, 1.0, 1.0)]);
     let flip = vec![fixed(DVec3::new(0.0, 1.5, 0.0)), Node::Trs(Trs { scale, ..Trs::default() })];
     let tent = Mesh {
@@ -365,7 +366,7 @@ fn light_and_bsdf_sampling_agree_on_lights_that_move() {
         *plans.of_mut(Effect::Time) = SampleSet::OFF;
         run(&scene, &Settings { plans, max_bounces: 2, ..settings((24, 16), 1024) })
     };
-    assert!(largest_z(&both, &still) > 20.0, "the motion must show");
+    assert!(largest_z(&both, &still) > 20.0, "the motion must be visible");
 }
 
 /// Largest |z| over the pixels' green.
@@ -378,7 +379,7 @@ fn largest_z(a: &Outcome, b: &Outcome) -> f64 {
     (0..ma.pixels.len()).map(z).fold(0.0, f64::max)
 }
 
-/// Over tiles, wide enough that every one has met every lamp.
+/// Compares tiles that are wide enough for every lamp to pass through each.
 #[track_caller]
 fn assert_agree(what: &str, a: &Outcome, b: &Outcome) {
     assert_eq!(a.stats.bad_sample_count + b.stats.bad_sample_count, 0, "{what}");
@@ -389,7 +390,7 @@ fn assert_agree(what: &str, a: &Outcome, b: &Outcome) {
     assert!(tiles.passed(), "{what}: {:?}", tiles.whole);
 }
 
-/// Both tracers on lights and geometry that move.
+/// Both tracers on moving lights and geometry.
 #[test]
 fn both_tracers_see_the_same_motion() {
     let scene = restless_lamps();
@@ -409,7 +410,7 @@ fn both_tracers_see_the_same_motion() {
     assert_agree("tracers", &path, &run(&scene, &distribution));
 }
 
-/// A camera that moves past things at rest, and things that move past a camera at rest.
+/// A camera that moves past objects at rest, and objects that move past a camera at rest.
 #[test]
 fn a_moving_camera_is_a_moving_world() {
     let go = DVec3::new(1.1, 0.4, -0.9);
@@ -458,7 +459,7 @@ fn threads_and_kernels_change_no_bit_of_motion() {
     }
 }
 
-/// What stands still, or moves only while the shutter is closed, costs nothing and changes no bit.
+/// Objects that stand still, or move only while the shutter is closed, cost nothing and change no bit.
 #[test]
 fn an_open_shutter_over_things_at_rest_changes_no_bit() {
     let build = |shutter: Option<Shutter>| {
@@ -491,8 +492,8 @@ fn an_open_shutter_over_things_at_rest_changes_no_bit() {
     }
 }
 
-/// Every wall emits 1 and reflects half, wherever it is: 2, whatever the size and the place of the scene
-/// (docs/science.md, "Closed room").
+/// Every wall emits 1 and reflects half, at any position: the radiance is 2, whatever the size and the position of the
+/// scene (docs/science.md, "Closed room").
 #[test]
 fn a_moving_furnace_at_every_scale() {
     for (scale, offset) in [(1e-6, 0.0), (1.0, 0.0), (1e6, 0.0), (1.0, 1e5), (1.0, 1e7)] {
@@ -514,7 +515,7 @@ fn a_moving_furnace_at_every_scale() {
     }
 }
 
-/// Normals and the side that is hidden go with the object.
+/// Normals and hidden back faces move with the object.
 #[test]
 fn the_hidden_side_turns_with_its_object() {
     let half_turn = |backfaces| {

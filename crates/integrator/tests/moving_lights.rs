@@ -1,4 +1,4 @@
-//! Lights that move: where they are aimed at is where rays meet them, at the same time.
+//! Moving lights: light sampling and rays find them at the same position, at the same time.
 
 use dapple_geometry::shapes::{Disk, Shape, Sphere};
 use dapple_geometry::{Accel, AccelBuilder, Mesh, Opaque};
@@ -25,7 +25,7 @@ fn vector(rng: &mut Rng, size: f64) -> DVec3 {
     DVec3::new(x(), x(), x())
 }
 
-/// Shifts, turns and scales; `round` keeps the scale even, else it may be uneven and mirror.
+/// Translates, rotates and scales; with `round` the scale is uniform, otherwise it may be non-uniform and mirror.
 fn motion(rng: &mut Rng, round: bool) -> Arc<Motion> {
     let times = || vec![0.0, 0.7, 1.5, 2.0];
     let quat = |rng: &mut Rng| {
@@ -52,7 +52,7 @@ fn motion(rng: &mut Rng, round: bool) -> Arc<Motion> {
     ))
 }
 
-/// With whether it must stay round.
+/// Shapes, each with whether it must remain round.
 fn shapes() -> [(AreaShape, bool); 4] {
     let [a, b, c, d] = CORNERS;
     [
@@ -63,12 +63,12 @@ fn shapes() -> [(AreaShape, bool); 4] {
     ]
 }
 
-/// After 600 cases of all shapes the round ones, which are oval then.
+/// First 600 cases of all shapes, then only the round shapes, as ellipses and ellipsoids.
 fn shape_of(case: usize) -> (AreaShape, bool) {
     if case < 600 { shapes()[case % 4] } else { (shapes()[2 + case % 2].0, false) }
 }
 
-/// What need not stay round is aimed at as it is then.
+/// Lights that may be non-round are sampled in their shape at that time.
 fn light_of(area: Area, round: bool, motion: &Arc<Motion>) -> Light {
     let is_oval = !round && matches!(area.shape, AreaShape::Sphere { .. } | AreaShape::Disk { .. });
     let moving = Moving::area(area, motion.clone(), SECONDS, None);
@@ -94,7 +94,7 @@ fn accel(shape: &AreaShape, motion: &Motion) -> Accel {
     builder.build_for(0.0, SECONDS)
 }
 
-/// The shadow ray as a tracer shoots it.
+/// The shadow ray as in the tracers.
 fn shadow_ray(p: Vec3, sample: &LightSample) -> Ray {
     let point = sample.point.unwrap();
     let target = offset_origin(point.p, point.p_error, point.n, -sample.wi);
@@ -113,7 +113,7 @@ fn what_is_aimed_at_is_what_a_ray_meets() {
         let light = light_of(area, round, &motion);
         for k in 0..40 {
             let time = SECONDS * rng.f32();
-            // Near, and up to ten thousand sizes away.
+            // Close by, and up to ten thousand sizes away.
             let reach = libm::exp2(f64::from(rng.f32()) * 14.0) * 20.0;
             let p = (motion.at(f64::from(time)).translation + vector(&mut rng, reach)).as_vec3();
             let aiming = [Aiming::SolidAngle, Aiming::Surface][k % 2];
@@ -123,12 +123,13 @@ fn what_is_aimed_at_is_what_a_ray_meets() {
                 "{shape:?}, case {case}: hides itself"
             );
             let point = sample.point.unwrap();
-            // Grazing and far off, a ray may slip past the edge.
+            // At grazing angles and large distances, a ray may miss the edge.
             if sample.wi.dot(point.n) > -0.05 || reach > 2000.0 {
                 continue;
             }
             let again = light.pdf_as(aiming, p, sample.wi, sample.distance, Vec3::Z, time);
-            // Flattened far enough, the rounding of the direction is multiplied in the own space of what is oval.
+            // For very flat shapes, the rounding of the direction is magnified in the local space of ellipses and
+            // ellipsoids.
             let tolerance = if case < 600 { 1e-3 } else { 2e-2 };
             assert!((again / sample.pdf - 1.0).abs() < tolerance, "{shape:?}: {again} for {}", sample.pdf);
             let ray = Ray::new(p, sample.wi);
@@ -147,7 +148,7 @@ fn what_is_aimed_at_is_what_a_ray_meets() {
     assert!(met > 3000 && mirrored > 100, "{met} {mirrored}");
 }
 
-/// With a light that stands still beside it, a light that passes is chosen where it is near, and wherever it is found.
+/// With a light at rest in the scene, a moving light is chosen with high probability near its current position.
 #[test]
 fn bounds_hold_all_through_the_shutter() {
     let mut rng = Rng::new(12);

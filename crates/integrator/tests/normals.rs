@@ -1,4 +1,5 @@
-//! Shading normals that lean away from the surface keep the light: furnaces, strategies against each other, and no leak.
+//! Shading normals that deviate from the surface conserve energy: furnaces, comparison of strategies, and no light
+//! leaks.
 
 mod common;
 
@@ -13,14 +14,14 @@ use dapple_sampling::Pattern;
 use dapple_scene::{Scene, SceneBuilder, TextureUse, TexturedMaterial};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-/// How a floor gets the normals it has not.
+/// The source of the floor's shading normals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum By {
     Map,
     Vertices,
 }
 
-/// Unit, `tilt` from +y towards azimuth `azimuth` about it (from +x towards −z), degrees.
+/// Unit vector, `tilt` from +y towards azimuth `azimuth` about it (from +x towards −z), degrees.
 fn leaning(tilt: f32, azimuth: f32) -> Vec3 {
     let ((s, c), (sin, cos)) = (tilt.to_radians().sin_cos(), azimuth.to_radians().sin_cos());
     Vec3::new(s * cos, c, -s * sin)
@@ -30,7 +31,7 @@ fn leaning(tilt: f32, azimuth: f32) -> Vec3 {
 fn normal_map(n: Vec3) -> Texture {
     let byte = |x: f32| ((x * 0.5 + 0.5) * 255.0).round() as u8;
     let texel = [byte(n.x), byte(-n.z), byte(n.y), 255];
-    // Not of one colour, so that it stays a texture.
+    // Not constant, so that it remains a texture.
     let image = Rgba8 { width: 2, height: 1, texels: vec![texel, [texel[0], texel[1], texel[2], 254]] };
     let sampler =
         Sampler { wrap_s: Wrap::Repeat, wrap_t: Wrap::Repeat, interpolation: Interpolation::Nearest };
@@ -75,7 +76,7 @@ fn pane(roughness: f32) -> TexturedMaterial {
 
 const METHODS: [MethodKind; 2] = [MethodKind::Path, MethodKind::Distribution];
 
-/// Materials that send on all light that arrives; those of roughness 0.1 all but 2 % towards 85°.
+/// Materials that reflect or transmit all incident light; those of roughness 0.1 all but 2 % towards 85°.
 #[test]
 fn a_furnace_keeps_its_light_at_every_tilt_view_and_azimuth() {
     let materials = [
@@ -109,7 +110,7 @@ fn a_furnace_keeps_its_light_at_every_tilt_view_and_azimuth() {
     }
 }
 
-/// What rough lobes lose by single scattering is what they lose without the map, at every roughness.
+/// Rough lobes lose by single scattering what they lose without the map, at every roughness.
 #[test]
 fn a_map_neither_takes_light_nor_gives_any() {
     let settings = Settings { size: (4, 4), max_bounces: 2, ..Settings::default() }.with_spp(512);
@@ -123,7 +124,7 @@ fn a_map_neither_takes_light_nor_gives_any() {
                 let (mapped, error) = mean(&furnace(&material, leaning(tilt, azimuth), By::Map, view));
                 let (ratio, error) = (mapped / unmapped, (sigma + error) / unmapped);
                 let what = format!("{} {tilt}° {azimuth}° from {view}°", material.name);
-                // The table of albedos is good to 0.25 %, for the coat over white to 0.5 %.
+                // The albedo table is accurate to 0.25 %, for the coat over white to 0.5 %.
                 assert!(
                     (0.994 - 4.0 * error..1.005 + 4.0 * error).contains(&ratio),
                     "{what}: {ratio} ± {error}"
@@ -134,7 +135,7 @@ fn a_map_neither_takes_light_nor_gives_any() {
     }
 }
 
-/// A metal that keeps 0.9 is met once, so that it keeps 0.9.
+/// A metal of reflectance 0.9 is hit once, and reflects 0.9.
 #[test]
 fn no_light_is_reflected_twice() {
     for by in [By::Map, By::Vertices] {
@@ -148,7 +149,7 @@ fn no_light_is_reflected_twice() {
     }
 }
 
-/// The floor under a lamp that fills much of what it sees; the same picture whoever finds the light.
+/// The floor under a large lamp; the image is the same with every strategy.
 #[test]
 fn light_and_bsdf_sampling_see_the_same_surface() {
     for (material, below) in [(metal(Vec3::ONE, 0.4), false), (plastic(), false), (pane(0.4), true)] {
@@ -192,7 +193,7 @@ fn light_and_bsdf_sampling_see_the_same_surface() {
     }
 }
 
-/// Nothing opaque lets light through, whatever its normals are: lamps below, seen from above and from beside.
+/// Opaque surfaces transmit no light, whatever their normals: lamps below, seen from above and from the side.
 #[test]
 fn nothing_leaks_through_an_opaque_surface() {
     for material in [metal(Vec3::ONE, 0.5), metal(Vec3::ONE, 0.0), plastic(), matte(1.0, 0.0)] {
@@ -218,7 +219,7 @@ fn nothing_leaks_through_an_opaque_surface() {
     }
 }
 
-/// Vertex normals that are the facet's change no bit.
+/// Vertex normals equal to the facet normal change no bit.
 #[test]
 fn normals_of_the_facet_keep_every_bit() {
     let render = |normals: bool, tilt: f32| {
@@ -235,10 +236,10 @@ fn normals_of_the_facet_keep_every_bit() {
         run(&builder.build().unwrap(), &settings).film.mean().pixels
     };
     assert_eq!(render(false, 0.0), render(true, 0.0));
-    assert_ne!(render(false, 0.0), render(true, 1.0), "a lean of 1° is seen");
+    assert_ne!(render(false, 0.0), render(true, 1.0), "a tilt of 1° must change the image");
 }
 
-/// Light that grazes a matte surface fades to nothing at its horizon.
+/// Light at grazing angles on a diffuse surface decreases continuously to zero at its horizon.
 #[test]
 fn a_leaning_normal_has_no_hard_terminator() {
     let lit = |elevation: f64| {
@@ -256,18 +257,18 @@ fn a_leaning_normal_has_no_hard_terminator() {
         last = here;
     }
     assert!(lit(0.01) < 0.002, "{}", lit(0.01));
-    // cos 40° straight from above, as without the fold.
+    // cos 40° from straight above, as without the fold.
     assert!((lit(90.0) - f64::to_radians(40.0).cos()).abs() < 0.01, "{}", lit(90.0));
 }
 
-/// An octahedron whose vertex normals lean as well as spread, from outside and with its winding turned.
+/// An octahedron whose vertex normals are tilted as well as interpolated, from outside and with reversed winding.
 #[test]
 fn a_body_with_smooth_normals_keeps_its_light() {
     let corners = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
     let triangles =
         vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
     for inward in [false, true] {
-        // Normals that lean against those of the sphere, by up to 25°.
+        // Normals that deviate from those of the sphere by up to 25°.
         let lean = Vec3::new(0.3, -0.2, 0.25);
         let normals = corners.map(|n| (n + lean).normalize()).to_vec();
         let triangles =
@@ -288,7 +289,7 @@ fn a_body_with_smooth_normals_keeps_its_light() {
                 size: (24, 24),
                 max_bounces: 300,
                 soft_terminator,
-                // What is turned inside out is seen from behind.
+                // With reversed winding, the object is seen from behind.
                 backfaces: dapple_integrator::Backfaces::Shown,
                 ..Settings::default()
             }

@@ -1,4 +1,4 @@
-//! Two surfaces that let no light through and do not shine, in one place: the lower object is there, whatever rounding says.
+//! Two coincident opaque surfaces that do not emit light: the lower object index wins, independently of rounding.
 
 mod common;
 
@@ -28,7 +28,7 @@ fn sheet(r: f32, up: bool) -> Mesh {
     quad(Vec3::new(-r, 0.0, r * side), Vec3::X * 2.1 * r, Vec3::Z * -2.2 * r * side)
 }
 
-/// Places in which coordinates round differently.
+/// Positions at which coordinates round differently.
 fn places() -> [DAffine3; 4] {
     let turn = |axis: DVec3, angle| DQuat::from_axis_angle(axis.normalize(), angle);
     let (tilted, small) = (turn(DVec3::new(1.0, 2.0, 3.0), 1.1), turn(DVec3::new(-2.0, 1.0, 0.5), 2.3));
@@ -49,7 +49,7 @@ fn view(place: DAffine3, y: f64) -> SceneBuilder {
     builder
 }
 
-/// A sun straight above or below, of irradiance π: what is matte shows its albedo.
+/// A distant light straight above or below, of irradiance π: diffuse surfaces show their albedo.
 fn shone_on(mut builder: SceneBuilder, place: DAffine3, y: f64) -> Scene {
     builder.distant_light(place.transform_vector3(DVec3::Y * y).normalize(), Vec3::splat(PI as f32));
     builder.build().unwrap()
@@ -108,7 +108,7 @@ fn of_two_opaque_surfaces_in_one_place_the_lower_object_is_seen() {
     }
 }
 
-/// A mirror, or a matte ceiling whose light comes from the sheets alone, over them; the camera looks up at it.
+/// A mirror, or a diffuse ceiling lit only by the sheets, above them; the camera looks up at it.
 fn reflected(place: DAffine3, colors: &[Vec3], over: &TexturedMaterial) -> Scene {
     let at = |p: DVec3| place.transform_point3(p);
     let mut builder = seen(at(DVec3::new(0.3, 0.4, 0.2)), at(DVec3::new(0.07, 2.0, 0.03)), 0.2);
@@ -116,13 +116,13 @@ fn reflected(place: DAffine3, colors: &[Vec3], over: &TexturedMaterial) -> Scene
     put_sheets(&mut builder, place, colors, false);
     let over = builder.material(over.clone());
     builder.mesh("over", sheet(0.6, false), place * DAffine3::from_translation(DVec3::Y * 2.0), over);
-    // Slanting, so that what is over them does not shade what the camera sees of them.
+    // At an angle, so that the surfaces above do not shadow the part of the sheets that the camera sees.
     let sun = place.transform_vector3(DVec3::new(1.0, 0.5, 0.0)).normalize();
     builder.distant_light(sun, Vec3::splat(PI as f32));
     builder.build().unwrap()
 }
 
-/// As where the lower of them is alone.
+/// The result equals that with the lower sheet alone.
 #[test]
 fn light_that_was_scattered_meets_the_lower_object_too() {
     for place in places() {

@@ -1,5 +1,5 @@
-//! Clear panes: light comes straight through thin walls and boundaries between equal indices, in both tracers; what that
-//! leaves out is told.
+//! Clear panes: light passes straight through thin walls and boundaries between equal indices, in both tracers; the
+//! light that this omits is in the bias report.
 
 mod common;
 
@@ -48,7 +48,7 @@ fn run(scene: &Scene, settings: &Settings) -> Outcome {
     outcome
 }
 
-/// A white floor under black surroundings, with what is added.
+/// A white floor under black surroundings, with additional objects.
 fn floor(add: impl Fn(&mut SceneBuilder)) -> Scene {
     let mut builder = irradiance_meter();
     builder.environment(Environment::constant(Vec3::ZERO));
@@ -56,7 +56,7 @@ fn floor(add: impl Fn(&mut SceneBuilder)) -> Scene {
     builder.build().unwrap()
 }
 
-/// Irradiance on the floor by lights that are points, in both tracers.
+/// Asserts the irradiance on the floor from punctual lights, in both tracers.
 #[track_caller]
 fn assert_lit(what: &str, scene: &Scene, exact: Vec3, more: &Settings) -> [Outcome; 2] {
     [Tracer::Path, Tracer::Nested].map(|tracer| {
@@ -72,14 +72,14 @@ fn assert_lit(what: &str, scene: &Scene, exact: Vec3, more: &Settings) -> [Outco
     })
 }
 
-/// Reflectance of one face, light coming at the cosine `c` from outside.
+/// Reflectance of one face for light arriving at the cosine `c` from outside.
 fn fresnel(c: f64, eta: f64) -> f64 {
     let ct = (1.0 - (1.0 - c * c) / (eta * eta)).sqrt();
     let (s, p) = ((c - eta * ct) / (c + eta * ct), (eta * c - ct) / (eta * c + ct));
     0.5 * (s * s + p * p)
 }
 
-/// Of a thin wall, all passes between its faces.
+/// Reflectance of a thin wall, including all interreflections between its faces.
 fn wall(c: f64, eta: f64) -> f64 {
     let r = fresnel(c, eta);
     1.0 - 2.0 * r / (1.0 + r)
@@ -113,7 +113,7 @@ fn suns_and_points_shine_through_thin_walls_with_their_transmittance() {
             let what = format!("{ior}, {panes} panes, sun {is_sun}");
             let outcomes =
                 assert_lit(&what, &scene, if is_sun { exact } else { exact_point }, &Settings::default());
-            // A wall that reflects sends light on where nothing finds it.
+            // A reflecting wall sends light to places where no strategy finds it.
             let left_out = u64::from(ior > 1.0);
             assert!(outcomes.iter().all(|o| o.stats.bias.lights_unreachable == left_out), "{what}");
         }
@@ -124,7 +124,7 @@ fn suns_and_points_shine_through_thin_walls_with_their_transmittance() {
 fn lights_shine_into_through_and_out_of_index_matched_bodies() {
     let lamp = DVec3::new(0.0, 2.0, 0.0);
     let (intensity, sigma) = (5.0f32, 0.7f32);
-    // Of the way from floor to lamp, what leads through matter that absorbs.
+    // The length within absorbing matter on the segment from floor to lamp.
     for (what, a, b, hollow, way) in [
         ("through", 1.0, 1.5, None, 0.5),
         ("out of it", 1.5, 2.5, None, 0.5),
@@ -142,7 +142,7 @@ fn lights_shine_into_through_and_out_of_index_matched_bodies() {
             }
             builder.point_light(lamp, Vec3::splat(intensity), f64::INFINITY);
         });
-        // The camera looks from a height of 0.8 along a way of this length, part of which absorbs.
+        // The camera looks from a height of 0.8 along a segment of this length, part of which absorbs.
         let seen = DVec3::new(0.3, 0.8, 0.2).length() as f32 * if a < 0.0 { 1.0 } else { 0.0 };
         let exact = Vec3::splat(intensity / 4.0 * (-sigma * (way + seen)).exp());
         let outcomes = assert_lit(what, &scene, exact, &Settings::default());
@@ -166,7 +166,7 @@ fn light_does_not_come_through_what_bends_it_unless_asked_to() {
     assert_lit("straightened", &scene, TINT * TINT * through, &settings);
 }
 
-/// Irradiance by whatever lights there are, and its error.
+/// Irradiance from all lights, and its standard error.
 fn measure(scene: &Scene, tracer: Tracer, settings: &Settings) -> (f64, f64) {
     let one = one_pixel(
         tracer,
@@ -189,7 +189,7 @@ fn measure(scene: &Scene, tracer: Tracer, settings: &Settings) -> (f64, f64) {
     common::mean_and_error(&run(scene, &settings))
 }
 
-/// A lamp and a sky behind blocks that bend nothing, onto a floor of `material`.
+/// A lamp and a sky behind blocks that do not refract, above a floor of `material`.
 fn lamp_and_sky(
     material: &TexturedMaterial,
     blocks: &[TexturedMaterial],
@@ -218,7 +218,7 @@ fn lamp_and_sky(
     builder.build().unwrap()
 }
 
-/// A sky that is aimed at: dim, with a bright patch above.
+/// A sky that light sampling handles: dim, with a bright patch above.
 fn bright_spot() -> Environment {
     let (w, h) = (16, 8);
     let texel = |i: usize| if i / w == 1 { Vec3::splat(9.0) } else { Vec3::splat(0.2) };
@@ -235,7 +235,7 @@ fn lamps_and_skies_behind_index_matched_blocks_shine_as_without_them() {
             let open = lamp_and_sky(material, &[], lamp, sky);
             let closed = lamp_and_sky(material, &blocks, lamp, sky);
             for tracer in [Tracer::Path, Tracer::Nested] {
-                // With 64 bounces paths find what shadow rays find; with 2 the blocks are too many for them.
+                // With 64 bounces paths find what shadow rays find; with 2 bounces the blocks are too many for paths.
                 let many = Settings { max_bounces: 64, ..Settings::default() };
                 let transparent = Settings { transparent_shadows: true, ..many.clone() };
                 let few = Settings { max_bounces: 2, ..Settings::default() };
@@ -253,7 +253,7 @@ fn lamps_and_skies_behind_index_matched_blocks_shine_as_without_them() {
                             (a - b).abs() <= 4.0 * error + 1e-6,
                             "{what}: {a} without, {b} ± {error} with them"
                         );
-                        // And no noisier: aiming works through them.
+                        // The result is also no noisier, because light sampling works through the blocks.
                         assert!(eb < 1.5 * ea + 1e-9, "{what}: error {ea} without, {eb} with them");
                     } else if sky.is_none() {
                         assert!(
@@ -269,7 +269,8 @@ fn lamps_and_skies_behind_index_matched_blocks_shine_as_without_them() {
 
 #[test]
 fn transparent_shadows_count_no_light_twice() {
-    // Glass that hardly bends: what shadow rays find straight, paths find nearly straight.
+    // Glass with hardly any refraction: light that shadow rays find straight through, paths find almost straight
+    // through.
     let blocks = [pane(1.002, false, Vec3::ONE)];
     for tracer in [Tracer::Path, Tracer::Nested] {
         let open = lamp_and_sky(&matte(0.8, 0.0), &[], true, Some(true));
@@ -284,7 +285,8 @@ fn transparent_shadows_count_no_light_twice() {
     }
 }
 
-/// A roughness below what the BSDF tells from none: the pane is smooth, and shadow rays have to know it.
+/// A roughness below the threshold at which the BSDF is rough: the pane is smooth, and shadow rays must treat it as
+/// such.
 #[test]
 fn a_pane_of_imperceptible_roughness_is_as_clear_as_a_smooth_one() {
     let scene = floor(|builder| {

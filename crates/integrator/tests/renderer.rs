@@ -1,4 +1,4 @@
-//! A render that is advanced, looked at, put away and taken up again, and integrators of one's own.
+//! Stepwise rendering, snapshots, saving and resuming, and custom integrators.
 
 use dapple_integrator::geometry::Surface;
 use dapple_integrator::math::{Frame, PixelRect, Ray};
@@ -109,7 +109,8 @@ fn a_state_belongs_to_its_settings() {
     renderer.advance(3, &go);
     let resume = |settings: &Settings| Renderer::resume(&scene, camera, settings, renderer.state()).err();
     assert_eq!(resume(&settings.clone().with_threads(1)), None);
-    // A point set of another size has other points; one that is said to be as large, or of random points, may go on.
+    // A point set of another size has other points; a render with the same specified size, or with random points, may
+    // continue.
     assert_eq!(resume(&settings.clone().with_spp(100)), Some(SettingsError::OtherRender));
     assert_eq!(resume(&settings.clone().with_path(|p| (p.samples, p.of) = (0..100, Some(24)))), None);
     for other in [
@@ -149,7 +150,7 @@ fn settings_without_sense_are_refused() {
     }
 }
 
-/// The path tracer again, from the public parts.
+/// The path tracer, reimplemented with the public interface.
 struct Paths;
 
 impl Integrator for Paths {
@@ -170,7 +171,7 @@ impl Integrator for Paths {
     }
 }
 
-/// How much of the hemisphere is open: by rays, and by whether a light far above is seen.
+/// The unoccluded share of the hemisphere: by rays, and by the visibility of a light far above.
 struct Open;
 
 impl Integrator for Open {
@@ -180,7 +181,7 @@ impl Integrator for Open {
             Frame::from_z(at.facing_normal()).to_world(warp::hemisphere_cosine(context.point_2d(0, 128u32)));
         let towards = at.ray(up);
         let open = !context.is_occluded(&towards, 0);
-        // Another surface point on the same ray agrees.
+        // Another surface point on the same ray gives the same result.
         let between = context.intersect(&towards, 1).map(|there| *there.surface());
         let agrees = between.is_none_or(|to: Surface| !context.is_occluded_between(at.surface(), &to, 1));
         Vec3::new(f32::from(u8::from(open)), f32::from(u8::from(agrees)), 0.0)
@@ -222,7 +223,7 @@ fn rays_between_points_leave_and_reach_their_surfaces() {
     let scene = scene("cornell");
     let settings = Settings { size: (32, 32), ..Settings::default() }.with_spp(16);
     let image = run(&scene, &settings, &Open).film.mean();
-    // Nothing lies between two points of which one is the nearest surface from the other.
+    // The segment between two points is unoccluded if one is the nearest surface from the other.
     let unseen: f32 = image.pixels.iter().map(|p| 16.0 * (1.0 - p.y)).sum();
     let open: f32 = image.pixels.iter().map(|p| p.x).sum();
     assert!(unseen == 0.0 && open > 0.0, "{unseen} of {}", 16 * image.pixels.len());

@@ -1,8 +1,8 @@
-//! Surfaces in one place: an emitter's lit side wins, then the lowest object, whatever rounding says.
+//! Coincident surfaces: the emitting side of an emitter wins, then the lowest object, independently of rounding.
 //!
 //! Most tests compare a scene in which a lamp lies in the plane of a ceiling with the same scene whose ceiling is one
-//! millimetre higher. Everything else about the two is the same to the last bit, and so are their random numbers, so that
-//! the pictures agree pixel by pixel, at any number of samples.
+//! millimetre higher. Everything else in the two scenes is the same to the last bit, including the random numbers, so
+//! that the images agree pixel by pixel, at any number of samples.
 
 mod common;
 
@@ -16,14 +16,14 @@ use dapple_sampling::{Pattern, SampleSet};
 use dapple_scene::{AlphaMode, CameraPose, Scene, SceneBuilder, TexturedMaterial};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
-/// What lies in the ceiling.
+/// The lamp in the plane of the ceiling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Lamp {
     Quad,
-    /// Turned in its plane, so that its triangles share no corner with the ceiling's.
+    /// Rotated in its plane, so that its triangles share no vertices with those of the ceiling.
     Triangle,
     Disk,
-    /// Slides in the plane while the shutter is open.
+    /// Moves in the plane while the shutter is open.
     Moving,
     /// Without extent.
     Point,
@@ -32,16 +32,16 @@ enum Lamp {
 
 const LAMPS: [Lamp; 6] = [Lamp::Quad, Lamp::Triangle, Lamp::Disk, Lamp::Moving, Lamp::Point, Lamp::Spot];
 
-/// A floor at 0, a ceiling at 2 with a lamp in it that shines down, a roof at 3; all turned by `turn` and then moved.
+/// A floor at 0, a ceiling at 2 with a lamp that shines down, a roof at 3; all rotated by `turn` and then translated.
 #[derive(Clone, Copy, Debug)]
 struct Room {
     lamp: Lamp,
     turn: DQuat,
     to: DVec3,
-    /// Coordinates are turned before they are rounded to f32, or the turn is the nodes'.
+    /// Whether coordinates are rotated before they are rounded to f32, or by the nodes.
     baked: bool,
     lamp_first: bool,
-    /// How far above the lamp the ceiling is.
+    /// Height of the ceiling above the lamp.
     gap: f64,
     metal: bool,
 }
@@ -61,7 +61,7 @@ impl Room {
         self.turn * p + self.to
     }
 
-    /// A level rectangle about the axis, facing down or up.
+    /// A horizontal rectangle about the axis, facing down or up.
     fn level(&self, builder: &mut SceneBuilder, y: f64, half: f64, down: bool, material: u32) {
         let side = if down { 1.0 } else { -1.0 };
         let corner = DVec3::new(-half, y, -half * side);
@@ -142,7 +142,7 @@ impl Room {
         builder
     }
 
-    /// Looks at `target` from `from`, so narrowly that perspective does not matter.
+    /// Looks at `target` from `from`, with a field of view so narrow that perspective is negligible.
     fn scene(&self, from: DVec3, target: DVec3, half_height: f32) -> Scene {
         let mut builder = self.builder();
         let up = self.turn * DVec3::Z;
@@ -157,7 +157,7 @@ impl Room {
     }
 
     fn of_lamp(&self) -> Scene {
-        // Where the moving lamp is all the time.
+        // A region that the moving lamp covers all the time.
         let (centre, half_height) = match self.lamp {
             Lamp::Moving => (DVec3::new(0.25, 2.0, 0.0), 0.02),
             _ => (DVec3::new(0.1, 2.0, -0.05), 0.06),
@@ -207,12 +207,12 @@ fn pixels(outcome: &Outcome) -> Vec<f32> {
     outcome.film.mean().pixels.iter().map(|p| p.x).collect()
 }
 
-/// The pictures of both are the same, but for the last digits.
+/// Asserts that both images are equal up to rounding.
 #[track_caller]
 fn assert_same(what: &str, a: &Scene, b: &Scene, settings: &Settings) {
     let (a, b) = (pixels(&run(a, settings)), pixels(&run(b, settings)));
     let mean = b.iter().sum::<f32>() / b.len() as f32;
-    assert!(mean > 0.0, "{what}: nothing to be seen");
+    assert!(mean > 0.0, "{what}: the image is black");
     for (i, (a, b)) in a.iter().zip(&b).enumerate() {
         assert!((a - b).abs() <= 2e-4 * mean, "{what}, pixel {i}: {a}, apart {b}");
     }
@@ -266,8 +266,8 @@ fn a_lamp_in_the_plane_of_a_ceiling_has_no_speckle() {
     }
 }
 
-/// From above: the dark side of the lamp and the ceiling; the one that was added first is seen by rays that meet back faces,
-/// as those of light do.
+/// From above: the back of the lamp and the ceiling; rays that hit back faces, such as those of light, see the object
+/// that was added first.
 #[test]
 fn the_dark_side_is_decided_by_order() {
     for turn in turns() {
@@ -288,7 +288,7 @@ fn the_dark_side_is_decided_by_order() {
     }
 }
 
-/// Copies of a lamp, in the order of their corners and on their own: one after the other, or in one mesh.
+/// Copies of a lamp, with the same vertex order and in other orders: as separate objects, or in one mesh.
 fn copies(lamp: Lamp, count: usize, sphere: bool) -> SceneBuilder {
     let mut builder = SceneBuilder::new("test");
     builder.environment(Environment::constant(Vec3::ZERO));
@@ -329,12 +329,12 @@ fn lamps_in_one_place_shine_as_one() {
     }
 }
 
-/// What moves is not known to be covered: it is aimed at in vain, and what is right is right in the mean.
+/// Moving lights are not known to be covered: they are sampled in vain, and the estimate is unbiased.
 #[test]
 fn moving_lamps_in_one_place_shine_as_one() {
     let [one, three] = [1, 3].map(|n| copies(Lamp::Moving, n, false).build().unwrap());
     assert_eq!((one.lights.len(), three.lights.len()), (1, 3));
-    // Each of the three with as many points as the one has.
+    // Each of the three lights has as many samples as the single one.
     let mut settings = Settings { size: (2, 2), max_bounces: 1, ..settings(MethodKind::Distribution, 4096) };
     let once = SampleSet::new(1, Pattern::Random);
     (settings.plans.time, settings.plans.glossy) = (once, once);

@@ -1,5 +1,6 @@
-//! The sky on diffuse lobes that are not followed is an integral with the light's points: half of what falls on a floor is
-//! kept off by a ball above it, so that every direction is a yes or no of known chance, and errors follow.
+//! The sky on diffuse lobes that are not sampled is an integral with the light's sample set: a ball above a floor
+//! blocks half of the irradiance, so that every direction is a Bernoulli trial of known probability, and the errors
+//! follow.
 
 mod common;
 
@@ -12,13 +13,13 @@ use dapple_sampling::{Moments, Pattern, SampleSet};
 use dapple_scene::{Scene, TexturedMaterial};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// Of the sky's irradiance the ball takes (r/h)².
+/// Unoccluded share of the sky's irradiance, of which the ball blocks (r/h)².
 const OPEN: f64 = 0.5;
 
-/// Under an even sky of radiance 1, a white floor under a black ball; `mirrored`, seen by way of a mirror.
+/// A white floor under a black ball in a constant sky of radiance 1; with `mirrored`, seen in a mirror.
 fn shaded(mirrored: bool, sky: Environment) -> Scene {
     let from = DVec3::new(0.9, 0.4, 0.2);
-    // The mirror stands at x = 2 and looks both ways.
+    // The mirror stands at x = 2 and reflects on both sides.
     let at = if mirrored { DVec3::new(4.0, 0.0, 0.0) } else { DVec3::ZERO };
     let mut builder = seen(from, at, 1e-4);
     let white = builder.material(matte(1.0, 0.0));
@@ -30,7 +31,7 @@ fn shaded(mirrored: bool, sky: Environment) -> Scene {
         let base = Material { mirror: Some(Mirror { kr: Vec3::ONE, blur: 0.0 }), ..Material::default() };
         let mirror =
             builder.material(TexturedMaterial { base, double_sided: true, ..TexturedMaterial::default() });
-        // So small that the floor sees next to nothing of it.
+        // Small enough to block a negligible part of the floor's hemisphere.
         let upright = quad(Vec3::new(2.0, 0.20, 0.12), Vec3::Z * -0.01 + Vec3::Y * 0.0, Vec3::Y * 0.01);
         let centred = DAffine3::from_translation(DVec3::new(0.0, 0.053, 0.017));
         builder.mesh("mirror", upright, centred, mirror);
@@ -73,8 +74,9 @@ fn rmse(values: &[f64], exact: f64) -> f64 {
     (values.iter().map(|v| (v - exact).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Random points: √(p(1 − p)/n). Points that are spread evenly: the boundary alone errs, n^−¾ in the mean. By mirrors too,
-/// and with lights off by points of the sky's own. 400 seeds know a deviation to 3.5 %.
+/// Random points have the error √(p(1 − p)/n). For uniformly spread points only the boundary causes errors, n^−¾ on
+/// average. This also holds in mirrors, and with lights off for the sky's own sample set. 400 seeds determine a
+/// standard deviation to 3.5 %.
 #[test]
 fn errors_fall_as_they_should() {
     for mirrored in [false, true] {
@@ -96,7 +98,7 @@ fn errors_fall_as_they_should() {
                 let slope = (error(16, pattern) / error(256, pattern)).ln() / 16f64.ln();
                 assert!((0.62..1.1).contains(&slope), "mirrored {mirrored}, {pattern}: n^-{slope}");
             }
-            // The ball's outline runs along the rings of the grid, and half a ring may be wrong: 2r·½/(√n/2).
+            // The ball's outline follows the rings of the grid, and half a ring may be wrong: 2r·½/(√n/2).
             let most = |n: u32| 1.42 / f64::from(n).sqrt();
             assert!(
                 [256, 1024, 4096].iter().all(|n| error(*n, Pattern::Grid) < most(*n)),
@@ -106,7 +108,7 @@ fn errors_fall_as_they_should() {
     }
 }
 
-/// With an even sky nothing is aimed at, and the two ways to ask for the points are one.
+/// A constant sky is not light-sampled, and both ways to specify the sample set are equivalent.
 #[test]
 fn the_plan_of_the_lights_and_the_skys_own_are_the_same_points() {
     for mirrored in [false, true] {
@@ -123,8 +125,8 @@ fn the_plan_of_the_lights_and_the_skys_own_are_the_same_points() {
     }
 }
 
-/// A sky with a sun is aimed at as well; both ways together are right, whatever their counts, nested and paired, and
-/// agree with the path tracer.
+/// A sky with a sun is also light-sampled; the combination is unbiased for any sample counts, nested and paired, and
+/// agrees with the path tracer.
 #[test]
 fn both_ways_to_the_sky_add_up() {
     let sun = |x, y| if (x, y) == (9, 1) { Vec3::splat(60.0) } else { Vec3::new(0.5, 0.6, 0.7) };
@@ -148,7 +150,7 @@ fn both_ways_to_the_sky_add_up() {
         for (i, settings) in nested.chain(again).enumerate() {
             let found = moments(&settings, 600);
             let error = found.standard_error().hypot(truth.standard_error());
-            assert!(error < 0.05 * truth.mean, "{i}: {error} is too large to tell");
+            assert!(error < 0.05 * truth.mean, "{i}: {error} is too large to be conclusive");
             let off = (found.mean - truth.mean).abs();
             assert!(off <= 4.0 * error, "mirrored {mirrored}, {i}: {} against {}", found.mean, truth.mean);
         }

@@ -1,4 +1,4 @@
-//! A render that is told to stop does so within a sample, and what is left of it is what whole rounds gave.
+//! A stopped render ends within a sample, and its result is that of the completed rounds.
 
 mod common;
 
@@ -23,7 +23,7 @@ fn stopped(scene: &Scene, settings: &Settings, enough: impl Fn(&Progress) -> boo
     })
 }
 
-/// Samples that pixels have, least and most.
+/// The minimum and maximum sample counts of the pixels.
 fn counts(outcome: &Outcome) -> [u64; 2] {
     let rect = outcome.film.rect();
     let all = (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (x, y)));
@@ -33,7 +33,7 @@ fn counts(outcome: &Outcome) -> [u64; 2] {
     })
 }
 
-/// A point of a pixel that would take hours: the request is heard within it.
+/// A pixel sample that would take hours: a request to stop takes effect within it.
 fn endless() -> Settings {
     let many = SampleSet::new(1 << 20, Pattern::Random);
     let plans = SampleSets {
@@ -55,7 +55,7 @@ fn a_request_is_heard_within_a_sample() {
         let settings = endless().with_threads(threads);
         let start = Instant::now();
         let outcome = stopped(&scene, &settings, |p| p.elapsed > Duration::from_millis(100));
-        // A tenth of a second, and what a busy machine needs.
+        // A tenth of a second, plus the delay of a busy machine.
         assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
         let stats = &outcome.stats;
         assert_eq!((stats.spp, stats.stopped, stats.timed_out), (0, true, false));
@@ -74,7 +74,7 @@ fn time_is_up_within_a_sample() {
     assert_eq!((outcome.stats.spp, outcome.stats.stopped, outcome.stats.timed_out), (0, false, true));
 }
 
-/// What is left of n rounds is the picture of n rounds, to the last bit, and so are its layers and what is counted.
+/// After n rounds, an interrupted render is the image of n rounds, bit for bit, and so are its layers and counts.
 #[test]
 fn whole_rounds_are_kept_to_the_bit() {
     let scene = cornell();
@@ -88,7 +88,7 @@ fn whole_rounds_are_kept_to_the_bit() {
     .with_spp(1_000_000);
     for threads in [1, 2] {
         let settings = path.clone().with_threads(threads);
-        // Between passes, and at some moment of one.
+        // Between passes, and at some time within a pass.
         let found = stopped(&scene, &settings, |p| p.spp >= 5 && p.elapsed > Duration::from_millis(70));
         let spp = found.stats.spp;
         assert!(found.stats.stopped && (5..1_000_000).contains(&spp));
@@ -136,7 +136,7 @@ fn time_leaves_whole_rounds() {
     assert_eq!((found.stats.spp, found.stats.timed_out, found.stats.stopped), (2, false, false));
 }
 
-/// Where not even a round is done, whole samples stay, and their counts are a layer.
+/// If not even one round is complete, whole samples are kept, and their counts are a layer.
 #[test]
 fn the_first_round_keeps_what_it_has() {
     let scene = cornell();
@@ -149,7 +149,7 @@ fn the_first_round_keeps_what_it_has() {
     let layer = &found.layers.layers[1];
     let sum: f64 = layer.channels[0].1.iter().map(|n| f64::from(*n)).sum();
     assert_eq!((layer.name.as_str(), sum), ("samples", found.stats.samples as f64));
-    // Those that have one have the right one.
+    // The pixels that have a sample have the correct one.
     let pattern = Pattern::Random;
     let found = stopped(&scene, &Settings { pattern, ..settings }, |p| p.rays > 50_000);
     let rect = found.film.rect();
@@ -159,7 +159,7 @@ fn the_first_round_keeps_what_it_has() {
     }
 }
 
-/// Of a render that is stopped before it begins nothing is left, and whoever asks is asked from the start.
+/// A render that is stopped before it begins has no samples, and the caller is asked from the start.
 #[test]
 fn pixels_alone_can_be_stopped() {
     let scene = cornell();

@@ -1,4 +1,4 @@
-//! The softened shadow terminator: light passes over facets that stand for a round body, and nowhere else.
+//! The soft shadow terminator: light passes over facets that approximate a curved surface, and nowhere else.
 
 mod common;
 
@@ -25,7 +25,7 @@ fn both_methods(side: u32, spp: u32, max_bounces: u32) -> [Settings; 2] {
     })
 }
 
-/// An octahedron, whose normals are those of the sphere through its corners.
+/// An octahedron whose normals are those of the circumscribed sphere.
 fn octahedron(r: f32) -> Mesh {
     let corners = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
     Mesh {
@@ -45,7 +45,7 @@ fn octahedron(r: f32) -> Mesh {
     }
 }
 
-/// Every facet with corners of its own, which all have its normal.
+/// Every facet with its own vertices, all of which have its normal.
 fn flat_shaded(mesh: &Mesh) -> Mesh {
     let mut flat = Mesh::default();
     for t in 0..mesh.triangles.len() as u32 {
@@ -110,8 +110,8 @@ fn light_reaches_what_the_facet_alone_would_hide() {
     }
 }
 
-/// In a white furnace a white body reflects 1, whatever directions its facets hide: none is gained, and a mirror loses none
-/// at its rim.
+/// In a white furnace a white body reflects 1, whatever directions its facets block: there is no gain, and a mirror has
+/// no loss at its rim.
 #[test]
 fn a_furnace_stays_a_furnace() {
     for (name, material, least) in [("matte", matte(1.0, 0.0), 0.9), ("mirror", metal(Vec3::ONE, 0.0), 0.9)] {
@@ -130,8 +130,8 @@ fn a_furnace_stays_a_furnace() {
     }
 }
 
-/// A round body half sunk into a floor with a lamp below: the smooth surface of its facets reaches through the floor, but
-/// light does not.
+/// A rounded body half sunk into a floor with a lamp below: the smooth surface of its facets extends through the floor,
+/// but light does not pass.
 #[test]
 fn nothing_leaks_through_a_floor_or_into_a_closed_body() {
     let mut builder = seen(DVec3::new(1.0, 1.5, 4.0), DVec3::new(0.0, 0.1, 0.0), 0.6);

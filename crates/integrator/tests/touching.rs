@@ -1,5 +1,6 @@
-//! Clear matter that touches something: a glass on a table, walls on walls. What lets no light through is there, whichever of
-//! the two is first in the scene or nearer by rounding; and bodies that nearly touch keep their media.
+//! Transparent solids in contact with other surfaces: a glass on a table, coincident walls. The opaque surface wins,
+//! whichever of the two comes first in the scene or is nearer by rounding; and bodies that nearly touch keep their
+//! media.
 
 mod common;
 
@@ -13,7 +14,7 @@ use dapple_scene::{Scene, SceneBuilder, TexturedMaterial};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::PI;
 
-/// Smooth clear matter of this index, grey.
+/// A smooth transparent grey material of this index.
 fn clear(ior: f32, thin: bool, color: f32) -> TexturedMaterial {
     pane(ior, thin, Vec3::splat(color))
 }
@@ -23,7 +24,7 @@ fn sheet(r: f32, y: f32) -> Mesh {
     quad(Vec3::new(-r, y, r), Vec3::X * 2.0 * r, Vec3::Z * -2.0 * r)
 }
 
-/// A closed box of half side `r` from y = 0 to y = 1, whose corners are not those of the sheets.
+/// A closed box of half side `r` from y = 0 to y = 1, whose vertices differ from those of the sheets.
 fn block(r: f32) -> Mesh {
     let at = |i: u32| {
         let side = |bit: u32| if i & bit != 0 { 1.1 * r } else { -r };
@@ -37,7 +38,7 @@ fn block(r: f32) -> Mesh {
     }
 }
 
-/// Places in which coordinates round differently.
+/// Positions at which coordinates round differently.
 fn places() -> [DAffine3; 3] {
     let turn = |axis: DVec3, angle| DQuat::from_axis_angle(axis.normalize(), angle);
     [
@@ -54,14 +55,14 @@ fn places() -> [DAffine3; 3] {
     ]
 }
 
-/// What lies on the floor.
+/// The object on the floor.
 #[derive(Clone, Copy, Debug)]
 enum On {
     Block(f32),
     Wall(f32),
 }
 
-/// A floor with clear matter on it, a lamp under the floor and a sun above, seen from above.
+/// A floor with a transparent object on it, a lamp below the floor and a distant light above, seen from above.
 fn table(place: DAffine3, on: On, floor_first: bool, floor: f32, [lamp, sun]: [f32; 2]) -> Scene {
     let at = |p: DVec3| place.transform_point3(p);
     let mut builder = seen(at(DVec3::new(0.3, 4.0, 0.2)), at(DVec3::new(0.07, 0.0, 0.03)), 0.2);
@@ -112,7 +113,7 @@ fn nothing_shines_through_a_table_with_glass_on_it() {
     }
 }
 
-/// A sun of irradiance π straight from above, on grey: .5, as without the glass.
+/// A distant light of irradiance π straight from above, on grey: .5, as without the glass.
 #[test]
 fn a_table_under_matter_that_bends_no_light_is_seen_as_without() {
     for place in places() {
@@ -129,7 +130,7 @@ fn a_table_under_matter_that_bends_no_light_is_seen_as_without() {
     }
 }
 
-/// Two walls in one place are the first one, for camera rays and shadow rays.
+/// Of two coincident walls the first one wins, for camera rays and shadow rays.
 #[test]
 fn of_two_walls_in_one_place_the_first_is_there() {
     for place in places() {
@@ -151,8 +152,8 @@ fn of_two_walls_in_one_place_the_first_is_there() {
     }
 }
 
-/// A lamp of area A just behind the face of a block: light that leaves it spreads by the index, which the shadow ray's
-/// straight way is corrected for. E = π·L·A·T/(n·h)²/π on the axis.
+/// A lamp of area A just behind the face of a block: light that leaves the block spreads by its index, for which the
+/// straight shadow ray is corrected. E = π·L·A·T/(n·h)²/π on the axis.
 #[test]
 fn transparent_shadows_know_that_light_spreads_where_it_leaves_glass() {
     let (n, h, depth, side, radiance) = (1.5f32, 1.0f32, 0.01f32, 0.02f32, 1000.0f32);
@@ -177,8 +178,9 @@ fn transparent_shadows_know_that_light_spreads_where_it_leaves_glass() {
     }
 }
 
-/// Balls that touch each other from inside and outside on one axis, along which the camera looks: none of their media is lost,
-/// wherever coordinates are rounded. All matter is alike, so what comes through depends on the length of the way inside alone.
+/// Balls that touch each other from inside and outside on one axis, along which the camera looks: none of their media
+/// is lost, wherever coordinates are rounded. All media are equal, so that the transmittance depends only on the length
+/// inside.
 #[test]
 fn bodies_that_touch_keep_their_media() {
     let balls = [(3.0, 2.0), (0.5, 1.5), (3.0, 2.0), (-2.0, 2.0), (0.0, 2.0), (2.5, 0.5), (2.0, 2.0)];
@@ -195,7 +197,7 @@ fn bodies_that_touch_keep_their_media() {
         }
         builder.environment(Environment::constant(Vec3::ONE));
         let scene = builder.build().unwrap();
-        // From 4.5 to −4, out into index 1; some is reflected there.
+        // From 4.5 to −4, out into index 1; part of the light is reflected there.
         let most = (-sigma * 8.5).exp() * 1.69;
         let least = most * (1.0 - (0.3f64 / 2.3).powi(2));
         for tracer in [Tracer::Path, Tracer::Nested] {

@@ -1,4 +1,4 @@
-//! What camera rays see, and what only light meets: clipping planes and back faces, in both tracers.
+//! Visibility of camera rays versus light: clipping planes and back faces, in both tracers.
 
 mod common;
 
@@ -16,7 +16,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-/// What the sky shows.
+/// Radiance of the sky.
 const SKY: f32 = 8.0;
 
 fn settings(tracer: Tracer) -> Settings {
@@ -30,7 +30,7 @@ fn picture(scene: &Scene, camera: &Camera, settings: &Settings) -> Outcome {
     outcome
 }
 
-/// Every pixel shows `expected`, in both tracers, whether or not first hits are watched.
+/// Asserts that every pixel shows `expected`, in both tracers, with and without first-hit layers.
 #[track_caller]
 fn assert_shows(what: &str, scene: &Scene, camera: &Camera, backfaces: Backfaces, expected: f32) {
     for tracer in [Tracer::Path, Tracer::Nested] {
@@ -53,7 +53,7 @@ fn wall(depth: f32, faces_camera: bool) -> Mesh {
     quad(Vec3::new(-50.0 * side, -50.0, -depth), Vec3::X * 100.0 * side, Vec3::Y * 100.0)
 }
 
-/// At the origin, looking along −z, with these clipping planes in world units.
+/// A camera at the origin, looking along −z, with these clipping planes in world units.
 fn look(projection: Option<f32>, near: f32, far: f32) -> (SceneBuilder, CameraPose) {
     let pose = CameraPose::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 1.2);
     let projection =
@@ -63,7 +63,7 @@ fn look(projection: Option<f32>, near: f32, far: f32) -> (SceneBuilder, CameraPo
     (builder, CameraPose { projection, clip: Some(Clip { near, far }), ..pose })
 }
 
-/// Walls at depths 1, 3 and 6 that shine as 1, 2 and 4.
+/// Walls at depths 1, 3 and 6 with radiance 1, 2 and 4.
 fn walls(builder: &mut SceneBuilder) {
     for (depth, radiance) in [(1.0, 1.0), (3.0, 2.0), (6.0, 4.0)] {
         let material = builder.material(shadeless(radiance));
@@ -134,7 +134,7 @@ fn first_hits_lie_behind_the_near_plane() {
     assert!((depth.unwrap() / scene.space.scale as f32 - 3.0).abs() < 1e-5);
 }
 
-/// Closed, outward, between two depths.
+/// A closed box between two depths, with outward normals.
 fn block(from: f32, to: f32) -> Mesh {
     let at = |i: usize| {
         let side = |bit: usize| if i >> bit & 1 == 1 { 9.0 } else { -9.0 };
@@ -148,14 +148,14 @@ fn block(from: f32, to: f32) -> Mesh {
     }
 }
 
-/// Matter with the index of the outside, which absorbs.
+/// An absorbing medium with the index of the outside.
 fn fog(sigma: f32) -> TexturedMaterial {
     let mut fog = TexturedMaterial { sigma_a: Vec3::splat(sigma), ..clear(0.0, 1.0) };
     fog.base.thin = false;
     fog
 }
 
-/// A ray starts at the near plane: in the matter that is there, and what lies before it absorbs nothing.
+/// A ray starts at the near plane: inside the medium there, and without absorption in front of the plane.
 #[test]
 fn media_are_those_at_the_near_plane() {
     for (near, far, way, lit) in [
@@ -163,7 +163,7 @@ fn media_are_those_at_the_near_plane() {
         (1.5, 20.0, 1.5, 4.0),
         (2.25, 20.0, 0.75, 4.0),
         (3.5, 20.0, 0.0, 4.0),
-        // What is seen through clear matter is clipped as well.
+        // Surfaces seen through clear matter are clipped as well.
         (2.25, 5.0, 0.75, SKY),
     ] {
         for projection in [None, Some(2.0)] {
@@ -195,7 +195,7 @@ fn media_are_those_at_the_near_plane() {
     }
 }
 
-/// A card at depth 1 of this material, seen from its back or its front, before a wall of radiance 2.
+/// A card of this material at depth 1, seen from its back or its front, in front of a wall of radiance 2.
 fn card(material: TexturedMaterial, faces_camera: bool, transform: DAffine3) -> Scene {
     let (mut builder, pose) = look(None, 0.0, f32::INFINITY);
     builder.camera("camera", pose);
@@ -257,7 +257,7 @@ fn mirrored_objects_keep_their_front() {
             assert_card("moving", &scene, if faces_camera { expected } else { [2.0, 0.0, 2.0] });
         }
     }
-    // Turned round by the mirror.
+    // The mirror reverses the orientation.
     let behind = DAffine3::from_scale_rotation_translation(
         DVec3::new(1.0, 1.0, -1.0),
         glam::DQuat::IDENTITY,
@@ -266,7 +266,7 @@ fn mirrored_objects_keep_their_front() {
     assert_card("from behind", &card(matte(0.0, 5.0), true, behind), [2.0, 0.0, 2.0]);
 }
 
-/// Through a pane, camera rays go on as camera rays; reflected they meet both sides.
+/// Behind a pane, camera rays remain camera rays; reflected rays hit both sides.
 #[test]
 fn panes_show_what_is_seen_without_them() {
     let behind = |first: TexturedMaterial, depth: f32| {
@@ -275,7 +275,7 @@ fn panes_show_what_is_seen_without_them() {
         let [first, card, bright] = [first, matte(0.0, 5.0), shadeless(2.0)].map(|m| builder.material(m));
         builder.mesh("first", wall(1.0, true), DAffine3::IDENTITY, first);
         let side = depth.signum();
-        // Its back is towards the camera's side of it.
+        // Its back faces the camera.
         builder.mesh("card", wall(depth, side < 0.0), DAffine3::IDENTITY, card);
         builder.mesh("wall", wall(4.0 * side, true), DAffine3::IDENTITY, bright);
         builder.build().unwrap()
@@ -285,7 +285,7 @@ fn panes_show_what_is_seen_without_them() {
     assert_card("in a mirror", &behind(blurred_mirror(0.0), -2.0), [0.0, 0.0, 2.0]);
 }
 
-/// Back to back in one place, the front is seen, whichever comes first in the file.
+/// Of two coincident faces, back to back, the front is visible, whichever comes first in the file.
 #[test]
 fn of_two_backs_in_one_place_the_front_is_seen() {
     for first_faces in [true, false] {
@@ -301,8 +301,8 @@ fn of_two_backs_in_one_place_the_front_is_seen() {
     }
 }
 
-/// From outside, a room is seen through the back of its single-sided ceiling. What shows its back to the floor keeps the sun
-/// out, unless it is there for no ray at all.
+/// From outside, a room is visible through the back of its single-sided ceiling. A surface whose back faces the floor
+/// blocks the sun, unless back faces are culled for all rays.
 #[test]
 fn light_meets_both_sides() {
     let room = |backfaces, sun: bool| {
@@ -335,13 +335,13 @@ fn light_meets_both_sides() {
     }
 }
 
-/// A frame that the picture is too narrow for is in it all the same.
+/// A camera frame that is wider than the image is still entirely in view.
 #[test]
 fn the_frame_is_not_cropped() {
     let mut builder = seen(DVec3::Z * 5.0, DVec3::ZERO, 1.0);
     let white = builder.material(shadeless(1.0));
     let mark = |x: f32| quad(Vec3::new(x - 0.1, -0.1, 0.0), Vec3::X * 0.2, Vec3::Y * 0.2);
-    // At nine tenths of a frame twice as wide as high.
+    // At nine tenths of a frame that is twice as wide as high.
     let edge = 0.9 * 2.0 * 5.0 * 0.5f32.tan();
     builder.mesh("left", mark(-edge), DAffine3::IDENTITY, white);
     builder.mesh("right", mark(edge), DAffine3::IDENTITY, white);

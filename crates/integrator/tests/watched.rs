@@ -1,4 +1,4 @@
-//! Looking at a render while it runs changes nothing of it.
+//! Snapshots of a render in progress do not change it.
 
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::{MethodKind, Settings, render, render_pixels, render_watched, scene};
@@ -29,7 +29,7 @@ fn no_bit_depends_on_looking() {
     }
 }
 
-/// The first n of more Sobol or random samples are those of n, from 16 on.
+/// The first n samples of a longer Sobol or random sequence are those of n samples, from 16 on.
 #[test]
 fn sequences_can_be_looked_at() {
     let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
@@ -47,7 +47,7 @@ fn sequences_can_be_looked_at() {
     }
 }
 
-/// Single pixels are those of the picture, whatever the points.
+/// Individually rendered pixels equal those of the image, for all patterns.
 #[test]
 fn pixels_alone() {
     let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
@@ -71,7 +71,7 @@ fn pixels_alone() {
     }
 }
 
-/// Who asks for it sees the picture between two doublings.
+/// A requested snapshot is taken between two doublings of the sample count.
 #[test]
 fn asked_looks() {
     let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
@@ -88,7 +88,7 @@ fn asked_looks() {
     };
     let found = seen(&settings(Pattern::Sobol, 32), &[(4, 21), (16, 20), (20, 5), (21, 27)]);
     let regular = |n: u32| (n, false);
-    // At 16 another count was asked for in place of 21, at 20 one that was past.
+    // At 16 another count was requested in place of 21, at 20 one that had passed.
     assert_eq!(
         found,
         [1, 2, 4, 8, 16].map(regular).into_iter().chain([(20, true), (32, false)]).collect::<Vec<_>>()
@@ -106,7 +106,7 @@ fn asked_looks() {
     assert_eq!(counts, [16, 32, 48]);
 }
 
-/// Enough is no interruption, and looking takes no render time.
+/// Ending a render from a snapshot is not an interruption, and snapshots take no render time.
 #[test]
 fn enough_is_enough() {
     let scene = scene::builtin::builtin("cornell").unwrap().build().unwrap();
@@ -120,7 +120,7 @@ fn enough_is_enough() {
     assert!(found.stats.seconds < 0.5, "{}", found.stats.seconds);
 }
 
-/// The layer `removed` adds up to the bias.
+/// The layer `removed` adds up to the bias report.
 #[test]
 fn what_is_removed_is_known_by_pixel() {
     use dapple_integrator::Aov;

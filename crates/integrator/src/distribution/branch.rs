@@ -1,4 +1,4 @@
-//! A ray of the tree that is not traced yet.
+//! A pending ray of the ray tree.
 
 use crate::emission::MisContext;
 use crate::medium::MediumStack;
@@ -6,19 +6,19 @@ use crate::places::Place;
 use dapple_math::Ray;
 use glam::Vec3;
 
-/// Scattering events after which the stack no longer grows with each of them.
+/// Depth in scattering events beyond which the call stack no longer grows with each event.
 pub(super) const DEEP: u32 = 64;
 
-/// A ray that leaves a vertex, and what is known of it.
+/// A ray that leaves a vertex, with its state.
 pub(super) struct Branch {
     pub ray: Ray,
     pub arrival: MisContext,
-    /// Where it arrives.
+    /// Position in the ray tree at which the ray arrives.
     pub place: Place,
-    /// The bodies that it goes through.
+    /// The bodies around the ray.
     pub stack: MediumStack,
-    /// Its share in the pixel point.
+    /// Throughput from the pixel sample to this ray.
     pub beta: Vec3,
-    /// What the radiance that it brings counts in the radiance that leaves the vertex.
+    /// Factor of this ray's radiance in the radiance that leaves the vertex.
     pub factor: Vec3,
 }

@@ -1,10 +1,10 @@
-//! Trees of rays that are deeper than any stack: between mirrors, paths of ten thousand bounces.
+//! Ray trees of unbounded depth: between mirrors, paths can have ten thousand bounces.
 //!
-//! Down to [`DEEP`] scattering events a tree grows by recursion. A vertex below traces all of its rays but the heaviest in
-//! the same way, one within the other, and hands the heaviest back to a loop, which multiplies throughputs and adds up. So
-//! a chain takes no stack, however long it is. A ray that is not the heaviest of its vertex carries at most half of what
-//! arrived there, for no surface sends out more than it gets; after a hundred such halvings nothing is left of it
-//! ([`FAINT`]), and that bounds the stack by any number of bounces.
+//! Down to [`DEEP`] scattering events a tree is traced by recursion. A deeper vertex traces all of its rays but the
+//! heaviest recursively, and returns the heaviest to a loop, which multiplies throughputs and adds up radiance. A chain
+//! of rays therefore needs no stack, however long it is. A ray that is not the heaviest of its vertex carries at most
+//! half of the throughput that arrived there, because no surface reflects more than it receives; after a hundred such
+//! halvings the throughput is below [`FAINT`], which bounds the stack for any number of bounces.
 
 use super::branch::{Branch, DEEP};
 use super::tree::Tree;
@@ -13,12 +13,13 @@ use crate::observer::PathObserver;
 use crate::visibility::Visibility;
 use glam::{DVec3, Vec3};
 
-/// Most branches within each other: more than [`FAINT`] leaves of halvings. What would exceed it, where rounding or a
-/// surface makes light of nothing, is cut and told in the ledger.
+/// Maximum number of nested branches: more halvings than [`FAINT`] allows. Deeper branches, which only rounding or a
+/// surface that creates energy can cause, are truncated and counted in the bias report.
 const NESTED: u32 = 128;
 
 impl<V: Visibility, O: PathObserver> Tree<'_, V, O> {
-    /// What `new` brings, times its factor; of a deep vertex's rays, the heaviest so far is held and the other one traced.
+    /// Radiance of `new` times its factor. Of the rays of a deep vertex, the heaviest so far is held back and the other
+    /// one is traced.
     #[cold]
     #[inline(never)]
     pub(super) fn deeper(&mut self, new: Branch) -> Vec3 {
@@ -36,7 +37,7 @@ impl<V: Visibility, O: PathObserver> Tree<'_, V, O> {
         brought
     }
 
-    /// Radiance along a ray, and along the heaviest of those that it leads to, to the end.
+    /// Radiance along a ray, and along the heaviest rays that follow from it, to the end of the chain.
     fn branch(&mut self, first: Branch) -> Vec3 {
         if self.nested >= NESTED {
             if first.beta.max_element() >= FAINT {

@@ -1,4 +1,4 @@
-//! One point of a pixel: means over the lens and over the shutter's time of the trees that grow from there.
+//! One pixel sample: means over the lens and the shutter interval of the ray trees that start there.
 
 use super::tree::Tree;
 use crate::Dimension;
@@ -13,11 +13,11 @@ use crate::visibility::Visibility;
 use dapple_sampling::Key;
 use glam::{Vec2, Vec3};
 
-/// Numbers of the integrals around the first ray; lobes have their index in `GROUPS`.
+/// Integral numbers of the integrals outside the ray tree; lobes use their index in `GROUPS`.
 const LENS: u32 = 3;
 const TIME: u32 = 4;
 
-/// Point `index` of the pixel (x, y): its radiance, and the weight the pixel filter gives it.
+/// Sample `index` of the pixel (x, y): its radiance, and its pixel filter weight.
 #[inline(always)]
 pub(crate) fn pixel_point<V: Visibility, O: PathObserver>(
     job: &Job<'_>,
@@ -36,7 +36,7 @@ pub(crate) fn pixel_point<V: Visibility, O: PathObserver>(
     let (offset, weight) = if plans.is_off(Effect::Pixel) {
         (Vec2::ZERO, 1.0)
     } else {
-        // Nested, the points of a pixel belong together: the key is the pixel's.
+        // In nested mode, the points of a pixel form one set, so that the key is that of the pixel.
         let of = if job.is_paired() { &place } else { &whole };
         job.settings.filter.sample(of.point_2d(plans.pixel, Dimension::Pixel, 0, index % n))
     };

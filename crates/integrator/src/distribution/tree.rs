@@ -1,4 +1,4 @@
-//! The tree of rays that grows out of one camera ray: sums over lights and lobes at every vertex.
+//! The ray tree of one camera ray: sums over lights and lobes at every vertex.
 
 use super::branch::{Branch, DEEP};
 use crate::Dimension;
@@ -6,7 +6,7 @@ use crate::bias_report::{FAINT, Truncation};
 use crate::direct::{DirectLighting, Sides};
 use crate::effects::{Effect, SampleSets};
 use crate::emission::{self, CompetingStrategy, MisContext};
-use crate::first_hit::{seen, start};
+use crate::first_hit::{start, visible_hit};
 use crate::interface::meet;
 use crate::job::Job;
 use crate::medium::{Boundary, MediumStack};
@@ -25,43 +25,43 @@ use dapple_sampling::{Key, Pattern, SampleSet};
 use glam::Vec3;
 use std::cell::Cell;
 
-/// The lobes that are one integral each, and the effect that gives its points when it is not a smooth one.
+/// Lobe groups that form one integral each, and the effect with their sample set unless the lobe is smooth.
 const GROUPS: [(Lobes, Effect); 3] = [
     (Lobes::of(Lobe::Diffuse), Effect::Diffuse),
     (Lobes::REFLECTION, Effect::Glossy),
     (Lobes::TRANSMISSION, Effect::Refract),
 ];
 
-/// Where all points are the same.
+/// A single sample, for integrals whose points all coincide.
 const ONE: SampleSet = SampleSet { nx: 1, ny: 1, pattern: Pattern::Grid };
 
-/// The rays that grow out of one camera ray.
+/// The ray tree of one camera ray.
 pub(super) struct Tree<'a, V, O> {
     pub job: &'a Job<'a>,
     pub visibility: V,
-    /// Seconds within the shutter, the same for the whole tree.
+    /// Seconds since the shutter opened, the same for the whole tree.
     pub time: f32,
     pub observer: &'a mut O,
     pub rays: &'a mut u64,
-    /// Of the deep vertex last met, the ray that is traced next: see `deep.rs`.
+    /// The next ray to trace from the last deep vertex, see `deep.rs`.
     pub held: Option<Branch>,
-    /// Branches of deep vertices that are being traced, each within the one before.
+    /// Number of nested branches of deep vertices in progress.
     pub nested: u32,
-    /// How far along the ray from the lens the near plane is at most, in lengths of its direction.
+    /// Upper bound of the ray parameter of the near plane along the camera ray.
     pub near: f32,
 }
 
-/// Where a ray of the tree arrives.
+/// End of a ray of the tree.
 struct Arrived {
-    /// The surface, and the boundary between media that it is; `None` where the ray leaves the scene.
+    /// The surface, and its boundary between media if it has one; `None` where the ray leaves the scene.
     at: Option<(Hit, Surface, Option<Boundary>)>,
-    /// Length of the way there.
+    /// Length of the ray.
     distance: f32,
-    /// Of the media on the way.
+    /// Transmittance of the media along the ray.
     transmittance: Vec3,
-    /// The media before the surface, if the scene has media.
+    /// The media in front of the surface, if the scene has media.
     stack: Option<MediumStack>,
-    /// A medium was forgotten because too many lie within each other.
+    /// A body was dropped from a full medium stack.
     overflows: bool,
 }
 
@@ -72,7 +72,8 @@ impl Default for Arrived {
 }
 
 impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
-    /// Radiance along `ray`, which arrives at `place`; `beta` is its share in the pixel point, for who follows.
+    /// Radiance along `ray`, which arrives at `place`; `beta` is its throughput from the pixel sample, for the
+    /// observer.
     pub fn li(
         &mut self,
         ray: &Ray,
@@ -137,13 +138,13 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         let is_camera = if V::PLAIN { place.depth == 0 } else { arrival.is_camera() };
         let clip = self.clip(place);
         if is_camera && self.job.passes(ray, (&hit, &surface), clip, self.time) {
-            let Some(shown) = seen(&self.context(key), ray, (clip, hit.t)) else { return nothing };
+            let Some(shown) = visible_hit(&self.context(key), ray, (clip, hit.t)) else { return nothing };
             (hit, surface, distance) = shown;
         }
         Arrived { at: Some((hit, surface, None)), distance, ..nothing }
     }
 
-    /// As [`arrive`](Self::arrive), through the media on the way.
+    /// As [`arrive`](Self::arrive), through the media along the ray.
     fn arrive_through_media(
         &self,
         ray: &Ray,
@@ -167,7 +168,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         }
     }
 
-    /// How far along a camera ray the near plane is at most; 0 for other rays.
+    /// Upper bound of the ray parameter of the near plane along a camera ray; 0 for other rays.
     fn clip(&self, place: Place) -> f32 {
         if place.depth == 0 { self.near } else { 0.0 }
     }
@@ -183,7 +184,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         le
     }
 
-    /// Light that falls on the vertex straight from the lights: Σ over lights, mean over each.
+    /// Direct light at the vertex: the sum over lights of the mean over each.
     fn direct(&mut self, vertex: &Vertex, place: Place, media: Sides<'_>, beta: Vec3) -> Vec3 {
         if vertex.bsdf.is_delta() {
             return Vec3::ZERO;
@@ -198,8 +199,8 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         sum
     }
 
-    /// The environment on a diffuse lobe that is not followed: mean over directions even in cosine, as many as are aimed at
-    /// an environment.
+    /// Environment light on a diffuse lobe that is not sampled: the mean over cosine-distributed directions, as many as
+    /// light samples of the environment.
     fn sky_mean(&mut self, vertex: &Vertex, place: Place, media: Sides<'_>, beta: Vec3) -> Vec3 {
         if self.job.scene.environment.is_none() || !vertex.bsdf.lobes().contains(Lobe::Diffuse) {
             return Vec3::ZERO;
@@ -221,7 +222,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
             let beam = self.beam(vertex, place.ray_key(Dimension::Sky, 0, s), media, place);
             sum += beam.sky_on_diffuse(u, n as f32, aimed, self.rays);
             if !V::PLAIN && !self.job.plain_shadows {
-                beam.tell(beta / n as f32, self.observer);
+                beam.report_lost(beta / n as f32, self.observer);
             }
         }
         sum / n.max(1) as f32
@@ -253,7 +254,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
             let alone = || Self::received_alone(&beam, place, light, &sample, n as f32);
             sum += beam.arriving(i as usize, &sample, sample.pdf, (f_cos, alone), self.rays);
             if !V::PLAIN && !self.job.plain_shadows {
-                beam.tell(beta / n as f32, self.observer);
+                beam.report_lost(beta / n as f32, self.observer);
             }
         }
         sum / n.max(1) as f32
@@ -284,7 +285,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         }
     }
 
-    /// f·cosθ towards one of `n` samples of a light, each lobe weighted against its own directions unless the samples are
+    /// f·cosθ for one of `n` samples of a light, each lobe weighted against its BSDF samples unless the samples are
     /// `alone`.
     #[inline(always)]
     fn received(
@@ -302,7 +303,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
                 continue;
             }
             let (f_cos, pdf) = beam.vertex.f_cos_and_pdf(sample.wi, lobes);
-            // Not followed, a diffuse lobe still finds the environment.
+            // A diffuse lobe that is not sampled still samples the environment.
             let followed = match place.count(plans.of(effect)) {
                 0 if matches!(light, Light::Environment(_)) => {
                     place.count(beam.context.job.integrals.sky(&place))
@@ -315,7 +316,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         sum
     }
 
-    /// As [`Self::received`], of samples that are alone.
+    /// As [`Self::received`], for light samples without competing BSDF samples.
     #[cold]
     #[inline(never)]
     fn received_alone(
@@ -328,7 +329,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         Self::received(beam, place, light, sample, (n, true))
     }
 
-    /// Light that comes by way of other surfaces: Σ over lobes, mean over the directions of each.
+    /// Indirect light: the sum over lobes of the mean over the directions of each.
     fn scattered(
         &mut self,
         vertex: &Vertex,
@@ -382,16 +383,16 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         sum
     }
 
-    /// The place, with other points where those of `effect` at the first hit are drawn anew.
+    /// The place, with a different key if the points of `effect` at the first hit are drawn anew.
     fn first_again(&self, place: Place, effect: Effect) -> Place {
         if place.depth == 0 { place.again(effect, self.job.again) } else { place }
     }
 
-    /// One of `n` rays that leave the vertex by the same lobe.
+    /// MIS context of one of `n` rays that leave the vertex by the same lobe.
     fn arrival(&self, vertex: &Vertex, scattered: &Scattered, n: f32, place: Place) -> MisContext {
         let plans = self.job.integrals.at(place.depth);
         let off = plans.is_off(Effect::Light);
-        // Off, only the environment is still aimed at.
+        // If the light integral is off, only the environment is sampled.
         let points = place.count(self.job.integrals.sky(&place)) as f32;
         let on_grid = plans.light.pattern == Pattern::Grid;
         let aiming = if on_grid { Aiming::Surface } else { Aiming::SolidAngle };
@@ -415,19 +416,20 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
     }
 }
 
-/// Points on a light: one where all are the same, none for an environment that lobes find as well; else `sky` on an
-/// environment.
+/// Sample set of a light: one sample where all coincide, none for an environment that BSDF sampling covers, `sky` for
+/// other environments.
 pub(crate) fn light_plan(light: &Light, plans: &SampleSets, sky: impl Fn() -> SampleSet) -> SampleSet {
     match light {
         Light::Environment(e) if !e.is_sampled() => SampleSet::OFF,
-        // Switched off, the light integral leaves the environment as it is.
+        // Switching off the light integral does not affect the environment.
         Light::Environment(_) => sky(),
         light if light.is_delta() || (light.is_area() && plans.is_off(Effect::Light)) => ONE,
         _ => plans.light,
     }
 }
 
-/// A grid is a set of point lights; other points are spread where they make the least noise.
+/// A grid treats an area light as a set of point lights; other patterns sample the solid angle, which has the least
+/// variance.
 fn aiming(light: &Light, plans: &SampleSets) -> Aiming {
     match plans.light.pattern {
         _ if !light.is_area() => Aiming::SolidAngle,

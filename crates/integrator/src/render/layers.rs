@@ -1,4 +1,4 @@
-//! From sums to the layers of the picture, in world units.
+//! Composition of the output layers from the sums, in world units.
 
 use crate::aov::Aov;
 use crate::cryptomatte::{Matte, names_of_ids};
@@ -10,7 +10,7 @@ use dapple_math::PixelRect;
 use glam::DVec3;
 use std::collections::BTreeSet;
 
-/// Beauty first if there is a picture, then the layers in the order they were asked for; last the sample counts where only
+/// The beauty layer if the image is rendered, then the layers in the requested order; finally the sample counts if only
 /// some pixels have samples.
 pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile], some: bool) -> Layers {
     let rect = job.settings.rect();
@@ -36,7 +36,7 @@ pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile], some: bool) ->
     }
 }
 
-/// The picture, with alpha if its background is transparent.
+/// The image, with alpha if its background is transparent.
 fn beauty(job: &Job<'_>, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
     let mut beauty = rgb("", &film.mean());
     if job.settings.transparent {
@@ -50,7 +50,7 @@ fn beauty(job: &Job<'_>, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer 
     beauty
 }
 
-/// Adds the layers of a Cryptomatte and what is said about them.
+/// Adds the Cryptomatte layers and their metadata.
 fn mattes(
     job: &Job<'_>,
     rect: PixelRect,
@@ -60,14 +60,14 @@ fn mattes(
 ) {
     for of in [Matte::of_objects, Matte::of_materials] {
         let mut matte = of(job.scene, rect.area());
-        each_pixel(rect, tiles, |to, tile, from| matte.put(to, &tile.first_hits.coverage, from));
+        each_pixel(rect, tiles, |to, tile, from| matte.set_pixel(to, &tile.first_hits.coverage, from));
         let (more, about) = matte.finish();
         layers.extend(more);
         metadata.extend(about);
     }
 }
 
-/// The names behind the numbers of the layers `object` and `material`, of those that occur.
+/// The names of the ids in the layers `object` and `material` that occur in the image.
 fn names(job: &Job<'_>, rect: PixelRect, tiles: &[Tile]) -> Vec<(String, MetaValue)> {
     let asks = |aov| job.settings.aovs.contains(&aov);
     if !asks(Aov::ObjectId) && !asks(Aov::MaterialId) {
@@ -90,12 +90,12 @@ fn names(job: &Job<'_>, rect: PixelRect, tiles: &[Tile]) -> Vec<(String, MetaVal
     names
 }
 
-/// At most the first 1000 characters of a name: many objects may have one.
+/// At most the first 1000 characters of a name, which many objects may share.
 fn shown(name: &str) -> &str {
     name.char_indices().nth(1000).map_or(name, |(end, _)| &name[..end])
 }
 
-/// Calls `of` with the index of each pixel in the picture, its tile, and its index there.
+/// Calls `of` with the index of each pixel in the image, its tile, and its index in the tile.
 fn each_pixel(rect: PixelRect, tiles: &[Tile], mut of: impl FnMut(usize, &Tile, usize)) {
     for tile in tiles {
         for (from, (x, y)) in pixels(tile.rect).enumerate() {
@@ -107,7 +107,7 @@ fn each_pixel(rect: PixelRect, tiles: &[Tile], mut of: impl FnMut(usize, &Tile, 
 fn layer(job: &Job<'_>, aov: Aov, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
     let name = aov.to_string();
     match aov {
-        // The other is made with its attributes.
+        // The Cryptomatte layers are created in [`mattes`].
         Aov::Beauty | Aov::Cryptomatte => rgb(&name, &film.mean()),
         Aov::Variance => rgb(&name, &film.variance()),
         Aov::SampleCount => {
@@ -141,7 +141,7 @@ fn layer(job: &Job<'_>, aov: Aov, rect: PixelRect, film: &Film, tiles: &[Tile]) 
     }
 }
 
-/// What was done to a pixel's estimate, per sample.
+/// Energy removed from the estimate of each pixel, per sample.
 fn removed(rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
     let sums = gather(rect, tiles, |tile| &tile.removed);
     let counts: Vec<f64> = pixels(rect).map(|(x, y)| film.count(x, y).max(1) as f64).collect();
@@ -158,19 +158,19 @@ fn ids(name: String, rect: PixelRect, tiles: &[Tile], id: impl Fn(u32) -> u32) -
     Layer { name, channels: vec![("Y".into(), objects.iter().map(|&object| id(object) as f32).collect())] }
 }
 
-/// Mean position of the samples of each pixel that hit, in render space; none where none did.
+/// Mean hit position of each pixel in render space; `None` where no sample hit a surface.
 fn places(rect: PixelRect, tiles: &[Tile]) -> impl Iterator<Item = Option<DVec3>> {
     let hits = gather(rect, tiles, |tile| &tile.first_hits.hits);
     let sums = gather(rect, tiles, |tile| &tile.first_hits.p);
     hits.into_iter().zip(sums).map(|(hits, sum)| (hits != 0.0).then(|| sum / hits))
 }
 
-/// In the world; zero where nothing was hit.
+/// Position in world space; zero where nothing was hit.
 fn position(job: &Job<'_>, at: Option<DVec3>) -> DVec3 {
     at.map_or(DVec3::ZERO, |at| at / job.scene.space.scale + job.scene.space.centre)
 }
 
-/// Distance along the view axis, scene units; infinite where nothing was hit.
+/// Distance along the view axis in scene units; infinite where nothing was hit.
 fn depth(job: &Job<'_>, at: Option<DVec3>) -> f32 {
     let Some(at) = at else { return f32::INFINITY };
     let from_camera = at - job.camera.origin.as_dvec3();
@@ -191,7 +191,7 @@ fn pixels(rect: PixelRect) -> impl Iterator<Item = (u32, u32)> {
     (rect.y0..rect.y1).flat_map(move |y| (rect.x0..rect.x1).map(move |x| (x, y)))
 }
 
-/// What all tiles hold of their pixels, in picture order; empty when they hold nothing.
+/// Values of all tiles in image order; empty if the tiles have none.
 fn gather<T: Copy + Default>(rect: PixelRect, tiles: &[Tile], held: impl Fn(&Tile) -> &Vec<T>) -> Vec<T> {
     if tiles.first().is_none_or(|tile| held(tile).is_empty()) {
         return Vec::new();

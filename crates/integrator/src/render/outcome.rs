@@ -1,4 +1,4 @@
-//! What a render gives, and what it took.
+//! Results of a render, and its statistics.
 
 use crate::allocation::SampleAllocation;
 use crate::bias_report::BiasReport;
@@ -9,58 +9,59 @@ use dapple_imaging::Layers;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How far a render is; told a few times a second.
+/// Progress of a render; reported several times per second.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
-    /// Done, 0 to 1, by samples or by time, whichever is further.
+    /// Fraction done, 0 to 1, by samples or by time, whichever is further.
     pub fraction: f64,
     /// Samples per pixel that all pixels have.
     pub spp: u32,
     /// Rays traced so far.
     pub rays: u64,
-    /// Since rendering began.
+    /// Time since rendering began.
     pub elapsed: Duration,
 }
 
-/// What a render took.
+/// Statistics of a render.
 #[derive(Clone, Debug, Default)]
 pub struct Stats {
-    /// Wall time of rendering alone.
+    /// Wall time of rendering alone, in seconds.
     pub seconds: f64,
-    /// Camera samples.
+    /// Number of camera samples.
     pub samples: u64,
-    /// Rays: camera, scattered and shadow.
+    /// Number of rays: camera, scattered and shadow rays.
     pub rays: u64,
-    /// Samples per pixel, on average. 0: the render ended before all pixels had one, and [`Film::count`] says which have;
-    /// the layers then have one of sample counts.
+    /// Samples per pixel, on average. 0 if the render ended before all pixels had one; [`Film::count`] then tells which
+    /// have, and the layers include the sample counts.
     pub spp: u32,
-    /// `progress` stopped the render before the samples or the time it was to take.
+    /// Whether `progress` stopped the render before it reached its sample count or time limit.
     pub stopped: bool,
-    /// Time ended the render: before it had all samples, if their number was limited, or before all pixels had one.
+    /// Whether the time limit ended the render: before it reached its sample count, if there is one, or before all
+    /// pixels had a sample.
     pub timed_out: bool,
-    /// Worker threads.
+    /// Number of worker threads.
     pub threads: usize,
-    /// Sample kernel and traversal kernel.
+    /// Names of the sample kernel and the traversal kernel.
     pub kernel: String,
-    /// Places of the first samples that were not finite.
+    /// Pixels and indices of the first samples that were not finite.
     pub bad_samples: Vec<BadSample>,
-    /// How many samples were not finite. They add zero and still count.
+    /// Number of samples that were not finite. They add zero and still count as samples.
     pub bad_sample_count: u64,
-    /// What altered the estimate.
+    /// Events that biased the estimate.
     pub bias: BiasReport,
 }
 
 /// A finished render.
 #[derive(Debug)]
 pub struct Outcome {
-    /// Means and variances.
+    /// Means and variances of the pixels.
     pub film: Film,
-    /// Beauty and the extra layers; of metadata only what says how to read a layer of ids.
+    /// The beauty layer and the additional layers; the metadata contain only the names of ids.
     pub layers: Layers,
-    /// What it took.
+    /// Statistics of the render.
     pub stats: Stats,
-    /// Which pixels got how many samples, where not all got the same.
+    /// The sample allocation, if the pixels have different sample counts.
     pub allocation: Option<Arc<SampleAllocation>>,
-    /// The samples that deviate most from their pixels.
+    /// The samples with the largest deviations from their pixel means.
     pub tail: Tail,
 }

@@ -1,4 +1,4 @@
-//! The first samples of an adaptive render, which say where the others go.
+//! Pilot samples of an adaptive render, from which the sample allocation is computed.
 
 use crate::allocation::{PILOT, SampleAllocation};
 use crate::settings::Settings;
@@ -7,12 +7,12 @@ use dapple_camera::Film;
 use dapple_math::PixelRect;
 use std::sync::Arc;
 
-/// Watches the passes of a render until it is known where samples go.
+/// Observes the passes of a render until the sample allocation is known.
 #[derive(Clone)]
 pub(super) struct Pilot {
     waiting: bool,
     half: Option<Film>,
-    /// Known from the start, or once the pilot is done.
+    /// The sample allocation, known from the start or after the pilot samples.
     pub allocation: Option<Arc<SampleAllocation>>,
 }
 
@@ -25,14 +25,14 @@ impl Pilot {
         Self { waiting, half: None, allocation: settings.allocation().cloned() }
     }
 
-    /// Where the pass after `spp` has to end, so that the pilot sees what it must.
+    /// Sample count at which the pass after `spp` has to end for the pilot.
     pub fn next(&self, spp: u32) -> u32 {
         let stops = [PILOT / 2, PILOT];
         stops.into_iter().find(|stop| self.waiting && *stop > spp).unwrap_or(u32::MAX)
     }
 
-    /// Takes in what all tiles have after `spp` samples of every pixel.
-    pub fn take(&mut self, spp: u32, rect: PixelRect, tiles: &[Tile]) {
+    /// Records the films of all tiles after `spp` samples of every pixel.
+    pub fn record(&mut self, spp: u32, rect: PixelRect, tiles: &[Tile]) {
         if !self.waiting {
             return;
         }

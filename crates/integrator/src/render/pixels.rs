@@ -1,4 +1,4 @@
-//! Single pixels of a picture.
+//! Rendering of individual pixels of an image.
 
 use super::pool::Pool;
 use super::watch;
@@ -11,8 +11,8 @@ use dapple_math::PixelRect;
 use dapple_scene::Scene;
 use glam::DVec3;
 
-/// What `pixels` are after `spp` samples each, or their share of them, in a render by `settings`, whose limits do not
-/// count here.
+/// The means of `pixels` after `spp` samples each, scaled by the sample allocation, in a render with `settings`, whose
+/// limits are ignored.
 pub fn render_pixels(
     scene: &Scene,
     camera: &Camera,
@@ -23,7 +23,7 @@ pub fn render_pixels(
     render_pixels_until(scene, camera, settings, spp, pixels, &|| false).unwrap_or_default()
 }
 
-/// As [`render_pixels`]; `None` once `stop`, which is asked all the time, says so.
+/// As [`render_pixels`]; returns `None` once `stop`, which is polled continuously, returns true.
 pub fn render_pixels_until(
     scene: &Scene,
     camera: &Camera,

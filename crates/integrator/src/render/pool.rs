@@ -1,23 +1,23 @@
-//! The worker threads of a render.
+//! Worker threads of a render.
 
 use crate::settings::Limits;
 use crate::tile::Tile;
 
-/// Stack of a worker, bytes: several times what a tree of rays takes even without optimisation; only what is used is
-/// memory.
+/// Stack size of a worker thread, in bytes: several times what a ray tree needs even without optimisation; only the
+/// used part is committed.
 #[cfg(feature = "parallel")]
 const STACK: usize = 8 << 20;
 
-/// Worker threads, made once per render.
+/// Worker threads, created once per render.
 pub(crate) struct Pool {
-    /// `None` on one thread.
+    /// `None` for a single thread.
     #[cfg(feature = "parallel")]
     pool: Option<rayon::ThreadPool>,
     threads: usize,
 }
 
 impl Pool {
-    /// As many threads as the limits allow.
+    /// Creates as many threads as the limits allow.
     #[cfg(feature = "parallel")]
     pub fn new(limits: &Limits) -> Self {
         let granted = || std::thread::available_parallelism().map_or(1, Into::into);
@@ -26,7 +26,7 @@ impl Pool {
         Self { pool: if threads > 1 { build() } else { None }, threads }
     }
 
-    /// One thread: this build has no others.
+    /// A single thread, as this build has no thread pool.
     #[cfg(not(feature = "parallel"))]
     pub fn new(_: &Limits) -> Self {
         Self { threads: 1 }
@@ -36,7 +36,7 @@ impl Pool {
         self.threads
     }
 
-    /// Does `work` for every tile, on all threads.
+    /// Calls `work` for every tile, on all threads.
     #[cfg(feature = "parallel")]
     pub fn each_tile(&self, tiles: &mut [Tile], work: impl Fn(&mut Tile) + Sync + Send) {
         use rayon::prelude::*;
@@ -46,7 +46,7 @@ impl Pool {
         }
     }
 
-    /// Does `work` for every tile.
+    /// Calls `work` for every tile.
     #[cfg(not(feature = "parallel"))]
     pub fn each_tile(&self, tiles: &mut [Tile], work: impl Fn(&mut Tile)) {
         tiles.iter_mut().for_each(work);

@@ -1,4 +1,4 @@
-//! A render that is made step by step: begun, advanced, looked at, put away and taken up again, finished.
+//! Stepwise rendering: start, advance, take snapshots, save and resume, finish.
 
 use super::layers;
 use super::outcome::{Outcome, Progress, Stats};
@@ -18,11 +18,12 @@ use dapple_scene::Scene;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// Most bad samples reported by place.
+/// Maximum number of bad samples reported individually.
 const REPORTED: usize = 16;
 
-/// A render under way. Samples are added by [`advance`](Self::advance); between two calls all pixels have the same number
-/// of samples, or their share of so many. How the samples are divided into calls changes no bit of the image.
+/// A render in progress. [`advance`](Self::advance) adds samples; between two calls all pixels have the same number of
+/// samples, or their share of it by the sample allocation. The division of the samples into calls changes no bit of the
+/// image.
 pub struct Renderer<'a> {
     job: Job<'a>,
     kernel: Kernel<'a>,
@@ -31,10 +32,10 @@ pub struct Renderer<'a> {
     state: RenderState,
 }
 
-/// All that a render has added up so far. A [`Renderer`] that resumes from it goes on to the same bytes.
+/// The sums of a render so far. A [`Renderer`] that resumes from this state produces the same bytes.
 #[derive(Clone)]
 pub struct RenderState {
-    /// The settings it belongs to, without what changes no bit.
+    /// The settings of the render, without those that change no bit.
     belongs_to: String,
     /// Index of the next sample of every pixel.
     next: u32,
@@ -53,23 +54,23 @@ impl RenderState {
 /// Why [`Renderer::advance`] returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Advance {
-    /// Every pixel has the samples that were asked for, or all that the settings ask for.
+    /// Every pixel has the requested samples, or all samples of the settings.
     Reached,
-    /// `progress` said so.
+    /// `progress` stopped the render.
     Stopped,
     /// There is no time for a further round.
     TimedOut,
 }
 
 impl<'a> Renderer<'a> {
-    /// Begins a render; no sample is taken yet.
+    /// Creates a render; no sample is taken yet.
     pub fn new(scene: &'a Scene, camera: &Camera, settings: &'a Settings) -> Result<Self, SettingsError> {
         settings.check()?;
         Ok(Self::unchecked(scene, camera, settings))
     }
 
-    /// As [`new`](Self::new), with another integrator in place of [`Settings::method`]: the same tiles, samples, camera
-    /// rays, filter and film, but the radiance of each camera ray is what `integrator` says.
+    /// As [`new`](Self::new), with a custom integrator in place of [`Settings::method`]: tiles, samples, camera rays,
+    /// filter and film are the same, but `integrator` computes the radiance of each camera ray.
     pub fn with_integrator(
         scene: &'a Scene,
         camera: &Camera,
@@ -80,7 +81,7 @@ impl<'a> Renderer<'a> {
         Ok(Self::of(Job::new(scene, camera, settings), (Kernel::Custom(integrator), "custom")))
     }
 
-    /// Takes up a render where `state` was taken out of it.
+    /// Resumes a render from `state`.
     pub fn resume(
         scene: &'a Scene,
         camera: &Camera,
@@ -110,9 +111,9 @@ impl<'a> Renderer<'a> {
         Self { pool: Pool::new(&settings.limits), job, kernel, kernel_name, state }
     }
 
-    /// Adds samples until every pixel has those below index `until`, rounded up to whole rounds of the distribution tracer,
-    /// all samples are taken, time is up or `progress` says stop. `progress` is asked every 50 ms or so, by a thread of its
-    /// own; what the pass under way has added is then taken back, unless it is the first.
+    /// Adds samples until every pixel has those below index `until`, rounded up to whole rounds of the distribution
+    /// tracer, all samples are taken, time is up, or `progress` returns `Break`. `progress` is called about every 50
+    /// ms, on a separate thread; the samples of an interrupted pass are discarded, unless it is the first.
     pub fn advance(
         &mut self,
         until: u32,
@@ -129,12 +130,12 @@ impl<'a> Renderer<'a> {
         match reached {
             _ if self.is_complete() => Advance::Reached,
             true => Advance::Reached,
-            false if watch.was_told() => Advance::Stopped,
+            false if watch.is_cancelled() => Advance::Stopped,
             false => Advance::TimedOut,
         }
     }
 
-    /// Whether `until` was reached.
+    /// Runs passes; returns whether `until` was reached.
     fn passes(&mut self, until: u32, watch: &Watch<'_>) -> bool {
         let (job, kernel, state) = (&self.job, self.kernel, &mut self.state);
         let start = job.settings.sample_range().start;
@@ -158,22 +159,22 @@ impl<'a> Renderer<'a> {
             }
             state.tiles.iter_mut().for_each(Tile::keep);
             state.next = end;
-            state.pilot.take(end, job.settings.rect(), &state.tiles);
+            state.pilot.record(end, job.settings.rect(), &state.tiles);
         }
         true
     }
 
-    /// Samples that every pixel has, or its share of so many.
+    /// Samples per pixel so far; with a sample allocation, the average.
     pub fn spp(&self) -> u32 {
         self.state.next - self.job.settings.sample_range().start
     }
 
-    /// Whether every pixel has all samples that the settings ask for.
+    /// Whether every pixel has all samples of the settings.
     pub fn is_complete(&self) -> bool {
         self.state.next >= self.job.settings.sample_range().end
     }
 
-    /// The image as it is now. Looking changes no bit of it.
+    /// The current image. A snapshot changes no bit of the render.
     pub fn snapshot(&self) -> Snapshot<'_> {
         Snapshot::new(
             self.spp(),
@@ -184,17 +185,17 @@ impl<'a> Renderer<'a> {
         )
     }
 
-    /// A copy of all that was added up so far, for [`Renderer::resume`].
+    /// A copy of all sums so far, for [`Renderer::resume`].
     pub fn state(&self) -> RenderState {
         self.state.clone()
     }
 
-    /// Ends the render with the samples it has.
+    /// Ends the render with its current samples.
     pub fn finish(self) -> Outcome {
         self.finish_as(Advance::Reached)
     }
 
-    /// Ends the render, which was left for this reason.
+    /// Ends the render with its current samples; `why` is the result of the last advance.
     pub(super) fn finish_as(self, why: Advance) -> Outcome {
         let Self { job, state, pool, .. } = self;
         let spp = state.next - job.settings.sample_range().start;

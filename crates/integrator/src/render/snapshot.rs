@@ -1,4 +1,4 @@
-//! The image of a render under way.
+//! Snapshots of a render in progress.
 
 use crate::allocation::SampleAllocation;
 use crate::settings::Settings;
@@ -10,17 +10,18 @@ use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// A moment at which every pixel has the same number of samples, or its share of them.
+/// The state of a render at which every pixel has the same number of samples, or its share of it by the sample
+/// allocation.
 pub struct Snapshot<'a> {
     /// Samples per pixel so far, on average.
     pub spp: u32,
-    /// Wall time of rendering so far, seconds.
+    /// Wall time of rendering so far, in seconds.
     pub seconds: f64,
     pub(super) rect: PixelRect,
     pub(super) tiles: &'a [Tile],
-    /// Which pixels got how many samples, where not all got the same.
+    /// The sample allocation, if the pixels have different sample counts.
     pub allocation: Option<&'a Arc<SampleAllocation>>,
-    /// Asked for, between two that come by themselves.
+    /// Whether the snapshot was requested between two regular ones.
     pub between: bool,
     pub(super) asked: Cell<Option<u32>>,
 }
@@ -45,30 +46,31 @@ impl<'a> Snapshot<'a> {
         film
     }
 
-    /// The samples that deviate most from their pixels so far.
+    /// The samples with the largest deviations from their pixel means so far.
     pub fn tail(&self) -> Tail {
         tail(self.tiles)
     }
 
-    /// Asks for a look at `spp` samples too, or as many more as make every pixel whole; who asks again asks for that alone.
+    /// Requests an additional snapshot at `spp` samples, rounded up to whole rounds; a further request replaces this
+    /// one.
     pub fn also_at(&self, spp: u32) {
         self.asked.set(Some(spp));
     }
 
-    /// Rays traced so far.
+    /// Number of rays traced so far.
     pub fn rays(&self) -> u64 {
         self.tiles.iter().map(|tile| tile.rays).sum()
     }
 }
 
-/// Of all tiles.
+/// The merged deviations of all tiles.
 pub(super) fn tail(tiles: &[Tile]) -> Tail {
     let mut all = Tail::default();
     tiles.iter().for_each(|tile| all.merge(&tile.tail));
     all
 }
 
-/// The first count after `spp` at which to look without being asked.
+/// The sample count of the next regular snapshot after `spp`.
 pub(super) fn next(settings: &Settings, spp: u32) -> u32 {
     let round = settings.round();
     let start = settings.sample_range().start;

@@ -1,7 +1,7 @@
-//! When is a pass over, when is a render, and who is told?
+//! Pass scheduling, time limit, progress reports and cancellation.
 //!
-//! A thread of its own looks at the clock and asks the caller, so that a request to stop is heard within [`LOOK`]
-//! however long a tile, a pixel or a sample takes.
+//! A separate thread checks the clock and calls the caller, so that a request to stop takes effect within
+//! [`POLL_INTERVAL`], however long a tile, a pixel or a sample takes.
 
 use super::outcome::Progress;
 use crate::settings::Settings;
@@ -12,19 +12,20 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// From one look at the clock to the next.
-const LOOK: Duration = Duration::from_millis(50);
+/// Interval between two checks of the clock.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// A pass takes about so long, seconds: what a request to stop can cost beside the sample under way.
+/// Target duration of a pass, in seconds, which bounds the work lost by a request to stop, beside the sample in
+/// progress.
 const PASS: f64 = 1.0;
 
-/// Most samples per pixel of a pass.
+/// Maximum number of samples per pixel of a pass.
 const MOST: f64 = 1e6;
 
-/// Decides how long each pass is, when to stop, and tells how far things are.
+/// Determines the length of each pass and when to stop, and reports progress.
 pub(super) struct Watch<'a> {
     start: Instant,
-    /// Spent on the render before.
+    /// Time spent on the render before it was resumed.
     before: Duration,
     settings: &'a Settings,
     progress: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync),
@@ -33,15 +34,15 @@ pub(super) struct Watch<'a> {
     spp: AtomicU32,
     samples: AtomicU64,
     rays: AtomicU64,
-    told_ms: AtomicU64,
-    /// The caller wants no more.
-    told: AtomicBool,
-    /// Samples under way are to end: the caller wants no more, or time is up.
+    reported_ms: AtomicU64,
+    /// The caller has requested to stop.
+    cancelled: AtomicBool,
+    /// Samples in progress must end, because the caller has requested to stop, or time is up.
     pub stop: Arc<AtomicBool>,
 }
 
 impl<'a> Watch<'a> {
-    /// Of a render that has taken `before` already, and whose next sample is `next`.
+    /// Creates the watch of a render that has taken `before` already, and whose next sample is `next`.
     pub fn new(
         settings: &'a Settings,
         before: Duration,
@@ -59,24 +60,24 @@ impl<'a> Watch<'a> {
             spp: AtomicU32::new(spp),
             samples: AtomicU64::new(pixels * u64::from(spp)),
             rays: AtomicU64::new(0),
-            told_ms: AtomicU64::new(0),
-            told: AtomicBool::new(false),
+            reported_ms: AtomicU64::new(0),
+            cancelled: AtomicBool::new(false),
             stop: Arc::default(),
         }
     }
 
-    /// Time spent on the render, before and since.
+    /// Total time spent on the render.
     pub fn elapsed(&self) -> Duration {
         self.before + self.start.elapsed()
     }
 
-    /// End of the pass that begins at sample `next` of every pixel; None when the render is over.
+    /// End of the pass that begins at sample `next` of every pixel; `None` if the render is over.
     pub fn next_pass(&self, next: u32) -> Option<u32> {
         let range = self.settings.sample_range();
         let spp = next - range.start;
         self.spp.store(spp, Ordering::Relaxed);
         if spp > 0 {
-            self.tell();
+            self.report();
         }
         if next >= range.end || self.is_stopped() {
             return None;
@@ -85,10 +86,11 @@ impl<'a> Watch<'a> {
         let seconds = self.elapsed().as_secs_f64() / f64::from(spp.max(1));
         let left = self.left().map_or(f64::INFINITY, |left| left.as_secs_f64());
         if spp > 0 && left < seconds * f64::from(round) {
-            // A round that time cuts would be lost.
+            // An interrupted round would be discarded.
             return None;
         }
-        // Never more than half of what the time left is likely to hold: a pass that time cuts is lost.
+        // A pass takes at most half of the samples that the remaining time is likely to allow, because an interrupted
+        // pass is discarded.
         let by_time = if seconds > 0.0 {
             (PASS.min(0.5 * left) / seconds).clamp(1.0, MOST) as u32
         } else {
@@ -98,40 +100,42 @@ impl<'a> Watch<'a> {
         Some(next.saturating_add(size.next_multiple_of(round)).min(range.end))
     }
 
-    /// Does `work` while someone looks at the clock and asks the caller.
+    /// Runs `work` while a separate thread checks the clock and calls the caller.
     pub fn during<R>(&self, work: impl FnOnce() -> R) -> R {
-        let wait = || self.left().unwrap_or(LOOK).clamp(Duration::from_millis(1), LOOK);
-        beside(wait, || self.tell(), work)
+        let wait = || self.left().unwrap_or(POLL_INTERVAL).clamp(Duration::from_millis(1), POLL_INTERVAL);
+        beside(wait, || self.report(), work)
     }
 
-    /// Time left, if that is limited.
+    /// Remaining time, if it is limited.
     fn left(&self) -> Option<Duration> {
         self.settings.limits.time.map(|limit| limit.saturating_sub(self.elapsed()))
     }
 
-    /// Whether nothing more is to be begun.
+    /// Whether no further work must be started.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Whether the caller wants no more.
-    pub fn was_told(&self) -> bool {
-        self.told.load(Ordering::Relaxed)
+    /// Whether the caller has requested to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
     }
 
     pub fn tile_done(&self, added: u64, rays: u64) {
         self.samples.fetch_add(added, Ordering::Relaxed);
         self.rays.fetch_add(rays, Ordering::Relaxed);
         let now = self.start.elapsed().as_millis() as u64;
-        let told = self.told_ms.load(Ordering::Relaxed);
-        let due = now >= told + 100;
-        if due && self.told_ms.compare_exchange(told, now, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
-            self.tell();
+        let reported = self.reported_ms.load(Ordering::Relaxed);
+        let due = now >= reported + 100;
+        if due
+            && self.reported_ms.compare_exchange(reported, now, Ordering::Relaxed, Ordering::Relaxed).is_ok()
+        {
+            self.report();
         }
     }
 
-    /// Tells how far things are, and hears whether to go on.
-    fn tell(&self) {
+    /// Reports progress, and checks whether the render must stop.
+    fn report(&self) {
         let elapsed = self.elapsed();
         let (samples, rays) = (self.samples.load(Ordering::Relaxed), self.rays.load(Ordering::Relaxed));
         let by_samples = self
@@ -148,7 +152,7 @@ impl<'a> Watch<'a> {
         let fraction = by_samples.max(by_time).min(1.0);
         let spp = self.spp.load(Ordering::Relaxed);
         if (self.progress)(Progress { fraction, spp, rays, elapsed }).is_break() {
-            self.told.store(true, Ordering::Relaxed);
+            self.cancelled.store(true, Ordering::Relaxed);
             self.stop.store(true, Ordering::Relaxed);
         }
         if self.left().is_some_and(|left| left.is_zero()) {
@@ -157,7 +161,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Does `work`, and meanwhile, on a thread of its own, `look` again and again after `wait`.
+/// Runs `work`, and meanwhile, on a separate thread, calls `look` repeatedly after `wait`.
 pub(super) fn beside<R>(
     wait: impl Fn() -> Duration + Send,
     look: impl Fn() + Send,
@@ -170,7 +174,7 @@ pub(super) fn beside<R>(
                 look();
             }
         };
-        // Where no thread can be had, it is looked between tiles.
+        // Without a thread, the clock is only checked between tiles.
         let _ = thread::Builder::new().name("watch".into()).spawn_scoped(scope, watch);
         let result = work();
         drop(working);
@@ -178,7 +182,7 @@ pub(super) fn beside<R>(
     })
 }
 
-/// Does `work` with a flag that is set once `stop` says so.
+/// Runs `work` with a flag that is set once `stop` returns true.
 pub(super) fn until<R>(stop: &(dyn Fn() -> bool + Sync), work: impl FnOnce(&Arc<AtomicBool>) -> R) -> R {
     let stopped = Arc::new(AtomicBool::new(stop()));
     let look = || {
@@ -186,5 +190,5 @@ pub(super) fn until<R>(stop: &(dyn Fn() -> bool + Sync), work: impl FnOnce(&Arc<
             stopped.store(true, Ordering::Relaxed);
         }
     };
-    beside(|| LOOK, look, || work(&stopped))
+    beside(|| POLL_INTERVAL, look, || work(&stopped))
 }

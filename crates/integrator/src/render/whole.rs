@@ -1,4 +1,4 @@
-//! A whole render in one call.
+//! Complete renders in one call.
 
 use super::outcome::{Outcome, Progress};
 use super::renderer::Renderer;
@@ -8,9 +8,9 @@ use dapple_camera::Camera;
 use dapple_scene::Scene;
 use std::ops::ControlFlow;
 
-/// Renders. `progress` may stop the render by returning `Break`; it is asked every 50 ms or so, by a thread of its own. What
-/// the pass under way has added is then taken back, unless it is the first. [`Settings::check`] tells beforehand what is
-/// wrong with settings; it is not asked here.
+/// Renders an image. `progress` may stop the render by returning `Break`; it is called about every 50 ms, on a separate
+/// thread. The samples of an interrupted pass are discarded, unless it is the first. The settings are not validated;
+/// use [`Settings::check`] beforehand.
 pub fn render(
     scene: &Scene,
     camera: &Camera,
@@ -22,10 +22,10 @@ pub fn render(
     renderer.finish_as(why)
 }
 
-/// As [`render`], and shows the image at growing sample counts: at n, n/2, n/4, … of the n samples asked for (rounded
-/// down), or at 1, 2, 4, … where only time limits the render, and where [`Snapshot::also_at`] asked for it; of the
-/// distribution tracer whole pixels alone. Looking changes no bit of the image, and its time is not counted as
-/// rendering. `look` may say that it is enough; such a render counts as finished, not as stopped.
+/// As [`render`], with snapshots at increasing sample counts: at n, n/2, n/4, … of the n samples requested (rounded
+/// down), or at 1, 2, 4, … if only time limits the render, and where [`Snapshot::also_at`] requests one; for the
+/// distribution tracer only after whole rounds. Snapshots change no bit of the image, and their time does not count as
+/// rendering. `look` may end the render; such a render counts as finished, not as stopped.
 pub fn render_watched(
     scene: &Scene,
     camera: &Camera,

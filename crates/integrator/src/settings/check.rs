@@ -1,68 +1,68 @@
-//! Which settings make sense, and which renders belong together.
+//! Validation of settings, and the identity of renders that can be resumed or merged.
 
 use super::{DistributionSettings, Limits, Method, PathSettings, Settings};
 use crate::effects::{Combine, Effect};
 use dapple_math::PixelRect;
 use dapple_sampling::Pattern;
 
-/// Settings that contradict each other or mean nothing.
+/// Error for invalid or contradictory settings.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SettingsError {
-    /// An image without pixels, or with more than can be addressed.
-    #[error(
-        "an image of {0}x{1} pixels cannot be rendered; give it at least one pixel and at most 65536 on each side"
-    )]
+    /// The image has no pixels, or more than can be addressed.
+    #[error("an image of {0}x{1} pixels cannot be rendered; each side must have 1 to 65536 pixels")]
     Size(u32, u32),
     /// The crop has no pixels, or some outside of the image.
-    #[error("the crop {x0},{y0} to {x1},{y1} is not a part of the image; give 0 ≤ x0 < x1 ≤ width and 0 ≤ y0 < y1 ≤ height", x0 = .0.x0, y0 = .0.y0, x1 = .0.x1, y1 = .0.y1)]
+    #[error("the crop {x0},{y0} to {x1},{y1} is empty or extends outside of the image; give 0 ≤ x0 < x1 ≤ width and 0 ≤ y0 < y1 ≤ height", x0 = .0.x0, y0 = .0.y0, x1 = .0.x1, y1 = .0.y1)]
     Crop(PixelRect),
-    /// A range of samples or rounds without any.
-    #[error("the range of samples {0}..{1} is empty; let it end after its start")]
+    /// The range of samples or rounds is empty.
+    #[error("the range of samples {0}..{1} is empty; give an end greater than the start")]
     NoSamples(u32, u32),
-    /// Adaptive sampling continues the points of each pixel at will.
+    /// Adaptive sampling may end a pixel after any number of points, which this pattern does not support.
     #[error(
-        "adaptive sampling continues a pixel's points, and {0} points belong together; use sobol or random points"
+        "adaptive sampling does not support {0} points, which form a fixed set per pixel; use sobol or random points"
     )]
     AdaptivePattern(Pattern),
-    /// Adaptive sampling looks at the whole image to decide.
+    /// Adaptive sampling computes the sample allocation from the whole image.
     #[error(
-        "adaptive sampling decides by the whole image, so that a crop would differ from it; leave out one of the two"
+        "adaptive sampling depends on the whole image and cannot be combined with a crop; leave out one of the two"
     )]
     AdaptiveCrop,
-    /// The samples that decide are the first.
+    /// Adaptive sampling computes the sample allocation from the first samples.
     #[error(
-        "adaptive sampling decides by the first samples; start the range at 0 or give the shares of another render"
+        "adaptive sampling needs the first samples; start the range at 0 or give the sample allocation of another render"
     )]
     AdaptiveStart,
-    /// Paired, every integral has one point per pixel sample.
+    /// In paired mode, every integral has one point per pixel sample.
     #[error(
-        "{effect}: {count} points, but paired integrals take one for each of the pixel's {pixel}; give 1, {pixel} or 0"
+        "{effect}: {count} points, but paired integrals take one for each of the pixel's {pixel} points; give 1, {pixel} or 0"
     )]
     Paired {
         /// The integral.
         effect: Effect,
-        /// Its points.
+        /// Its number of points.
         count: u32,
-        /// Those of the pixel.
+        /// Number of points of the pixel.
         pixel: u32,
     },
-    /// A radiance that is negative or not a number.
-    #[error("{0} has to be a finite radiance of at least 0")]
+    /// A radiance is negative or not finite.
+    #[error("{0} must be a finite radiance of at least 0")]
     Radiance(&'static str),
-    /// The state of a render with other settings.
-    #[error("the state belongs to a render with other settings; resume it with those it was begun with")]
+    /// The state belongs to a render with other settings.
+    #[error(
+        "the state belongs to a render with other settings; resume it with the settings it was started with"
+    )]
     OtherRender,
 }
 
-/// Pixels per side at most.
+/// Maximum number of pixels per side.
 const LARGEST: u32 = 1 << 16;
 
 impl Settings {
-    /// Whether the settings make sense.
+    /// Checks the settings.
     ///
     /// # Errors
-    /// The first contradiction found.
+    /// Returns the first contradiction found.
     pub fn check(&self) -> Result<(), SettingsError> {
         let (w, h) = self.size;
         if w == 0 || h == 0 || w > LARGEST || h > LARGEST {
@@ -114,7 +114,7 @@ impl Settings {
         }
     }
 
-    /// What two renders must share so that one can go on where the other stopped.
+    /// The settings that two renders must share so that one can continue the other.
     pub(crate) fn identity(&self) -> String {
         let mut of = self.clone();
         of.limits = Limits::default();
@@ -123,7 +123,7 @@ impl Settings {
             Method::Path(path) => (path.samples.end, path.of) = (0, None),
             Method::Distribution(distribution) => distribution.rounds.end = 0,
         }
-        // Random points alone do not know how many there are.
+        // Only random points do not depend on the size of their set.
         let fixed = if self.pattern == Pattern::Random { 0 } else { block };
         format!("{fixed} {of:?}")
     }

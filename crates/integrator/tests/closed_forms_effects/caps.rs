@@ -1,4 +1,4 @@
-//! A cap of light seen by way of a rough lobe, in every pattern and by both tracers.
+//! A cap of light seen through a rough lobe, with every pattern and both tracers.
 
 use crate::common::maps::midpoint_bound;
 use crate::common::tracers::*;
@@ -6,8 +6,8 @@ use dapple_integrator::Effect;
 use dapple_sampling::Pattern;
 use dapple_scene::Scene;
 
-/// By the lobe's directions alone. Its weight, at most `most`, falls with the angle, which is the second coordinate's; cut off
-/// at the cap it varies by `most`. It does not vary with the first.
+/// BSDF sampling alone. The weight, at most `most`, decreases with the angle, which depends on the second coordinate;
+/// cut off at the cap it varies by `most`. It does not vary with the first coordinate.
 pub fn found_by_chance(what: &str, scene: &Scene, exact: f64, effect: Effect, most: f64) {
     let camera = scene.cameras[0].camera.clone();
     for (tracer, pattern) in TRACERS.into_iter().flat_map(|t| PATTERNS.map(|p| (t, p))) {
@@ -25,7 +25,7 @@ pub fn found_by_chance(what: &str, scene: &Scene, exact: f64, effect: Effect, mo
     }
 }
 
-/// Points on the light and directions of the lobe share the work, in unequal counts: the weights must know them.
+/// Light samples and BSDF samples are combined with unequal counts, which the MIS weights must take into account.
 pub fn aimed_at(what: &str, scene: &Scene, exact: f64, effect: Effect) {
     let camera = scene.cameras[0].camera.clone();
     for (tracer, pattern) in TRACERS.into_iter().flat_map(|t| UNBIASED.map(|p| (t, p))) {

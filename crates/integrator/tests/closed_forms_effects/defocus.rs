@@ -1,5 +1,5 @@
-//! What is out of focus: an edge beside a round lens, and a small patch whose light is spread, none lost
-//! (docs/science.md, "Thin lens").
+//! Defocus: an edge seen through a round lens, and a small patch whose light is spread without loss (docs/science.md,
+//! "Thin lens").
 
 use crate::common::tracers::*;
 use crate::common::*;
@@ -15,7 +15,7 @@ use std::f64::consts::{PI, TAU};
 const DISTANCE: f64 = 3.0;
 const RADIUS: f64 = 0.2;
 
-/// A row of 64 pixel centres looks at the edge x = 0 of a half-plane at z = −3 that is blurred over 40 of them.
+/// A row of 64 pixel centres looks at the edge x = 0 of a half-plane at z = −3 that is blurred over 40 pixels.
 fn blurred_edge(focus: f64) -> (Scene, Camera) {
     let tan = blur_diameter(2.0 * RADIUS, DISTANCE, focus, 1.0, 1.0) / 40.0;
     let mut builder = seen(DVec3::ZERO, DVec3::NEG_Z, 2.0 * tan.atan());
@@ -27,9 +27,9 @@ fn blurred_edge(focus: f64) -> (Scene, Camera) {
     (scene, camera)
 }
 
-/// Of pixel `i`: its centre, or paired, where the pixel's points are the sum's, its mean.
+/// Exact value of pixel `i`: at its centre, or, in paired mode, where the pixel is sampled as well, its mean.
 fn beside_the_lens(tracer: Tracer, i: usize) -> f64 {
-    // 20 pixels are the radius of the blur.
+    // The radius of the blur is 20 pixels.
     let at = |x: f64| disk_beside_line((32.0 - x) / 20.0);
     let x = i as f64;
     if tracer == Tracer::Paired { quadrature::line(at, x, x + 1.0, 1e-7) } else { at(x + 0.5) }
@@ -53,8 +53,8 @@ fn edge_beside_a_round_lens() {
     }
 }
 
-/// The concentric map takes a cell, half 1/n wide on [−1, 1]², to within √(1 + (π/2)²)/n of its middle on the unit disk:
-/// 1/n along the radius, and π/4·2/n around it. Only cells that near the edge can be on the wrong side as a whole.
+/// The concentric map takes a cell, half 1/n wide on [−1, 1]², to within √(1 + (π/2)²)/n of its centre on the unit
+/// disk: 1/n along the radius, and π/4·2/n around it. Only cells that near the edge can be entirely on the wrong side.
 #[test]
 fn edge_beside_a_grid_on_the_lens() {
     let side = 32;
@@ -72,7 +72,7 @@ fn edge_beside_a_grid_on_the_lens() {
     }
 }
 
-/// Image of 40×40 pixels; the patch is 3 pixels wide, its blur 20.
+/// An image of 40×40 pixels; the patch is 3 pixels wide, its blur 20.
 const SIZE: f64 = 40.0;
 const PATCH: f64 = 3.0;
 const BLUR: f64 = 20.0;
@@ -93,7 +93,7 @@ fn patch(aperture: Aperture) -> (Scene, Camera) {
     (scene, camera)
 }
 
-/// Area of the blur in pixels, and the radius of the largest circle in it.
+/// Area of the blur in pixels, and the radius of its largest inscribed circle.
 fn blur_area(aperture: Aperture) -> (f64, f64) {
     let r = 0.5 * BLUR;
     match aperture {
@@ -105,7 +105,7 @@ fn blur_area(aperture: Aperture) -> (f64, f64) {
     }
 }
 
-/// The middle has the light of the patch over the area of the lens' image; the whole has all of it.
+/// The centre has the light of the patch divided by the area of the lens image; the whole image has all of the light.
 #[test]
 fn a_patch_is_spread_and_conserved() {
     for aperture in [Aperture::Disk, Aperture::Square, Aperture::Blades { n: 6, rotation: 0.2 }] {
@@ -141,7 +141,7 @@ fn a_patch_is_spread_and_conserved() {
     }
 }
 
-/// Seen from any one point of the lens, the patch covers as many of the film's points, 12×12: a grid loses nothing.
+/// Seen from any point of the lens, the patch covers the same number of film points, 12×12: a grid loses no light.
 #[test]
 fn a_grid_conserves_the_patch_exactly() {
     for aperture in [Aperture::Disk, Aperture::Square, Aperture::Blades { n: 6, rotation: 0.2 }] {

@@ -1,4 +1,4 @@
-//! A straight edge, blurred by everything that moves it linearly: pixel, square lens, motion, square gloss
+//! A straight edge, blurred by all effects that move it linearly: pixel, square lens, motion, square gloss
 //! (docs/science.md, "Linear edges").
 
 use crate::common::moving::*;
@@ -11,7 +11,7 @@ use dapple_scene::Scene;
 use dapple_testkit::closed_form::linear_edge;
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
-/// Seen is [Σ a_i (ξ_i − ½) ≤ c].
+/// The visible indicator function is [Σ a_i (ξ_i − ½) ≤ c].
 struct Edge {
     scene: Scene,
     camera: Camera,
@@ -30,8 +30,8 @@ impl Edge {
         linear_edge(&a, self.c + 0.5 * a.iter().sum::<f64>())
     }
 
-    /// Mean over all combinations of `sides[i]` midpoints of coordinate i; and the share of those that lie so near to the
-    /// edge that f32 cannot tell.
+    /// Mean over all combinations of `sides[i]` midpoints of coordinate i, and the share of those that are too close to
+    /// the edge for f32.
     fn midpoints(&self, sides: &[u32]) -> (f64, f64) {
         let mut sums = vec![0.0];
         for (a, &n) in self.coefficients().iter().zip(sides) {
@@ -44,7 +44,7 @@ impl Edge {
     }
 
     /// A coordinate and its midpoint differ by at most half a cell, all of them together by δ = Σ |a_i|/(2n_i): the
-    /// midpoints' share lies between V(c − δ) and V(c + δ).
+    /// share of the midpoints lies between V(c − δ) and V(c + δ).
     fn midpoint_range(&self, sides: &[u32]) -> [f64; 2] {
         let a = self.coefficients();
         let c = self.c + 0.5 * a.iter().sum::<f64>();
@@ -52,11 +52,11 @@ impl Edge {
         [linear_edge(&a, c - delta), linear_edge(&a, c + delta)]
     }
 
-    /// These tracers with every pattern; nested with `side`² points per effect, else 64.
+    /// Checks these tracers with every pattern; nested with `side`² points per effect, otherwise with 64.
     #[track_caller]
     fn check(&self, what: &str, tracers: &[Tracer], side: u32) {
         let exact = self.exact();
-        assert!((0.04..0.96).contains(&exact), "{what}: {exact} tells little");
+        assert!((0.04..0.96).contains(&exact), "{what}: {exact} is inconclusive");
         let plans: Vec<_> = self.a.iter().map(|(effect, _)| (*effect, [side; 2])).collect();
         for &tracer in tracers {
             let side = if tracer == Tracer::Nested { side } else { 8 };
@@ -70,26 +70,26 @@ impl Edge {
                 let (expected, floor) =
                     if pattern == Pattern::Grid { self.midpoints(&sides) } else { (exact, 0.0) };
                 let what = format!("{what}, {tracer:?} {pattern}");
-                assert!(moments.standard_error() < 0.01 && floor < 1e-3, "{what} tells little");
+                assert!(moments.standard_error() < 0.01 && floor < 1e-3, "{what} is inconclusive");
                 assert_mean(&what, &moments, expected, floor + 1e-6);
                 if pattern == Pattern::Grid {
                     let [low, high] = self.midpoint_range(&sides);
                     assert!(low <= expected && expected <= high, "{what}: {low} {expected} {high}");
                 }
-                // Not all noise: one midpoint of the grid, one cell in 64, would be seen.
+                // Detects an error of one midpoint of the grid, one cell in 64.
                 assert!(!deterministic || moments.standard_error() == 0.0, "{what}");
             }
         }
     }
 }
 
-/// Time is one coordinate, and gets all points there.
+/// Time is one-dimensional, and gets all points in that dimension.
 fn sides_of(effect: Effect, side: u32) -> [u32; 2] {
     if effect == Effect::Time { [side * side, 1] } else { [side; 2] }
 }
 
 const SPAN: [Vec3; 2] = [Vec3::X, Vec3::Y];
-/// Of the perspective scenes: plane, tan(yfov/2).
+/// For the perspective scenes: distance of the plane, tan(yfov/2).
 const DISTANCE: f64 = 3.0;
 const TAN: f64 = 0.125;
 
@@ -102,7 +102,8 @@ fn in_perspective(n: DVec2, c: f64) -> Scene {
     builder.build().unwrap()
 }
 
-/// Σ a_i(ξ_i − ½) of the point of the plane that a film point and a square lens of half side `radius` see.
+/// The sum Σ a_i(ξ_i − ½) for the point of the plane that a film point sees through a square lens of half side
+/// `radius`.
 fn perspective_coefficients(n: DVec2, radius: f64, focus: f64) -> [(Effect, [f64; 2]); 2] {
     let pixel = 2.0 * TAN * DISTANCE;
     let lens = 2.0 * radius * (1.0 - DISTANCE / focus);
@@ -124,7 +125,8 @@ fn edge_under_the_pixel() {
     }
 }
 
-/// In front of the sharp plane, behind it, and everything sharp at infinity. (Paired, the pixel takes part: below.)
+/// In front of the focal plane, behind it, and with the focus at infinity. (In paired mode the pixel takes part: see
+/// below.)
 #[test]
 fn edge_through_a_square_lens() {
     let n = towards(33.0);
@@ -147,8 +149,8 @@ fn edge_through_pixel_and_lens() {
     }
 }
 
-/// Parallel rays fall at 45° on a blurred mirror at the origin and go up to the half-plane n·(x, z) ≤ c at `height`.
-/// About R = +y the square spans u = n × R = −x and v = R × u = z.
+/// Parallel rays hit a blurred mirror at the origin at 45° and go up to the half-plane n·(x, z) ≤ c at `height`. About
+/// R = +y the square spans u = n × R = −x and v = R × u = z.
 #[test]
 fn edge_in_a_blurred_mirror() {
     let (blur, height) = (0.6, 2.0);
@@ -169,7 +171,7 @@ fn edge_in_a_blurred_mirror() {
     }
 }
 
-/// Directions of the square under the surface carry nothing: cosθ + (½ − r)·l·sinθ > 0 is left of a white sky.
+/// Directions of the square below the surface carry nothing: cosθ + (½ − r)·l·sinθ > 0 remains of a white sky.
 #[test]
 fn blur_under_the_surface_is_lost() {
     let (blur, theta) = (0.8, 80f64.to_radians());
@@ -195,7 +197,7 @@ fn passing(n: DVec2, c: f64, way: f64, half: f64) -> Scene {
     builder.build().unwrap()
 }
 
-/// Standing at n·p ≤ c + n.x·way·(τ − ½).
+/// The edge is at n·p ≤ c + n.x·way·(τ − ½).
 #[test]
 fn edge_that_moves() {
     for (degrees, c, way) in [(0.0, 0.1711, 1.0), (40.0, -0.1203, 0.8), (71.0, 0.0507, -2.0)] {
@@ -226,8 +228,8 @@ fn edge_that_moves_through_pixel_and_lens() {
     }
 }
 
-/// All of it at once: six dimensions. Parallel rays through a lens focused at infinity are moved by the lens as a whole,
-/// and a mirror that faces them keeps distances.
+/// All effects at once: six dimensions. Parallel rays through a lens focused at infinity are shifted by the lens as a
+/// whole, and a mirror that faces them preserves distances.
 #[test]
 fn edge_through_pixel_lens_and_mirror() {
     let (half, radius, blur, height) = (0.5, 0.3, 0.3, 5.0);

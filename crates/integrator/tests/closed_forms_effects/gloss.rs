@@ -1,5 +1,5 @@
-//! Rough mirrors under a cap and under half a sky (docs/science.md, "Rough mirror and cap"), found by chance and aimed at
-//! as well.
+//! Rough mirrors under a cap and under half a sky (docs/science.md, "Rough mirror and cap"), found by BSDF sampling
+//! alone and with light sampling.
 
 use crate::caps::{aimed_at, found_by_chance};
 use crate::common::tracers::*;
@@ -28,7 +28,7 @@ fn a_cap_found_by_chance() {
     }
 }
 
-/// The same light as a light.
+/// The same emitter as a sampled light.
 #[test]
 fn a_cap_aimed_at() {
     for (roughness, theta) in CAPS {
@@ -38,13 +38,13 @@ fn a_cap_aimed_at() {
     }
 }
 
-/// Below a black half-plane at a height a ten-thousandth of its extent, half of a white sky is left.
+/// Below a black half-plane at a height of a ten-thousandth of its extent, half of a white sky remains visible.
 #[test]
 fn half_a_sky() {
     for roughness in [0.3f32, 0.7, 1.0] {
         let height = 1e-3;
-        // Beside the diagonal of the metal: on an edge of a triangle a hit is moved by some error bounds, along with the
-        // sky it sees.
+        // Beside the diagonal of the metal: on an edge of a triangle the ray origin moves by a few error bounds, and so
+        // does the visible part of the sky.
         let eye = DVec3::new(0.0, 3e-3, 0.5 * height);
         let mut builder = seen_in_parallel(eye, DVec3::NEG_Z, DVec3::Y, 1e-8);
         let rough = builder.material(metal(Vec3::ONE, roughness));
@@ -68,12 +68,13 @@ fn half_a_sky() {
     }
 }
 
-/// A bright half-plane over a blurred mirror that is a light: the square's density must be right, or the weights are not.
+/// A bright half-plane over a blurred mirror, as a sampled light: the weights are correct only if the density of the
+/// square is.
 #[test]
 fn an_edge_over_a_blurred_mirror_aimed_at() {
     let (blur, height, c, n) = (0.9, 0.5, 0.0817, DVec2::from_angle(0.6));
     for tilt in [0.0f64, 0.5, 0.9] {
-        // Rays along −z meet a mirror turned by half the tilt and leave at `tilt` to +z, in the plane of y and z.
+        // Rays along −z hit a mirror rotated by half the tilt and leave at `tilt` to +z, in the plane of y and z.
         let r = DVec3::new(0.0, tilt.sin(), tilt.cos());
         let mut builder = seen_in_parallel(DVec3::Z * 0.2, DVec3::NEG_Z, DVec3::Y, 1e-6);
         let mirror = builder.material(blurred_mirror(blur as f32));
@@ -83,7 +84,7 @@ fn an_edge_over_a_blurred_mirror_aimed_at() {
         let bright = builder.material(TexturedMaterial { double_sided: true, ..matte(0.0, 1.0) });
         let side = DVec3::X.cross(r).as_vec3();
         let mut plane = half_plane((r * height).as_vec3(), [Vec3::X, side], n, c);
-        // Near enough to be aimed at with some success.
+        // Close enough for light sampling to be effective.
         plane.positions.iter_mut().for_each(|p| *p = *p * 0.1 + (r * height).as_vec3() * 0.9);
         builder.mesh("light", plane, DAffine3::IDENTITY, bright);
         let scene = builder.build().unwrap();
@@ -102,7 +103,7 @@ fn an_edge_over_a_blurred_mirror_aimed_at() {
     }
 }
 
-/// Under a white sky k_r is all that is to be seen, whatever the blur.
+/// Under a white sky only k_r is visible, whatever the blur.
 #[test]
 fn a_blurred_mirror_reflects_its_k_r() {
     for blur in [0.0, 0.4, 1.5] {

@@ -1,4 +1,4 @@
-//! Irradiance from lights of every shape, by their points alone and together with the directions of a diffuse lobe
+//! Irradiance from lights of every shape, by light sampling alone and combined with the directions of a diffuse lobe
 //! (docs/science.md, "Rectangles", "Disks" and "Sphere lights").
 
 use crate::common::maps::midpoint_bound;
@@ -11,13 +11,13 @@ use dapple_testkit::closed_form as exact;
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, PI};
 
-/// Of every light here.
+/// Radiance of every light in this file.
 const L: f64 = 2.0;
 
 type Integrand = Box<dyn Fn(f64, f64) -> f64>;
 
-/// A lit floor: its irradiance over πL, and what a grid sums up: over the light's surface, and in the coordinates by
-/// which paths aim at it (for quads those of either order).
+/// A lit floor: its irradiance over πL, and the integrands of a grid: over the light's surface, and in the coordinates
+/// in which paths sample it (for quads those of either order).
 struct Lit {
     name: &'static str,
     scene: Scene,
@@ -33,7 +33,7 @@ fn scene(light: impl FnOnce(&mut SceneBuilder, u32)) -> Scene {
     builder.build().unwrap()
 }
 
-/// cosθ·cosθ'/(πd²) from the place `s` of a surface whose normal is `n` to the floor at the origin.
+/// cosθ·cosθ'/(πd²) from the point `s` of a surface with the normal `n` to the floor at the origin.
 fn kernel(s: DVec3, n: DVec3) -> f64 {
     let d2 = s.length_squared();
     s.y.max(0.0) * (-s.dot(n)).max(0.0) / (d2 * d2) * FRAC_1_PI
@@ -70,7 +70,7 @@ fn disk_light(centre: DVec3, radius: f64, exact: f64) -> Lit {
     }
 }
 
-/// Its centre `q` radii away at an angle to the floor's normal.
+/// A sphere whose centre is `q` radii away, at an angle to the floor's normal.
 fn sphere_light(name: &'static str, degrees: f64, q: f64) -> Lit {
     let (radius, (sin, cos)) = (0.4, degrees.to_radians().sin_cos());
     let axis = DVec3::new(-sin, cos, 0.0);
@@ -88,7 +88,7 @@ fn sphere_light(name: &'static str, degrees: f64, q: f64) -> Lit {
     }
 }
 
-/// Above; a wall that stands on the floor; a disk to the side; spheres, two of them cut by the horizon.
+/// Quads above; a wall that stands on the floor; a disk to the side; spheres, two of them clipped by the horizon.
 fn lights() -> Vec<Lit> {
     let (low, high) = (DVec2::new(-0.7, -0.5), DVec2::new(0.1, 0.4));
     vec![
@@ -113,7 +113,7 @@ fn lights() -> Vec<Lit> {
     ]
 }
 
-/// Points on the light alone, and weighed against directions.
+/// Light sampling alone, and combined with BSDF sampling.
 #[test]
 fn lights_of_every_shape() {
     for light in lights() {
@@ -133,7 +133,7 @@ fn lights_of_every_shape() {
     }
 }
 
-/// A grid errs by less than what its integrand's variation along lines allows.
+/// The error of a grid is below the bound from the variation of its integrand along lines.
 #[test]
 fn grids_on_lights() {
     let side = 256;
@@ -144,7 +144,7 @@ fn grids_on_lights() {
         let aimed = light.aimed.iter().map(bound).fold(0.0, f64::max);
         assert!(
             on_surface.max(aimed) < 0.12 * light.exact,
-            "{}: {on_surface} {aimed} tell little",
+            "{}: {on_surface} {aimed} are inconclusive",
             light.name
         );
         for tracer in TRACERS {

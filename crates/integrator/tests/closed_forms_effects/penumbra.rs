@@ -18,7 +18,7 @@ const HEIGHT: f64 = 1.5;
 const EDGE: f64 = 0.6;
 const L: f64 = 2.0;
 
-/// A row of points on the floor, x = −0.25 … 0.25, half again as wide as the penumbra.
+/// A row of points on the floor, x = −0.25 … 0.25, one and a half times as wide as the penumbra.
 const POINTS: u32 = 100;
 const PITCH: f64 = 0.005;
 
@@ -26,7 +26,7 @@ fn place(i: usize) -> f64 {
     (i as f64 + 0.5 - 0.5 * f64::from(POINTS)) * PITCH
 }
 
-/// White floor, a light above, and between them the black half-plane x < 0. The camera looks down from under it.
+/// A white floor, a light above, and between them the black half-plane x < 0. The camera looks down from below it.
 fn shadow(occluded: bool) -> Scene {
     let half_height = 0.5 * PITCH;
     let mut builder = seen_in_parallel(DVec3::Y * 0.1, DVec3::NEG_Y, DVec3::NEG_Z, half_height);
@@ -45,7 +45,7 @@ fn shadow(occluded: bool) -> Scene {
     builder.build().unwrap()
 }
 
-/// Radiance of the floor at (p, 0, 0): of the light, x > −p(H − h)/h is seen.
+/// Radiance of the floor at (p, 0, 0), from where the part x > −p(H − h)/h of the light is visible.
 fn exact(p: f64) -> f64 {
     let seen_from = (-p * (HEIGHT - EDGE) / EDGE).clamp(-0.5 * W, 0.5 * W);
     let (low, high) = (DVec2::new(seen_from, -0.5 * LENGTH), DVec2::new(0.5 * W, 0.5 * LENGTH));
@@ -73,14 +73,14 @@ fn the_whole_profile() {
                     sum += (moments.mean - exact) / full;
                 }
             }
-            // A small common bias, which no single point shows: 100 points, each known to 1 %.
+            // A small common bias, which no single point reveals: 100 points, each known to 1 %.
             assert!(sum.abs() / 100.0 < 0.004, "{tracer:?} {pattern}: {}", sum / 100.0);
         }
     }
 }
 
-/// Paired, the pixel's points are the sum's: its mean over the pixel, within which the profile is nearly linear, but where
-/// it begins and ends.
+/// In paired mode the pixel is sampled as well: its mean is over the pixel, within which the profile is nearly linear,
+/// except where it begins and ends.
 #[test]
 fn the_profile_of_paired_pixels() {
     let scene = shadow(true);
@@ -90,8 +90,8 @@ fn the_profile_of_paired_pixels() {
         for (i, moments) in profile.iter().enumerate() {
             let p = place(i);
             let mean = 0.25 * (exact(p - 0.5 * PITCH) + 2.0 * exact(p) + exact(p + 0.5 * PITCH));
-            // The kernel falls by less than 2L·w·l/(πH²)·(1/H + 1/h) per unit of p; the trapezoid errs by less than a
-            // quarter of what it changes over the pixel. A grid of 4×4 errs by its bound.
+            // The kernel decreases by less than 2L·w·l/(πH²)·(1/H + 1/h) per unit of p; the error of the trapezoid rule
+            // is below a quarter of the change over the pixel. A grid of 4×4 errs by its bound.
             let bound = if pattern == Pattern::Grid { grid_bound(4) } else { 0.0 };
             assert_mean(&format!("{pattern}, x = {p}"), moments, mean, bound + 5e-4);
         }
@@ -104,7 +104,7 @@ fn grid_bound(side: u32) -> f64 {
     midpoint_bound([2.0 * most; 2], [side; 2])
 }
 
-/// Paths aim evenly in solid angle: variations there, the coordinates in either order.
+/// Paths sample uniformly in solid angle: the variations there, with the coordinates in either order.
 fn aimed_bound(p: f64, side: u32) -> f64 {
     let corner = DVec3::new(-0.5 * W - p, HEIGHT, -0.5 * LENGTH);
     let (e1, e2) = (DVec3::X * W, DVec3::Z * LENGTH);
@@ -135,7 +135,7 @@ fn the_profile_of_a_grid() {
     }
 }
 
-/// Umbra: black. Lit: the bits of the picture without the half-plane. Between them, neither; as wide as w·h/(H − h).
+/// Umbra: black. Lit: the bits of the image without the half-plane. In between, neither; the width is w·h/(H − h).
 #[test]
 fn the_width() {
     let (with, without) = (shadow(true), shadow(false));
@@ -144,7 +144,7 @@ fn the_width() {
         for pattern in PATTERNS {
             let settings = row(tracer, pattern, 32);
             let [shaded, lit] = [&with, &without].map(|scene| {
-                // The half-plane moves render space: its lengths agree to the last bit only there.
+                // The half-plane changes render space: only there lengths agree bit for bit.
                 let camera = scene.cameras[0].camera.clone();
                 values(scene, &camera, &settings, 3)
             });

@@ -1,4 +1,5 @@
-//! Rough walls and rough matter before a cap, found by chance and aimed at as well: what E13 is for reflection.
+//! Rough walls and rough solids in front of a cap, found by BSDF sampling alone and with light sampling: the
+//! counterpart of E13 for transmission.
 
 use crate::caps::{aimed_at, found_by_chance};
 use crate::common::*;
@@ -6,7 +7,7 @@ use dapple_integrator::Effect;
 use dapple_scene::{Scene, TexturedMaterial};
 use dapple_testkit::closed_form::{ggx_cap, ggx_refracted_cap};
 
-/// Roughness, index (1: a thin wall, which blurs as a rough mirror does, to the other side), half angle of the cap.
+/// Roughness, index (1: a thin wall, which blurs like a rough mirror, to the other side), half angle of the cap.
 const CAPS: [(f32, f32, f64); 5] =
     [(0.3, 1.0, 0.1), (0.7, 1.0, 0.9), (0.4, 1.5, 0.1), (0.8, 1.5, 0.5), (1.0, 1.33, 0.3)];
 

@@ -17,11 +17,11 @@ fn one_reflection_inside_a_sphere() {
                 let plans = [(Effect::Diffuse, [side; 2])];
                 let settings = Settings { max_bounces: 2, ..one_pixel(tracer, pattern, &plans, side * side) };
                 let what = format!("light at {light}, {tracer:?} {pattern}");
-                // Smooth: the midpoint rule errs by far less than its bound.
+                // The integrand is smooth: the error of the midpoint rule is far below its bound.
                 let n = if pattern == Pattern::Grid { 1 } else { 1000 };
                 let moments = replicas(&scene, &camera, &settings, n)[0];
                 let floor = if pattern == Pattern::Grid { 1e-3 } else { 2e-5 } * exact;
-                assert!(n == 1 || moments.standard_error() < 0.01 * exact, "{what} tells little");
+                assert!(n == 1 || moments.standard_error() < 0.01 * exact, "{what} is inconclusive");
                 assert_mean(&what, &moments, exact, floor);
             }
         }

@@ -1,16 +1,17 @@
-//! Where a midpoint grid puts its points on a light, written down anew in f64, and how much an integrand varies there.
+//! Sample positions of a midpoint grid on a light, reimplemented in f64, and the variation of an integrand there.
 
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
-/// |∫f − midpoint rule on nx×ny cells| ≤ V_x/(2 nx) + V_y/(2 ny), V the mean of f's total variation over the lines of
-/// either direction: in each cell of a line the midpoint differs from the mean by at most half the variation there, and
-/// the rule is applied to x on every line, then to y on those through the midpoints.
+/// |∫f − midpoint rule on nx×ny cells| ≤ V_x/(2 nx) + V_y/(2 ny), where V is the mean of the total variation of f over
+/// the lines of either direction: in each cell of a line the midpoint differs from the mean by at most half the
+/// variation there, and the rule is applied to x on every line, then to y on the lines through the midpoints.
 pub fn midpoint_bound([vx, vy]: [f64; 2], [nx, ny]: [u32; 2]) -> f64 {
     0.5 * (vx / f64::from(nx) + vy / f64::from(ny))
 }
 
-/// Mean total variations along x and along y of f on the unit square: 64 lines of 400 steps each, and 5 % more.
+/// Mean total variations along x and along y of f on the unit square, from 64 lines of 400 steps each, increased by 5
+/// %.
 pub fn variations(f: impl Fn(f64, f64) -> f64) -> [f64; 2] {
     let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     let along =
@@ -27,7 +28,7 @@ pub fn disk(u: f64, v: f64) -> [f64; 2] {
     [r * phi.cos(), r * phi.sin()]
 }
 
-/// Uniform in a cone about `axis`; 1 − cos of its half angle.
+/// Uniform direction in a cone about `axis`; the parameter is 1 − cos of its half angle.
 pub fn cone(axis: DVec3, one_minus_cos: f64, u: f64, v: f64) -> DVec3 {
     let cos = 1.0 - u * one_minus_cos;
     let sin = (1.0 - cos * cos).sqrt();
@@ -36,8 +37,8 @@ pub fn cone(axis: DVec3, one_minus_cos: f64, u: f64, v: f64) -> DVec3 {
     axis * cos + (side * c + axis.cross(side) * s) * sin
 }
 
-/// Solid angle of a rectangle seen from the origin, and the direction at (u, v) of its even parametrisation: first the
-/// strip along `e2` by solid angle, then the place in it [Ureña, Fajardo & King 2013].
+/// Solid angle of a rectangle seen from the origin, and the direction at (u, v) of its uniform parametrisation: first
+/// the strip along `e2` by solid angle, then the position in it [Ureña, Fajardo & King 2013].
 pub fn rectangle_in_solid_angle(corner: DVec3, e1: DVec3, e2: DVec3) -> (f64, impl Fn(f64, f64) -> DVec3) {
     let axes = DMat3::from_cols(e1.normalize(), e2.normalize(), e1.cross(e2).normalize());
     let low = axes.transpose() * corner;
@@ -48,7 +49,7 @@ pub fn rectangle_in_solid_angle(corner: DVec3, e1: DVec3, e2: DVec3) -> (f64, im
     let up_to = move |x: f64| corner_angle(x, y1) - corner_angle(x, y0);
     let omega = up_to(x1) - up_to(x0);
     let direction = move |u: f64, v: f64| {
-        // Bisection: the share grows with x.
+        // Bisection, because the share grows with x.
         let (mut a, mut b) = (x0, x1);
         for _ in 0..50 {
             let x = 0.5 * (a + b);

@@ -16,7 +16,7 @@ use dapple_testkit::closed_form::inside_of_sphere;
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use std::ops::ControlFlow;
 
-/// Purely Lambertian, emitting.
+/// A Lambertian material that emits light.
 pub fn matte(albedo: f32, emission: f32) -> TexturedMaterial {
     TexturedMaterial {
         name: format!("matte {albedo}"),
@@ -31,7 +31,7 @@ pub fn matte(albedo: f32, emission: f32) -> TexturedMaterial {
     }
 }
 
-/// Smooth clear matter of this index and colour.
+/// A smooth transparent material of this index and colour.
 pub fn pane(ior: f32, thin: bool, color: Vec3) -> TexturedMaterial {
     let base = Material {
         base_color: color,
@@ -72,7 +72,7 @@ pub fn inward_cube() -> Mesh {
     Mesh { positions, triangles, ..Mesh::default() }
 }
 
-/// A builder with a camera at `from` looking at `at`, vertical field of view in radians.
+/// A builder with a camera at `from` that looks at `at`; vertical field of view in radians.
 pub fn seen(from: DVec3, at: DVec3, yfov: f64) -> SceneBuilder {
     let mut builder = SceneBuilder::new("test");
     let up = if (at - from).normalize().y.abs() > 0.9 { DVec3::Z } else { DVec3::Y };
@@ -80,8 +80,8 @@ pub fn seen(from: DVec3, at: DVec3, yfov: f64) -> SceneBuilder {
     builder
 }
 
-/// A white Lambertian floor at the origin facing +y, seen from above in a field so narrow that it is one point.
-/// Radiance seen times π is irradiance at the origin.
+/// A white Lambertian floor at the origin facing +y, seen from above with a field of view so narrow that all rays hit
+/// the same point. The radiance times π is the irradiance at the origin.
 pub fn irradiance_meter() -> SceneBuilder {
     let mut builder = seen(DVec3::new(0.3, 0.8, 0.2), DVec3::ZERO, 1e-4);
     let white = builder.material(matte(1.0, 0.0));
@@ -98,29 +98,30 @@ pub fn run(scene: &Scene, settings: &Settings) -> Outcome {
     render(scene, &scene.cameras[0].camera, settings, &|_| ControlFlow::Continue(()))
 }
 
-/// Mean over pixels and channels, and its standard error from the spread of the pixels (each an independent estimate).
+/// Mean over pixels and channels, and its standard error from the variance of the pixels (each an independent
+/// estimate).
 pub fn mean_and_error(outcome: &Outcome) -> (f64, f64) {
     let mean = outcome.film.mean();
     let moments: Moments = mean.pixels.iter().map(|p| f64::from(p.element_sum()) / 3.0).collect();
     (moments.mean, moments.standard_error())
 }
 
-/// Within 4 standard errors of `exact`, at a standard error of at most 0.2 %.
+/// Asserts a mean within 4 standard errors of `exact`, with a standard error of at most 0.2 %.
 #[track_caller]
 pub fn assert_close(what: &str, outcome: &Outcome, exact: f64) {
     let (mean, error) = mean_and_error(outcome);
     assert_eq!(outcome.stats.bad_sample_count, 0, "{what}");
-    assert!(error <= 2e-3 * exact, "{what}: standard error {error} is too large to tell");
+    assert!(error <= 2e-3 * exact, "{what}: standard error {error} is too large to be conclusive");
     let floor = 2e-6 * exact;
     assert!((mean - exact).abs() <= 4.0 * error + floor, "{what}: {mean} ± {error}, exact {exact}");
 }
 
-/// Emits `color` from both sides and reflects nothing.
+/// A material that emits `color` from both sides and reflects nothing.
 pub fn shadeless(color: f32) -> TexturedMaterial {
     TexturedMaterial { double_sided: true, ..matte(0.0, color) }
 }
 
-/// A mirror of square blur `blur` that loses nothing.
+/// A mirror with a square blur of `blur` that loses no energy.
 pub fn blurred_mirror(blur: f32) -> TexturedMaterial {
     TexturedMaterial {
         name: format!("mirror {blur}"),
@@ -129,7 +130,8 @@ pub fn blurred_mirror(blur: f32) -> TexturedMaterial {
     }
 }
 
-/// A builder with a camera of parallel rays at `from` along `d`, `up` upwards, seeing ± `half_height`; black around.
+/// A builder with an orthographic camera at `from` along `d`, with the up vector `up`, that covers ± `half_height`; the
+/// surroundings are black.
 pub fn seen_in_parallel(from: DVec3, d: DVec3, up: DVec3, half_height: f64) -> SceneBuilder {
     let mut builder = SceneBuilder::new("test");
     let pose = CameraPose::look_at(from, from + d, up, 1.0);
@@ -139,14 +141,14 @@ pub fn seen_in_parallel(from: DVec3, d: DVec3, up: DVec3, half_height: f64) -> S
     builder
 }
 
-/// The scene's camera with a lens, lengths in world units; an infinite focus is allowed.
+/// The scene's camera with a lens, lengths in world units; the focus distance may be infinite.
 pub fn with_lens(scene: &Scene, aperture: Aperture, radius: f64, focus: f64) -> Camera {
     let length = |l| scene.space.length_to_render(l);
     let lens = Lens { aperture, radius: length(radius), focus_distance: length(focus) };
     Camera { lens: Some(lens), ..scene.cameras[0].camera.clone() }
 }
 
-/// The half-plane n·(s, t) ≤ c of the plane origin + s·u + t·v, 20 units to each side; `n` unit.
+/// The half-plane n·(s, t) ≤ c of the plane origin + s·u + t·v, 20 units to each side; `n` is a unit vector.
 pub fn half_plane(origin: Vec3, span: [Vec3; 2], n: DVec2, c: f64) -> Mesh {
     half_plane_up_to(20.0, origin, span, n, c)
 }
@@ -158,7 +160,7 @@ pub fn half_plane_up_to(reach: f32, origin: Vec3, [u, v]: [Vec3; 2], n: DVec2, c
     quad(origin + across * c as f32 - along * reach, across * -reach, along * (2.0 * reach))
 }
 
-/// Clear matter of this roughness behind one surface, which reflects nothing. `ior` 1 is a thin wall.
+/// A transparent material of this roughness with one surface, which reflects nothing. `ior` 1 is a thin wall.
 pub fn clear(roughness: f32, ior: f32) -> TexturedMaterial {
     TexturedMaterial {
         name: format!("clear {roughness}"),
@@ -175,8 +177,8 @@ pub fn clear(roughness: f32, ior: f32) -> TexturedMaterial {
     }
 }
 
-/// A small rough surface at z = 0, seen along its normal from z = 0.5, and a disk at `z` that fills a cone of half angle
-/// `theta` about the normal: above for reflection (the camera is between them), below for refraction.
+/// A small rough surface at z = 0, seen along its normal from z = 0.5, and a disk at `z` that fills a cone of half
+/// angle `theta` about the normal: above for reflection (the camera is between them), below for refraction.
 pub fn under_a_cap(surface: TexturedMaterial, z: f64, theta: f64, disk: TexturedMaterial) -> Scene {
     let mut builder = seen_in_parallel(DVec3::Z * 0.5, DVec3::NEG_Z, DVec3::Y, 1e-5);
     let rough = builder.material(surface);
@@ -187,8 +189,8 @@ pub fn under_a_cap(surface: TexturedMaterial, z: f64, theta: f64, disk: Textured
     builder.build().unwrap()
 }
 
-/// The inside of a grey sphere of radius 1 about the origin with a point light of unit intensity at `light`; seen is
-/// (0, 0, −1), with one more reflection. And its exact radiance.
+/// The inside of a grey sphere of radius 1 about the origin with a point light of unit intensity at `light`; the camera
+/// sees (0, 0, −1), with one more reflection. Also returns the exact radiance.
 pub fn sphere_lit_from(light: DVec3) -> (Scene, f64) {
     let mut builder = seen_in_parallel(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 1e-6);
     let grey = builder.material(matte(0.5, 0.0));

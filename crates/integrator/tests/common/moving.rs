@@ -1,15 +1,15 @@
-//! Things that move while the shutter is open.
+//! Objects that move while the shutter is open.
 
 use dapple_camera::Shutter;
 use dapple_math::motion::{Channel, Interpolation, Node, Track, Trs, Value};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Open for half a second at a late time, so that offsets show.
+/// Open for half a second at a late time, so that time offsets matter.
 pub const SHUTTER: Shutter = Shutter { open: 1.5, close: 2.0 };
 pub const AT: f64 = 40.0;
 
-/// Keys that run evenly over the shutter.
+/// Keys that are spaced evenly over the shutter interval.
 pub fn over_shutter<T: Value>(values: Vec<T>) -> Channel<T> {
     let last = (values.len() - 1).max(1) as f64;
     let time = |i: usize| AT + SHUTTER.open + (SHUTTER.close - SHUTTER.open) * i as f64 / last;

@@ -1,4 +1,4 @@
-//! Every way to estimate the same integrals: nested, paired, and as paths; each with every pattern.
+//! All estimators of the same integrals: nested, paired, and as paths; each with every pattern.
 
 use dapple_integrator::camera::Camera;
 use dapple_integrator::settings::Strategy;
@@ -7,7 +7,7 @@ use dapple_sampling::{Moments, Pattern, SampleSet};
 use dapple_scene::Scene;
 use std::ops::ControlFlow;
 
-/// Who sums.
+/// The estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tracer {
     Nested,
@@ -17,11 +17,11 @@ pub enum Tracer {
 
 pub const TRACERS: [Tracer; 3] = [Tracer::Nested, Tracer::Paired, Tracer::Path];
 pub const PATTERNS: [Pattern; 4] = [Pattern::Grid, Pattern::Random, Pattern::Stratified, Pattern::Sobol];
-/// The patterns whose estimates are right in the mean.
+/// The patterns with unbiased estimates.
 pub const UNBIASED: [Pattern; 3] = [Pattern::Random, Pattern::Stratified, Pattern::Sobol];
 
-/// One pixel in which only `integrals` are on: their points when nested; paired and as paths `samples` of all at once.
-/// Paired, the pixel is always one of the integrals.
+/// One pixel in which only `integrals` are on: with their sample counts if nested; with `samples` joint samples if
+/// paired or as paths. In paired mode, the pixel is always one of the integrals.
 pub fn one_pixel(
     tracer: Tracer,
     pattern: Pattern,
@@ -51,13 +51,13 @@ pub fn one_pixel(
         })
 }
 
-/// Lights are found by the directions of lobes alone.
+/// Lights are found by BSDF sampling alone.
 pub fn by_chance(settings: Settings) -> Settings {
     let light = SampleSet::new(1, settings.pattern);
     Settings { strategy: Strategy::BsdfOnly, plans: SampleSets { light, ..settings.plans }, ..settings }
 }
 
-/// The picture's values for one seed, row by row; they must be grey.
+/// The image values for one seed, row by row; they must be grey.
 pub fn values(scene: &Scene, camera: &Camera, settings: &Settings, seed: u64) -> Vec<f64> {
     let settings = Settings { seed, ..settings.clone() };
     let outcome = render(scene, camera, &settings, &|_| ControlFlow::Continue(()));
@@ -67,7 +67,7 @@ pub fn values(scene: &Scene, camera: &Camera, settings: &Settings, seed: u64) ->
     mean.pixels.iter().map(|p| f64::from(p.x)).collect()
 }
 
-/// Each pixel over the seeds 0 … n − 1. A `grid` that is not permuted needs only one.
+/// Moments of each pixel over the seeds 0 … n − 1. A `grid` that is not permuted needs only one seed.
 pub fn replicas(scene: &Scene, camera: &Camera, settings: &Settings, n: u64) -> Vec<Moments> {
     let pixels = (settings.size.0 * settings.size.1) as usize;
     let mut moments = vec![Moments::default(); pixels];
@@ -78,16 +78,20 @@ pub fn replicas(scene: &Scene, camera: &Camera, settings: &Settings, n: u64) -> 
     moments
 }
 
-/// Within 4 standard errors, and `floor` for the rounding of f32.
+/// Asserts a mean within 4 standard errors, with `floor` for the rounding of f32.
 #[track_caller]
 pub fn assert_mean(what: &str, moments: &Moments, exact: f64, floor: f64) {
     let (mean, error) = (moments.mean, moments.standard_error());
     assert!((mean - exact).abs() <= 4.0 * error + floor, "{what}: {mean} ± {error}, exact {exact}");
 }
 
-/// As [`assert_mean`], with a standard error of at most `most`: else it could not fail.
+/// As [`assert_mean`], with a standard error of at most `most`; a larger one would make the test inconclusive.
 #[track_caller]
 pub fn assert_mean_known_to(what: &str, moments: &Moments, exact: f64, most: f64) {
-    assert!(moments.standard_error() <= most, "{what}: {} is too large to tell", moments.standard_error());
+    assert!(
+        moments.standard_error() <= most,
+        "{what}: {} is too large to be conclusive",
+        moments.standard_error()
+    );
     assert_mean(what, moments, exact, 2e-5 * exact.abs() + 1e-9);
 }

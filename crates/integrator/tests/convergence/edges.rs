@@ -1,7 +1,7 @@
-//! Edges: the boundary of what is seen crosses the domain of one integral.
+//! Edges: the boundary of a visible object crosses the domain of one integral.
 //!
-//! Expected: random −1; oblique edges −1.5 for all three others; axis-aligned ones at a random place −1.5 stratified, −1
-//! grid, −2 Sobol in two dimensions and −2 for all three in one.
+//! Expected slopes: random −1; oblique edges −1.5 for all three others; axis-aligned ones at a random position −1.5
+//! stratified, −1 grid, −2 Sobol in two dimensions and −2 for all three in one.
 
 use crate::common::moving::*;
 use crate::common::tracers::*;
@@ -27,8 +27,8 @@ pub fn only(effect: Effect, plan: SampleSet) -> Settings {
     if effect == Effect::Light { settings } else { by_chance(settings) }
 }
 
-/// Parallel rays down to z = 0 and the half-plane n·(x, y) ≤ c there, or, mirrored, to a blurred mirror at z = 0 under
-/// the half-plane at z = 5. Pixel, lens and blur each move the picture over a unit square.
+/// Parallel rays down to z = 0 and the half-plane n·(x, y) ≤ c there, or, with a mirror, to a blurred mirror at z = 0
+/// under the half-plane at z = 5. Pixel, lens and blur each move the image over a unit square.
 pub fn half_plane_seen(n: DVec2, c: f64, mirrored: bool) -> (Scene, Camera) {
     let mut builder = seen_in_parallel(DVec3::Z * 2.0, DVec3::NEG_Z, DVec3::Y, 0.5);
     let white = builder.material(shadeless(1.0));
@@ -45,8 +45,8 @@ pub fn half_plane_seen(n: DVec2, c: f64, mirrored: bool) -> (Scene, Camera) {
     (scene, camera)
 }
 
-/// A random direction: over placements and directions of an edge a grid's squared error falls as N^−1.5; for a single
-/// direction it depends on how well its slope is approximated by fractions.
+/// A random direction: over positions and directions of an edge, the squared error of a grid decreases as N^−1.5; for a
+/// single direction it depends on how well its slope is approximated by fractions.
 pub fn any_direction(rng: &mut Rng) -> DVec2 {
     DVec2::from_angle(TAU * rng.f64())
 }
@@ -55,7 +55,7 @@ fn under_an_edge(name: &str, effect: Effect, oblique: bool, layout: Layout, effo
     let error = |plan: SampleSet, seed: u64| {
         let mut rng = Rng::new(seed);
         let n = if oblique { any_direction(&mut rng) } else { DVec2::X };
-        // Anywhere across the square.
+        // At any position in the square.
         let c = (rng.f64() - 0.5) * 0.8 * (n.x.abs() + n.y.abs());
         let (scene, camera) = half_plane_seen(n, c, effect == Effect::Glossy);
         let exact = linear_edge(&[n.x, n.y], c + 0.5 * (n.x + n.y));
@@ -77,7 +77,7 @@ fn shadow(effort: Effort) {
     let error = |plan: SampleSet, seed: u64| {
         let mut rng = Rng::new(seed);
         let n = any_direction(&mut rng);
-        // The shadow's middle is where the floor is seen.
+        // The centre of the penumbra is at the visible point of the floor.
         let c = (rng.f64() - 0.5) * 0.3;
         let mut builder = seen_in_parallel(DVec3::Z * 0.2, DVec3::NEG_Z, DVec3::Y, 1e-6);
         let white = builder.material(matte(1.0, 0.0));
@@ -91,7 +91,7 @@ fn shadow(effort: Effort) {
         builder.mesh("half-plane", plane, DAffine3::IDENTITY, black);
         let scene = builder.build().unwrap();
         let camera = scene.cameras[0].camera.clone();
-        // Where the way to a point of the light crosses the plane of the edge.
+        // The point at which the segment to a point of the light crosses the plane of the edge.
         let corners = [corner, corner + u, corner + u + v, corner + v];
         let seen = clipped(&corners, |s| n.dot((s * (at / height)).truncate()) - c);
         let exact = if seen.len() < 3 { 0.0 } else { polygon(&seen) };
@@ -102,13 +102,13 @@ fn shadow(effort: Effort) {
         .check(effort);
 }
 
-/// How far the half-plane of [`ceiling`] reaches in units of its height. The map of the diffuse lobe makes the horizon
-/// the sides of its square, so that far sides of the half-plane are edges along the grid, in cells whose centres lie
-/// above: a share of about 1/(2·reach²) that no grid sees, in error whatever N. At 20 that was 1.2e-3, twice the error
-/// that the near edge leaves at N = 4096, and the slope of the grid was −1.17; here it is 5e-6.
+/// Extent of the half-plane of [`ceiling`] in units of its height. The map of the diffuse lobe takes the horizon to the
+/// sides of its square, so that far sides of the half-plane are edges along the grid, in cells whose centres lie above:
+/// a share of about 1/(2·reach²) that no grid sees, as an error independent of N. With an extent of 20 it was 1.2e-3,
+/// twice the error that the near edge leaves at N = 4096, and the slope of the grid was −1.17; here it is 5e-6.
 const REACH: f32 = 300.0;
 
-/// A bright half-plane above a floor, found by chance: its edge is a curve in the square of a diffuse lobe.
+/// A bright half-plane above a floor, found by BSDF sampling: its edge is a curve in the square of a diffuse lobe.
 fn ceiling(effort: Effort) {
     let error = |plan: SampleSet, seed: u64| {
         let mut rng = Rng::new(seed);
@@ -130,7 +130,8 @@ fn ceiling(effort: Effort) {
         .check(effort);
 }
 
-/// A rough surface before a cap of random size, a step in the second coordinate, on a weight that falls smoothly.
+/// A rough surface in front of a cap of random size: a step in the second coordinate, with a smoothly decreasing
+/// weight.
 fn cap(name: &str, effect: Effect, layout: Layout, expected: [Option<f64>; 4], effort: Effort) {
     let alpha = f64::from(0.8f32).powi(2);
     let error = |plan: SampleSet, seed: u64| {
@@ -152,7 +153,7 @@ fn cap(name: &str, effect: Effect, layout: Layout, expected: [Option<f64>; 4], e
     Study { name, layout, counts: effort.counts(), expected, error: &error }.check(effort);
 }
 
-/// A half-plane that moves across the pixel's centre at a random instant: 0.8 wide of the shutter's time.
+/// A half-plane that passes the pixel centre at a random time: 0.8 of the shutter interval wide.
 fn passing(effort: Effort) {
     let error = |plan: SampleSet, seed: u64| {
         let share = 0.1 + 0.8 * Rng::new(seed).f64();
@@ -160,7 +161,7 @@ fn passing(effort: Effort) {
         builder.exposure(AT, SHUTTER);
         let white = builder.material(shadeless(1.0));
         let plane = half_plane(Vec3::ZERO, [Vec3::X, Vec3::Y], DVec2::X, 0.0);
-        // At the pixel's centre after `share` of the time; it covers it from then on.
+        // It reaches the pixel centre after `share` of the time, and covers it from then on.
         let way = slide(DVec3::X * -share, DVec3::X * (1.0 - share));
         builder.moving_mesh("half-plane", plane, way, white);
         let scene = builder.build().unwrap();
@@ -231,7 +232,7 @@ fn edges_in_full() {
     on_a_line(FULL);
 }
 
-/// MSE of random points is the variance V(1 − V)/N: the constant, not only the slope.
+/// The MSE of random points is the variance V(1 − V)/N: checks the constant, not only the slope.
 #[test]
 fn random_edges_have_their_variance() {
     let n = DVec2::from_angle(0.6);
@@ -240,7 +241,7 @@ fn random_edges_have_their_variance() {
     assert!((share - 0.5).abs() < 1e-12);
     let plan = SampleSet::new(16, Pattern::Random);
     let moments = replicas(&scene, &camera, &only(Effect::Pixel, plan), 4000)[0];
-    // The variance of a variance of nearly normal values is 2/R of its square.
+    // The relative variance of the variance of nearly normal values is 2/R.
     let ratio = moments.variance() / (0.25 / 16.0);
     assert!((ratio - 1.0).abs() < 4.0 * (2.0f64 / 4000.0).sqrt(), "{ratio}");
 }

@@ -1,4 +1,4 @@
-//! The slope of log MSE on log N, and how well it is known.
+//! The slope of log MSE over log N, and its standard error.
 
 use dapple_sampling::Moments;
 
@@ -9,8 +9,8 @@ pub struct Slope {
     pub error: f64,
 }
 
-/// Weighted least squares of ln MSE on ln N. Each MSE is the mean of squared errors, and its logarithm has the standard
-/// error of the mean over the mean.
+/// Weighted least squares of ln MSE over ln N. Each MSE is the mean of squared errors, and its logarithm has the
+/// standard error of the mean over the mean.
 pub fn slope(squared_errors: &[(u32, Moments)]) -> Slope {
     let points: Vec<[f64; 3]> = squared_errors
         .iter()

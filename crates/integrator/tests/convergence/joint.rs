@@ -1,8 +1,9 @@
-//! Several integrals at once: what nesting and pairing make of the slopes.
+//! Several integrals at once: the slopes of nested and paired combinations.
 //!
-//! Nested, n points per integral: the outer one is estimated by n points of its own, however well the inner ones are
-//! known, so the error falls in n as that of one integral; the rays are n². Paired, N samples stratify each integral but
-//! not their product: what is a sum of functions of one integral each falls as before, their interaction as 1/N.
+//! Nested, with n points per integral: the outer integral is estimated by its own n points, however accurate the inner
+//! ones are, so that the error decreases in n as that of one integral; the number of rays is n². Paired, N samples
+//! stratify each integral but not their product: a sum of functions of one integral each converges as before, their
+//! interaction as 1/N.
 
 use crate::common::tracers::*;
 use crate::edges::{any_direction, half_plane_seen};

@@ -1,6 +1,6 @@
 //! Smooth integrands: a plane lit by a point light, seen through pixel, lens and mirror; and a quad light.
 //!
-//! Expected: random −1; in two dimensions −2 stratified and grid, about −2.9 Sobol; in one −3, −4, −3.
+//! Expected slopes: random −1; in two dimensions −2 stratified and grid, about −2.9 Sobol; in one dimension −3, −4, −3.
 
 use crate::common::moving::*;
 use crate::common::tracers::*;
@@ -21,11 +21,12 @@ const PLANE: [Option<f64>; 4] = [Some(-1.0), Some(-2.0), Some(-2.0), Some(-2.88)
 const KINK: [Option<f64>; 4] = [Some(-1.0), Some(-2.0), Some(-2.0), Some(-2.54)];
 const LINE: [Option<f64>; 4] = [Some(-1.0), Some(-3.0), Some(-4.0), Some(-3.0)];
 
-/// Height of the point light over the plane, and where it stands.
+/// Height of the point light over the plane, and its position.
 const HEIGHT: f64 = 0.6;
 
-/// Parallel rays down to z = 0 and a white plane there, or, mirrored, a blurred mirror at z = 0 under the plane at z = 5.
-/// A point light shines on it from `light` in the plane. Pixel, lens and blur each move the picture over a unit square.
+/// Parallel rays down to z = 0 and a white plane there, or, with a mirror, a blurred mirror at z = 0 under the plane at
+/// z = 5. A point light illuminates it from `light` in the plane. Pixel, lens and blur each move the image over a unit
+/// square.
 pub fn lit_plane(light: DVec2, mirrored: bool) -> (Scene, Camera) {
     let mut builder = seen_in_parallel(DVec3::Z * 2.0, DVec3::NEG_Z, DVec3::Y, 0.5);
     let white = builder.material(matte(1.0, 0.0));
@@ -45,7 +46,7 @@ pub fn lit_plane(light: DVec2, mirrored: bool) -> (Scene, Camera) {
     (scene, camera)
 }
 
-/// The camera moved by about `by` (world units), and by how much exactly.
+/// The camera shifted by about `by` (world units), and the exact shift.
 pub fn moved(scene: &Scene, camera: &Camera, by: DVec3) -> (Camera, DVec3) {
     let scale = scene.space.scale;
     let origin = camera.origin + (by * scale).as_vec3();
@@ -58,7 +59,7 @@ pub fn mean_radiance(middle: DVec2, light: DVec2) -> f64 {
     flux_of_point_light(low, low + DVec2::ONE, HEIGHT) * FRAC_1_PI
 }
 
-/// Up to `reach` in either direction.
+/// A random shift of up to `reach` in either direction.
 pub fn somewhere(seed: u64, reach: f64) -> DVec3 {
     let mut rng = Rng::new(seed);
     DVec3::new(rng.f64() * 2.0 - 1.0, rng.f64() * 2.0 - 1.0, 0.0) * reach
@@ -66,7 +67,7 @@ pub fn somewhere(seed: u64, reach: f64) -> DVec3 {
 
 fn plane_through(name: &str, effect: Effect, effort: Effort) {
     let mirrored = effect == Effect::Glossy;
-    // Beside the mirror's blur, which would show the point itself.
+    // Outside the mirror's blur, which would show the light itself.
     let light = if mirrored { DVec2::new(0.95, 0.75) } else { DVec2::new(0.3, 0.2) };
     let (scene, camera) = lit_plane(light, mirrored);
     let error = |plan: SampleSet, seed: u64| {
@@ -78,7 +79,7 @@ fn plane_through(name: &str, effect: Effect, effort: Effort) {
         .check(effort);
 }
 
-/// A quad light of this size at 0.8 above the floor; the floor's place moves along `freedom`.
+/// A quad light of this size at 0.8 above the floor; the position of the floor moves along `freedom`.
 fn quad_light(name: &str, size: DVec2, freedom: DVec3, layout: Layout, effort: Effort) {
     let (height, bright) = (0.8, (0.8 / size.y) as f32);
     let mut builder = seen_in_parallel(DVec3::Z * 0.2, DVec3::NEG_Z, DVec3::Y, 1e-6);
@@ -106,9 +107,9 @@ fn quad_light(name: &str, size: DVec2, freedom: DVec3, layout: Layout, effort: E
     Study { name, layout, counts, expected, error: &error }.check(effort);
 }
 
-/// A floor of one point in the middle of a sphere of albedo ½ with a point light beside it, in the floor's plane: what
-/// the sphere gives back is smooth in the projection of its direction, (1 − l·p)/(1 + l² − 2l·p)^{3/2}/2π; in the square
-/// it has kinks along the diagonals, which the map to the disk has.
+/// A small floor at the centre of a sphere of albedo ½ with a point light beside it, in the plane of the floor: the
+/// light that the sphere reflects is smooth in the projection of its direction, (1 − l·p)/(1 + l² − 2l·p)^{3/2}/2π; in
+/// the square it has kinks along the diagonals, which come from the map to the disk.
 fn dome(effort: Effort) {
     let error = |plan: SampleSet, seed: u64| {
         let mut rng = Rng::new(seed);
@@ -155,8 +156,9 @@ fn passing_light(effort: Effort) {
         .check(effort);
 }
 
-/// A rough mirror or a rough thin wall of random roughness, white all around: what is left is the masking of its facets.
-/// (Bent light would not be smooth: facets seen at grazing angles put a root into the second coordinate.)
+/// A rough mirror or a rough thin wall of random roughness in white surroundings: only the masking of its facets
+/// remains. (Refraction would not be smooth: facets seen at grazing angles introduce a square root in the second
+/// coordinate.)
 fn all_around(name: &str, effect: Effect, effort: Effort) {
     let error = |plan: SampleSet, seed: u64| {
         let roughness = 0.85 + 0.15 * Rng::new(seed).f64() as f32;
@@ -185,7 +187,7 @@ fn in_the_plane(effort: Effort) {
     dome(effort);
 }
 
-/// So narrow that only its length counts, which is the second coordinate.
+/// So narrow that only its length matters, which is the second coordinate.
 fn on_a_line(effort: Effort) {
     quad_light("1-D smooth, narrow light", DVec2::new(1.2, 1e-3), DVec3::X, Layout::Column, effort);
     passing_light(effort);

@@ -1,46 +1,46 @@
-//! One integral, four estimators, many counts: what a table row is made of.
+//! One integral, four estimators, many sample counts: the data of one table row.
 
 use crate::fit::{Slope, slope};
 use dapple_sampling::{Moments, Pattern, SampleSet};
 
 pub const ESTIMATORS: [Pattern; 4] = [Pattern::Random, Pattern::Stratified, Pattern::Grid, Pattern::Sobol];
 
-/// How the counts grow.
+/// Layout of the sample counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Layout {
-    /// N×1: the integrand depends on the first coordinate alone.
+    /// N×1: the integrand depends only on the first coordinate.
     Line,
-    /// 1×N: on the second.
+    /// 1×N: the integrand depends only on the second coordinate.
     Column,
     /// √N×√N.
     Square,
 }
 
-/// An integral through the tracer.
+/// An integral, evaluated with the complete tracer.
 pub struct Study<'a> {
     pub name: &'a str,
     pub layout: Layout,
-    /// Counts; powers of four.
+    /// Sample counts; powers of four.
     pub counts: &'a [u32],
-    /// Slopes of random, stratified, grid and Sobol; None where theory has no power law for them.
+    /// Slopes of random, stratified, grid and Sobol; `None` where theory predicts no power law.
     pub expected: [Option<f64>; 4],
     /// Error of replica `seed` with these points.
     pub error: &'a (dyn Fn(SampleSet, u64) -> f64 + 'a),
 }
 
-/// From 16 on: four octaves for every day, eight for the table.
+/// From 16 on: four octaves for the regular tests, eight for the table.
 pub const FEW: [u32; 3] = [16, 64, 256];
 pub const MANY: [u32; 5] = [16, 64, 256, 1024, 4096];
-/// Smooth in one dimension, the grid's error reaches the rounding of f32 above 256.
+/// Smooth in one dimension, the error of the grid reaches the rounding of f32 above 256.
 pub const FEW_ON_A_LINE: [u32; 3] = [4, 16, 64];
 pub const MANY_ON_A_LINE: [u32; 4] = [4, 16, 64, 256];
 
-/// How thoroughly.
+/// Effort of a study.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
     pub replicas: u64,
     pub long: bool,
-    /// What a slope at finite N may differ from that of N → ∞.
+    /// Allowed difference between a slope at finite N and that for N → ∞.
     pub finite: f64,
 }
 
@@ -66,7 +66,7 @@ impl Study<'_> {
         }
     }
 
-    /// Seeds are other ones for every count: the points of the fit are independent.
+    /// Every count has its own seeds: the points of the fit are independent.
     pub fn slope(&self, pattern: Pattern, replicas: u64) -> Slope {
         let squares = |n: u32| -> Moments {
             let first = u64::from(n) * 1_000_003;
@@ -75,7 +75,8 @@ impl Study<'_> {
         slope(&self.counts.iter().map(|&n| (n, squares(n))).collect::<Vec<_>>())
     }
 
-    /// Each slope within the effort's allowance for finite N and 4 standard errors of what is expected; prints a row with 95 % intervals.
+    /// Asserts that each slope is within 4 standard errors of the expected one, plus the allowance for finite N; prints
+    /// a row with 95 % intervals.
     #[track_caller]
     pub fn check(&self, effort: Effort) {
         let slopes = ESTIMATORS.map(|pattern| self.slope(pattern, effort.replicas));
@@ -85,7 +86,7 @@ impl Study<'_> {
         for ((pattern, slope), expected) in ESTIMATORS.iter().zip(slopes).zip(self.expected) {
             let Some(expected) = expected else { continue };
             let Slope { value, error } = slope;
-            assert!(error < 0.12, "{}, {pattern}: ± {error} tells little", self.name);
+            assert!(error < 0.12, "{}, {pattern}: ± {error} is inconclusive", self.name);
             assert!(
                 (value - expected).abs() <= effort.finite + 4.0 * error,
                 "{}, {pattern}: {value:.3} ± {error:.3}, expected {expected}",
