@@ -8,7 +8,7 @@
 //! | MSE, RMSE | mean (I − R)², and its root |
 //! | relative RMSE | RMSE / mean R |
 //! | relMSE | mean (I − R)² / (R² + ε), R of the same channel of the same pixel |
-//! | trimmed relMSE | relMSE without the largest share of its terms; it hides fireflies and should be read beside relMSE |
+//! | trimmed relMSE | relMSE without the largest share of its terms; it hides fireflies, so read it beside relMSE |
 //! | bias | mean (I − R) |
 //! | MAPE | mean \|I − R\| / (\|R\| + ε) |
 //! | SMAPE | mean \|I − R\| / (\|I\| + \|R\| + ε) |

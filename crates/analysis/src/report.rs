@@ -127,9 +127,9 @@ fn viewer(index: usize, pictures: &[Shown]) -> String {
     format!(
         "<h3>Images</h3>\n<div class=\"viewer\" id=\"viewer-{index}\" tabindex=\"0\">\n<div class=\"bar\">{buttons}\
          <label><input type=\"checkbox\"> error map</label></div>\n<div class=\"stage\">{images}</div>\n\
-         <p class=\"note\">Select an image with the buttons or the arrow keys. Each run is shown at its last sample count, \
-         first seed. Error map: root of each pixel's squared error over R² + 0.01, R its reference, from 0.001 (black) to 1 \
-         (yellow), logarithmic.</p>\n</div>\n"
+         <p class=\"note\">Select an image with the buttons or the arrow keys. Each run is shown at its last sample \
+         count, first seed. Error map: root of each pixel's squared error over R² + 0.01, R its reference, from 0.001 \
+         (black) to 1 (yellow), logarithmic.</p>\n</div>\n"
     )
 }
 

@@ -97,8 +97,8 @@ pub(super) fn reference(r: &ReferenceRecord) -> String {
     let (scene, name, kind) = (escaped(file_name(&r.scene)), escaped(&r.name), escaped(&r.kind));
     if r.samples == 0 {
         return format!(
-            "{scene}, {name}: {kind}. It is assumed to be exact: its own noise, and every systematic difference between it and a run, \
-             count as errors of the runs."
+            "{scene}, {name}: {kind}. It is assumed to be exact: its own noise, and every systematic difference \
+             between it and a run, count as errors of the runs."
         );
     }
     format!(

@@ -36,8 +36,8 @@ fn differ(d: &Difference) -> Option<String> {
             percent(d.noise)
         )),
         None => Some(format!(
-            "Warning: `{a}` and `{b}` differ by {by}; how much of that is noise is not known, because one of them is a single \
-             image."
+            "Warning: `{a}` and `{b}` differ by {by}; how much of that is noise is not known, because one of them is \
+             a single image."
         )),
     }
 }
@@ -68,8 +68,8 @@ fn against(run: &RunRecord, first: &RunRecord) -> String {
     let name = &first.name;
     let Some([low, high]) = s.speed_up_ci else {
         return format!(
-            "and `{name}`: it is not known which needs fewer seconds {at} ({}× as fast by the mean of the seeds, too few or too \
-             different for an interval)",
+            "and `{name}`: it is not known which needs fewer seconds {at} ({}× as fast by the mean of the seeds, too few \
+             or too different for an interval)",
             two(ratio)
         );
     };
@@ -110,7 +110,7 @@ fn falls(run: &RunRecord) -> String {
     }
 }
 
-/// At least two significant digits.
+/// Two significant digits; three from 10 on.
 pub(super) fn two(x: f64) -> String {
     match x {
         x if x >= 100.0 => format!("{x:.0}"),

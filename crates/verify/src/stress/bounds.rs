@@ -13,7 +13,7 @@ use glam::{DAffine3, DVec3, Vec3};
 pub(super) const CASES: &[Case] = &[Case {
     id: "D20",
     title: "an error bound when few samples have found the light",
-    naive: "the variance of the observed light is taken for the error: a caustic that no sample has found counts as no error",
+    naive: "the variance of the observed light is taken for the error: a caustic that no sample has found is ignored",
     source: "Chernoff 1952; docs/error.md",
     check: Check::Run(caustic),
 }];

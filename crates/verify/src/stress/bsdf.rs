@@ -54,7 +54,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "C17",
         title: "random numbers are below 1",
-        naive: "u32/2³² rounds to 1 for its top 128 values: an index out of range, a direction in the plane of the surface",
+        naive: "u32/2³² rounds to 1 for its top 128 values: an index out of range, a tangent direction",
         source: "docs/science.md, \"Points\"",
         check: Check::Run(ends),
     },

@@ -26,7 +26,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "A17",
         title: "linear motion from none to 1e7 pixels",
-        naive: "boxes of a single instant miss moving objects; the wrong form of a(1 − t) + bt does not reach b at t = 1",
+        naive: "boxes at one instant miss moving objects; the wrong form of a(1 − t) + bt does not reach b at t = 1",
         source: "docs/science.md, \"Moving box\"",
         check: Check::Run(streak),
     },

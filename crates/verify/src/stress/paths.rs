@@ -30,7 +30,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "D03",
         title: "roulette changes noise, not means",
-        naive: "survivors are not weighted by their probability, or the survival of coloured light depends on one channel",
+        naive: "survivors are not weighted by their probability, or coloured light survives by one channel",
         source: "Arvo & Kirk 1990; docs/science.md, \"Russian roulette\"",
         check: Check::Run(unbiased),
     },
