@@ -21,7 +21,8 @@ fn table(runs: &[&RunRecord], unit: &str, of: impl Fn(&RunRecord) -> &Vec<Equal>
     let rows: String = runs.iter().map(|run| row(run, of(run), &times)).collect();
     format!(
         "<h3>After equal {unit}</h3>\n<p class=\"note\">Relative RMSE, and below it the ratio of the \
-         efficiency to that of <b>{}</b> at the same time (the inverse ratio of the squared errors), both with 95 % intervals over seeds.</p>\n\
+         efficiency to that of <b>{}</b> at the same time (the inverse ratio of the squared errors), both with 95 % \
+         intervals over seeds.</p>\n\
          <div class=\"wide\"><table>\n<thead><tr><th>run</th>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n",
         escaped(&first.name)
     )
