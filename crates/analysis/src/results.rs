@@ -58,7 +58,7 @@ pub struct Difference {
     pub beyond_noise: Option<bool>,
 }
 
-/// A computer.
+/// The machine of a measurement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Machine {
     /// The processor's name.

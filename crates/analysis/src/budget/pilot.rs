@@ -34,7 +34,7 @@ pub(super) struct Pilot<'a> {
     within: Vec<f64>,
     /// Mean radiance of three channels.
     pub mean: f64,
-    /// Its relative standard error.
+    /// Relative standard error of `mean`.
     pub mean_error: f64,
     /// Rays and seconds of one sample of every pixel, by the path tracer.
     pub path_cost: (f64, f64),

@@ -66,7 +66,7 @@ fn why(unseen: Option<Unseen>, reliable: bool) -> String {
     };
     let much = if more.is_finite() { format!("up to {more:.2} %") } else { "any amount".into() };
     format!(
-        "{what} may add {much} to the error (single samples of up to {:.0} times the mean radiance)",
+        "{what} may add {much} to the error; single samples reach {:.0} times the mean radiance",
         unseen.times
     )
 }
@@ -103,7 +103,7 @@ mod tests {
         let verdict = |error| Verdict::new(FOUND, unseen(error), None);
         // Only the observed error: (0.03 / 0.015)².
         assert!((verdict(0.0).growth(0.03, 0.015, 1.0, 16.0) - 4.0).abs() < 1e-6);
-        // Only the unseen one: half the limit.
+        // Only the unseen part: half the limit.
         assert!((verdict(0.06).growth(0.0, 0.03, 1.0, 16.0) - 4.0).abs() < 1e-6);
         assert!((verdict(9.0).growth(0.03, 0.03, 1.0, 4.0) - 4.0).abs() < 1e-6);
         let both = verdict(0.01).growth(0.03, 0.03, 1.0, 4.0);

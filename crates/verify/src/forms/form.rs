@@ -6,7 +6,7 @@ use dapple_integrator::scene::Scene;
 
 /// One closed-form scene of one pixel.
 pub struct Form {
-    /// E1 to E18.
+    /// Id, E1 to E18.
     pub id: &'static str,
     /// Description of the scene.
     pub title: &'static str,
