@@ -1,17 +1,18 @@
-//! What will a picture of a given error cost, and which integral is to blame?
+//! Prediction of the cost of an image of given error, and of the share of each effect in the variance.
 //!
-//! A pilot of a few samples over the picture says where the errors are and how bright it is. In blocks that stand for
-//! the picture ([`crate::estimate`]), [`dapple_integrator::variances()`] splits the variance by effect. From that follow
-//! the counts of the distribution tracer that reach a given error with the fewest rays, and from pairs of independent
-//! renders of the blocks the error of a given count, for the distribution tracer with random points and for the path
-//! tracer as it is set. Independent points have a squared error ∝ 1/n; the path tracer's other points are rendered at two
-//! counts, and the line through both in logarithms is followed to the wanted error. *Approximation*: that the rate
-//! stays; the interval grows with the distance.
+//! A pilot render of a few samples locates the errors and measures the mean radiance. In blocks that represent the
+//! image ([`crate::estimate`]), [`dapple_integrator::variances()`] splits the variance by effect. From this follow the
+//! sample counts of the distribution tracer that reach a given error with the fewest rays, and from pairs of
+//! independent renders of the blocks the error at a given count, for the distribution tracer with random points and for
+//! the path tracer with its settings. Independent points have a squared error ∝ 1/n. The other patterns of the path
+//! tracer are rendered at two counts, and the line through both in logarithms is extrapolated to the requested error.
+//! *Approximation*: the rate of convergence is assumed to be constant; the interval grows with the distance of the
+//! extrapolation.
 //!
-//! All this is done in independent groups of blocks, from whose differences the intervals follow. As long as an interval is
-//! wide the pilot goes on, with twice as many groups, or with larger counts, nearer to the wanted ones; how far is a number
-//! of rays, so that the same call says the same on every machine, or a time, if one is given. An interval that is not known
-//! even then is not told.
+//! All of this is done in independent groups of blocks, whose differences give the confidence intervals. While an
+//! interval is wide, the pilot continues with twice as many groups, or with larger sample counts, closer to the
+//! requested ones. It is limited by a number of rays, so that the same call gives the same result on every machine, or
+//! by a time, if one is given. An interval that is still unknown at the end is not reported.
 
 mod pilot;
 mod shares;
@@ -30,24 +31,24 @@ use shares::{shares, sum};
 use std::time::{Duration, Instant};
 use wanted::Wanted;
 
-/// What carries which part of the variance, and what that costs.
+/// The shares of the effects in the variance, and the predicted costs.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Budget {
-    /// The wanted relative RMSE.
+    /// The requested relative RMSE.
     pub error_limit: f64,
-    /// Mean radiance.
+    /// Mean radiance of the image.
     pub mean: f64,
-    /// Effects that the scene has, in the order in which they are nested; shares add up to 1.
+    /// Effects that are present in the scene, in nesting order; their shares add up to 1.
     pub effects: Vec<Share>,
-    /// By method.
+    /// One prediction per method.
     pub predictions: Vec<Prediction>,
 }
 
-/// The most points by which one integral is split.
+/// Maximum number of points per integral.
 const MOST: f64 = 64.0;
 
-/// The budget for a picture of `settings` with relative RMSE `limit`. With `time`, a pilot whose intervals are wide goes on
-/// while its next step should end within that time; its first steps are taken in any case.
+/// Predicts the budget of an image with `settings` and relative RMSE `limit`. With `time`, a pilot with wide intervals
+/// continues while its next step is expected to end within that time; its first steps are taken in any case.
 pub fn budget(
     scene: &Scene,
     camera: &Camera,
@@ -70,9 +71,9 @@ pub fn budget(
     Budget { error_limit: limit, mean: pilot.mean, effects: shares, predictions }
 }
 
-/// Points of every integral for the fewest rays. With A the variance around the first hit, V that of an integral there
-/// and c the rays of one of its points, (A + Σ V/n)(1 + Σ n·c) is least at n = √(V / (c·A)): one camera ray costs 1. A
-/// further point of lens or time costs as much as one of the pixel, and gains less.
+/// Number of points of every integral that minimises the rays. With A the variance around the first hit, V that of an
+/// integral there and c the rays of one of its points, (A + Σ V/n)(1 + Σ n·c) is minimal at n = √(V / (c·A)), where one
+/// camera ray costs 1. A further point of lens or time costs as much as one of the pixel, and gains less.
 fn plans(set: &SampleSets, v: &Variances) -> SampleSets {
     let mut plans = *set;
     let rays = v.rays.max(f64::MIN_POSITIVE);
@@ -91,7 +92,8 @@ fn plans(set: &SampleSets, v: &Variances) -> SampleSets {
 mod tests {
     use super::*;
 
-    /// Where the light makes four times the variance of all around it and a point costs one ray, two points are best.
+    /// If the variance of light sampling is four times that of the rest and a point costs one ray, two points are
+    /// optimal.
     #[test]
     fn counts_follow_variance_and_cost() {
         let mut v = Variances { parts: [0.0; 7], rest: 0.0, mean: 1.0, rays: 2.0, more_rays: [0.0; 7] };

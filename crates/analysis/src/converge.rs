@@ -1,11 +1,12 @@
-//! How much error is left after how many seconds, with which method, and how sure is that?
+//! Convergence studies: the error of several methods against time, each with confidence intervals over seeds.
 //!
-//! A [`Run`] is a method with its settings; [`Reference`] what its pictures should be; [`measure`] one seed of one run:
-//! errors at growing sample counts. [`Clock`] shares the seconds out: reference first, then seed after seed of every
-//! run, so that whatever is finished when time is up is a fair comparison.
+//! A [`Run`] is a method with its settings, a [`Reference`] the image that errors are measured against. [`measure`]
+//! renders one seed of one run and returns its errors at increasing sample counts. [`Clock`] divides the time: the
+//! reference comes first, then one seed after the other of every run, so that the finished part is a fair comparison
+//! whenever time runs out.
 //!
-//! Seeds are independent. The counts of a run are found with its first seed and kept for the others. A curve ends
-//! before the counts whose squared error would be below the reference's own.
+//! Seeds are independent. The sample counts of a run are determined by its first seed and reused for the others. A
+//! curve ends before the sample counts whose squared error would be below that of the reference.
 
 mod clock;
 mod difference;

@@ -1,7 +1,7 @@
-//! How does an error fall with samples and with seconds?
+//! Convergence curves: error against samples or time.
 //!
-//! A [`Curve`] is one seed of one method: errors at growing sample counts. Everything said about a method is worked
-//! out for each seed alone and then averaged over seeds, so that intervals show how much seeds differ.
+//! A [`Curve`] belongs to one seed of one method and contains errors at increasing sample counts. Every quantity of a
+//! method is computed per seed and then averaged over seeds, so that its interval measures the variation between seeds.
 
 mod equal;
 mod fall;

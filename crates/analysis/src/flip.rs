@@ -1,11 +1,12 @@
-//! How different do two pictures look, one shown after the other in the same place?
+//! ꟻLIP: the perceived difference of two images that alternate in the same place.
 //!
-//! ꟻLIP [Andersson et al. 2020]: both pictures are blurred by the eye's contrast sensitivity, compared as colours in a
-//! Hunt-adjusted L*a*b*, and the difference is raised where edges and points differ. The result is a map of values
-//! from 0 (alike) to 1, and its mean. For pictures of high dynamic range the largest value over a series of exposures
-//! is taken [Andersson et al. 2021]. Arithmetic in f32; the mean in f64.
+//! ꟻLIP [Andersson et al. 2020] filters both images by the contrast sensitivity of the eye, compares them as colours in
+//! a Hunt-adjusted L*a*b* space, and amplifies the difference where edges and points differ. The result is a map of
+//! values from 0 (equal) to 1, and its mean. For images of high dynamic range it is the maximum over a series of
+//! exposures [Andersson et al. 2021]. The arithmetic is in f32, the mean in f64.
 //!
-//! For looking at, never for convergence: it is no power of the number of samples.
+//! ꟻLIP describes the visual appearance and is unsuitable for measuring convergence, because it is not a power of the
+//! number of samples.
 
 mod color;
 mod feature;
@@ -19,10 +20,10 @@ use color::{hunt_lab, hyab, linear_to_opponent, opponent_to_linear};
 use dapple_imaging::Image;
 use glam::Vec3;
 
-/// Pixels per degree of vision of the authors' standard observer: a 4K display 0.7 m wide, seen from 0.7 m.
+/// Pixels per degree of visual angle of the authors' standard observer: a 4K display 0.7 m wide, seen from 0.7 m.
 pub const PIXELS_PER_DEGREE: f32 = 0.7 * 3840.0 / 0.7 * (std::f32::consts::PI / 180.0);
 
-/// ꟻLIP per pixel, row by row from the top left, 0 to 1; NaN where a picture is not finite.
+/// ꟻLIP per pixel, row by row from the top left, 0 to 1; NaN where an image is not finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
     /// Pixels per row.
@@ -34,7 +35,7 @@ pub struct Map {
 }
 
 impl Map {
-    /// Mean over the pixels that are numbers; NaN if none is.
+    /// Mean over the pixels that are not NaN; NaN if there are none.
     pub fn mean(&self) -> f64 {
         let numbers = self.values.iter().filter(|v| !v.is_nan());
         let (sum, n) = numbers.fold((0.0, 0.0), |(sum, n), v| (sum + f64::from(*v), n + 1.0));
@@ -42,7 +43,10 @@ impl Map {
     }
 }
 
-/// ꟻLIP of pictures made for a display: linear light, clipped to 0…1.
+/// ꟻLIP of display images: linear light, clipped to 0…1.
+///
+/// # Errors
+/// The images differ in size.
 pub fn ldr(image: &Image, reference: &Image, pixels_per_degree: f32) -> Result<Map, SizeMismatch> {
     same_size(image, reference)?;
     let unit = |p: &Image| finite(p, |v| v.clamp(Vec3::ZERO, Vec3::ONE));
@@ -52,8 +56,11 @@ pub fn ldr(image: &Image, reference: &Image, pixels_per_degree: f32) -> Result<M
     Ok(Map { width: size.0, height: size.1, values })
 }
 
-/// HDR-ꟻLIP: the largest ꟻLIP over a series of exposures chosen from the reference, which are shown through the ACES
-/// curve. Negative radiance counts as black.
+/// HDR-ꟻLIP: the maximum of ꟻLIP over a series of exposures, which are derived from the reference and tone-mapped with
+/// the ACES curve. Negative radiance counts as black.
+///
+/// # Errors
+/// The images differ in size.
 pub fn hdr(image: &Image, reference: &Image, pixels_per_degree: f32) -> Result<Map, SizeMismatch> {
     same_size(image, reference)?;
     let size = (image.width, image.height);
@@ -69,7 +76,7 @@ pub fn hdr(image: &Image, reference: &Image, pixels_per_degree: f32) -> Result<M
     Ok(Map { width: size.0, height: size.1, values })
 }
 
-/// Pixels through `f`; black where the pixel is not finite.
+/// Maps pixels by `f`; pixels that are not finite become black.
 fn finite(picture: &Image, f: impl Fn(Vec3) -> Vec3) -> Vec<Vec3> {
     picture.pixels.iter().map(|p| if p.is_finite() { f(*p) } else { Vec3::ZERO }).collect()
 }
@@ -82,8 +89,8 @@ fn mark(values: &mut [f32], image: &Image, reference: &Image) {
     }
 }
 
-/// ꟻLIP of linear pictures within 0…1: the colour difference to the power of one minus the feature difference
-/// [Andersson et al. 2020, eq. 15].
+/// ꟻLIP of linear images within 0…1: the colour difference to the power of one minus the feature difference [Andersson
+/// et al. 2020, eq. 15].
 fn difference(size: (usize, usize), image: &[Vec3], reference: &[Vec3], ppd: f32) -> Vec<f32> {
     let opponent = |p: &[Vec3]| p.iter().map(|v| linear_to_opponent(*v)).collect::<Vec<_>>();
     let (a, b) = (opponent(image), opponent(reference));
@@ -99,11 +106,12 @@ fn difference(size: (usize, usize), image: &[Vec3], reference: &[Vec3], ppd: f32
 
 /// Exponent of the colour distance, q_c.
 const COLOUR_POWER: f32 = 0.7;
-/// Share of the largest distance, p_c, that is mapped to the value [`KNEE_VALUE`], p_t.
+/// Fraction p_c of the largest distance that is mapped to the value [`KNEE_VALUE`], p_t.
 const KNEE: f32 = 0.4;
 const KNEE_VALUE: f32 = 0.95;
 
-/// A colour distance as 0…1: most of the range goes to distances that are not extreme [Andersson et al. 2020, §4.3].
+/// Maps a colour distance to 0…1, giving most of the range to distances that are not extreme [Andersson et al. 2020,
+/// §4.3].
 fn compressed(distance: f32, largest: f32) -> f32 {
     let powered = libm::powf(distance, COLOUR_POWER);
     let knee = KNEE * largest;

@@ -1,13 +1,13 @@
-//! Where are the errors? Values as false colours.
+//! Error maps: values as false colours.
 //!
-//! The scale of magnitudes is matplotlib's magma in nine steps (dark is small), the scale of signs runs from blue
-//! (negative) over near black to red. Pixels that are not numbers are green, which neither scale has.
+//! Magnitudes use matplotlib's magma in nine steps (dark is small). Signed values run from blue (negative) over near
+//! black to red. NaN is green, which neither scale contains.
 
 use dapple_imaging::Image;
 use dapple_imaging::sheet::Frame;
 use glam::Vec3;
 
-/// Magma at 0, ⅛, … 1. *Approximation*: straight lines between them, at most three code values off.
+/// Magma at 0, ⅛, … 1. *Approximation*: linear interpolation between the steps is at most three code values off.
 const MAGMA: [[u8; 3]; 9] = [
     [0, 0, 4],
     [28, 16, 68],
@@ -20,29 +20,29 @@ const MAGMA: [[u8; 3]; 9] = [
     [252, 253, 191],
 ];
 
-/// From −1 to 1.
+/// The scale of signed values, from −1 to 1.
 const SIGNS: [[u8; 3]; 5] = [[120, 190, 255], [20, 90, 210], [16, 16, 16], [200, 60, 30], [255, 190, 110]];
 
-/// What is not a number.
+/// The colour of NaN.
 const NOT_A_NUMBER: [u8; 3] = [0, 220, 0];
 
-/// Colour of a magnitude between 0 and 1; beyond is clipped.
+/// Colour of a magnitude between 0 and 1; values outside are clipped.
 pub fn magnitude(value: f64) -> [u8; 3] {
     along(&MAGMA, value)
 }
 
-/// Colour of a signed value between −1 and 1; beyond is clipped.
+/// Colour of a signed value between −1 and 1; values outside are clipped.
 pub fn sign(value: f64) -> [u8; 3] {
     along(&SIGNS, 0.5 + 0.5 * value)
 }
 
-/// `values` on a logarithmic scale from `low` (dark) to `high` (bright), row by row, `width` per row.
+/// Maps `values` on a logarithmic scale from `low` (dark) to `high` (bright), row by row, `width` per row.
 pub fn logarithmic(values: &[f64], width: usize, [low, high]: [f64; 2]) -> Frame {
     frame(values, width, |v| magnitude(libm::log(v.max(low) / low) / libm::log(high / low)))
 }
 
-/// The root of each pixel's squared error relative to R² + 0.01, mean of the channels, from 0.001 to 1; both pictures
-/// must have the same size.
+/// Maps the root of each pixel's squared error relative to R² + 0.01, averaged over channels, on a logarithmic scale
+/// from 0.001 to 1. Both images must have the same size.
 pub fn relative(image: &Image, reference: &Image) -> Frame {
     let one = |(a, b): (&Vec3, &Vec3)| {
         let (d, r) = ((*a - *b).as_dvec3(), b.as_dvec3());
@@ -52,12 +52,12 @@ pub fn relative(image: &Image, reference: &Image) -> Frame {
     logarithmic(&values, image.width, [1e-3, 1.0])
 }
 
-/// `values` on a linear scale from 0 (dark) to 1 (bright), row by row.
+/// Maps `values` on a linear scale from 0 (dark) to 1 (bright), row by row.
 pub fn linear(values: &[f64], width: usize) -> Frame {
     frame(values, width, magnitude)
 }
 
-/// `values` from −`largest` (blue) over 0 (black) to `largest` (red), row by row.
+/// Maps `values` from −`largest` (blue) over 0 (black) to `largest` (red), row by row.
 pub fn signed(values: &[f64], width: usize, largest: f64) -> Frame {
     frame(values, width, |v| sign(v / largest))
 }

@@ -1,10 +1,11 @@
-//! How wrong is a picture, and how fast does a method get it right?
+//! Error metrics, error estimates and convergence studies of rendered images.
 //!
-//! [`metrics`] compares pictures in linear radiance, [`flip`] as an eye would, [`ssim`] by their structure, [`heat`] shows
-//! where the errors are. [`curve`] says how fast an error falls with samples and seconds, and [`statistics`] how sure that
-//! is. [`converge`] renders the same scene
-//! by several methods; [`results`], [`plot`] and [`report`] say what came out.
-//! Pictures are linear Rec.709, row by row from the top left, whoever made them.
+//! [`metrics`] compares images in linear radiance, [`flip`] by perceived difference and [`ssim`] by structure; [`heat`]
+//! maps errors to false colours. [`curve`] measures how fast an error falls with samples and time, and [`statistics`]
+//! provides the confidence intervals. [`converge`] renders one scene with several methods; [`results`], [`plot`] and
+//! [`report`] write the outcome. [`estimate`] estimates the error of a render without a reference, and [`budget`]
+//! predicts the cost of an image of given error. Images are linear Rec.709, row by row from the top left, whichever
+//! renderer made them.
 #![forbid(unsafe_code)]
 
 pub mod budget;

@@ -1,6 +1,7 @@
-//! A log-log plot of lines with bands, as SVG and as pixels, without a font file.
+//! Log-log plots of lines with bands, as SVG and as raster images, without a font file.
 //!
-//! [`Chart`] says what is drawn; it is laid out once, in drawing primitives that both kinds of `Canvas` know.
+//! A [`Chart`] contains the data. It is laid out once, in drawing primitives that both implementations of `Canvas`
+//! support.
 
 mod canvas;
 mod chart;
@@ -15,14 +16,14 @@ pub(crate) use svg::escaped;
 use dapple_imaging::sheet::Frame;
 
 impl Chart {
-    /// An `<svg>` element that needs nothing else.
+    /// The plot as a self-contained `<svg>` element.
     pub fn svg(&self) -> String {
         let mut canvas = svg::Svg::new(&self.title);
         layout::draw(self, &mut canvas);
         canvas.finish()
     }
 
-    /// The same in pixels.
+    /// The plot as a raster image.
     pub fn frame(&self) -> Frame {
         let mut canvas = raster::Raster::new();
         layout::draw(self, &mut canvas);

@@ -1,6 +1,6 @@
-//! What did a comparison of methods find, on one page that needs nothing else?
+//! The report of a comparison of methods: a self-contained HTML page.
 //!
-//! The page holds its plots as SVG and its pictures as PNG in data URIs; it opens from disk, without a network.
+//! The page contains its plots as SVG and its images as PNG in data URIs, so that it opens from disk without a network.
 
 mod equal;
 mod table;
@@ -15,18 +15,18 @@ use crate::statistics::Interval;
 use base64::Engine;
 use words::file_name;
 
-/// A picture of the page.
+/// An image of the page.
 #[derive(Clone, Debug)]
 pub struct Shown {
-    /// What it is called on its button.
+    /// Label of its button.
     pub label: String,
-    /// The picture, an encoded PNG.
+    /// The image, an encoded PNG.
     pub picture: Vec<u8>,
-    /// Its errors in false colours; none for the reference.
+    /// The error map in false colours, an encoded PNG; `None` for the reference.
     pub errors: Option<Vec<u8>>,
 }
 
-/// Relative RMSE of the runs of a scene over seconds, or over samples, with a line of the rate of independent samples.
+/// The relative RMSE of the runs of a scene against `over`, with a guide line at the rate of independent samples.
 pub fn chart(results: &Results, scene: &str, over: Over) -> Chart {
     let runs: Vec<&RunRecord> = results.of_scene(scene).collect();
     let line = |run: &&RunRecord| Series {
@@ -37,7 +37,7 @@ pub fn chart(results: &Results, scene: &str, over: Over) -> Chart {
     let mut series: Vec<Series> = runs.iter().map(line).collect();
     series.extend(guide(&series, over));
     let (x_label, unit) = match over {
-        Over::Samples => ("samples per pixel, or points of the effect that varies", "samples"),
+        Over::Samples => ("samples per pixel, or points of the varied effect", "samples"),
         Over::Seconds => ("seconds of rendering (wall time)", "seconds"),
         Over::CpuSeconds => ("processor seconds of rendering, all threads together", "processor seconds"),
     };
@@ -49,7 +49,7 @@ pub fn chart(results: &Results, scene: &str, over: Over) -> Chart {
     }
 }
 
-/// Through the first point of the first line, falling as the root of the cost.
+/// A guide through the first point of the first line that falls as the inverse root of the cost.
 fn guide(series: &[Series], over: Over) -> Option<Series> {
     let shown = |p: &&(f64, Interval)| p.0 > 0.0;
     let (x, start) = series.iter().find_map(|s| s.points.iter().find(shown).copied())?;
@@ -66,7 +66,7 @@ fn guide(series: &[Series], over: Over) -> Option<Series> {
     (end > x).then(|| Series { name: name.into(), points: vec![at(x), at(end)], guide: true })
 }
 
-/// The page. `pictures` are by scene, in the order of [`Results::scenes`].
+/// The page as HTML. `pictures` are by scene, in the order of [`Results::scenes`].
 pub fn html(results: &Results, pictures: &[Vec<Shown>]) -> String {
     let scenes = results.scenes();
     let none = Vec::new();
@@ -101,7 +101,7 @@ fn section(results: &Results, scene: &str, index: usize, pictures: &[Shown]) -> 
     )
 }
 
-/// Buttons and pictures; the script shows one at a time.
+/// Buttons and images; the script shows one image at a time.
 fn viewer(index: usize, pictures: &[Shown]) -> String {
     if pictures.is_empty() {
         return String::new();
@@ -125,15 +125,15 @@ fn viewer(index: usize, pictures: &[Shown]) -> String {
     let buttons: String = pictures.iter().enumerate().map(button).collect();
     let images: String = pictures.iter().enumerate().map(image).collect();
     format!(
-        "<h3>Pictures</h3>\n<div class=\"viewer\" id=\"viewer-{index}\" tabindex=\"0\">\n<div class=\"bar\">{buttons}\
-         <label><input type=\"checkbox\"> where the errors are</label></div>\n<div class=\"stage\">{images}</div>\n\
-         <p class=\"note\">Flip through with the buttons or the arrow keys. Each run is shown at its last sample count, \
-         first seed. Errors: root of each pixel's squared error over R² + 0.01, R its reference, from 0.001 (black) to 1 \
-         (yellow), logarithmic.</p>\n</div>\n"
+        "<h3>Images</h3>\n<div class=\"viewer\" id=\"viewer-{index}\" tabindex=\"0\">\n<div class=\"bar\">{buttons}\
+         <label><input type=\"checkbox\"> error map</label></div>\n<div class=\"stage\">{images}</div>\n\
+         <p class=\"note\">Select an image with the buttons or the arrow keys. Each run is shown at its last sample \
+         count, first seed. Error map: root of each pixel's squared error over R² + 0.01, R its reference, from 0.001 \
+         (black) to 1 (yellow), logarithmic.</p>\n</div>\n"
     )
 }
 
-/// Machine, settings, what was left out, and what the numbers mean.
+/// The section on machine, command, references, missing runs, and the meaning of the numbers.
 fn about(results: &Results) -> String {
     let m = &results.machine;
     let memory = match m.memory_bytes {
@@ -143,7 +143,7 @@ fn about(results: &Results) -> String {
     let references: String =
         results.references.iter().map(|r| format!("<li>{}</li>\n", table::reference(r))).collect();
     let left_out = match results.left_out.is_empty() {
-        true => "<p>Nothing: every seed of every run was rendered.</p>".into(),
+        true => "<p>None: every seed of every run was rendered.</p>".into(),
         false => {
             let short = |line: &String| {
                 results.scenes().iter().fold(line.clone(), |l, scene| l.replace(scene, file_name(scene)))
@@ -153,10 +153,10 @@ fn about(results: &Results) -> String {
         }
     };
     format!(
-        "<section>\n<h2>How this was measured</h2>\n<dl>\n<dt>Command</dt><dd><code>{}</code></dd>\n\
+        "<section>\n<h2>Measurement</h2>\n<dl>\n<dt>Command</dt><dd><code>{}</code></dd>\n\
          <dt>Machine</dt><dd>{}, {} threads{memory}; {}</dd>\n<dt>Program</dt><dd>dapple {}</dd>\n\
-         <dt>Time</dt><dd>{:.1} s in all, {:.0} s granted to the last call</dd>\n</dl>\n\
-         <h3>References</h3>\n<ul>\n{references}</ul>\n<h3>What was left out</h3>\n{left_out}\n{}\n</section>\n",
+         <dt>Time</dt><dd>{:.1} s in all, limit of the last call {:.0} s</dd>\n</dl>\n\
+         <h3>References</h3>\n<ul>\n{references}</ul>\n<h3>Missing seeds</h3>\n{left_out}\n{}\n</section>\n",
         escaped(&results.command),
         escaped(&m.cpu),
         m.threads,
@@ -168,7 +168,7 @@ fn about(results: &Results) -> String {
     )
 }
 
-/// Text with `code` in backticks, and exponents such as N^-1.5 raised.
+/// Converts text with `code` in backticks and exponents such as N^-1.5 to HTML.
 fn marked(text: &str) -> String {
     let escaped = escaped(text);
     let parts = escaped.split('`').enumerate();
@@ -226,7 +226,7 @@ mod tests {
         for outside in ["src=\"http", "href=", "url(", "@import", "fetch("] {
             assert!(!page.contains(outside), "{outside}");
         }
-        assert!(page.contains("Nothing: every seed"));
+        assert!(page.contains("None: every seed"));
     }
 
     #[test]
@@ -236,7 +236,8 @@ mod tests {
         assert!(chart.series[2].guide && chart.series[2].points.len() == 2);
     }
 
-    /// Interval that no seed or too wide a spread leaves unknown is called so, and nowhere are its ends.
+    /// An interval that is unknown, because of a single seed or too wide a spread, is reported as not known, and its
+    /// ends are not printed.
     #[test]
     fn unknown_intervals_are_not_printed() {
         let mut results = results(0.01, -1.0);

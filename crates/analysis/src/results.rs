@@ -1,140 +1,141 @@
-//! What a comparison of methods found, as it is written and read again: `results.json` and `results.csv`.
+//! The results of a comparison of methods and their file formats: `results.json` and `results.csv`.
 //!
-//! The schema is described in `docs/results.md`. What is derived from curves is worked out again when writing, and not
-//! believed when reading.
+//! The schema is described in `docs/results.md`. Quantities derived from curves are recomputed when writing and ignored
+//! when reading.
 
 use crate::curve::{self, Curve, EqualCost, Error, Over, Point};
 use crate::statistics::Interval;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The version of the schema. 2: relMSE has the reference's own pixel below it; processor seconds, start-up, equal times.
+/// The version of the schema. Version 2: the denominator of relMSE contains the reference's own pixel; processor
+/// seconds, start-up times and equal times were added.
 pub const SCHEMA: u32 = 2;
 
-/// Relative RMSEs to which the seconds are told.
+/// The relative RMSEs for which the seconds are reported.
 pub const TARGETS: [f64; 3] = [1e-1, 1e-2, 1e-3];
 
-/// Everything.
+/// The contents of `results.json`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Results {
-    /// [`SCHEMA`].
+    /// The version of the schema, [`SCHEMA`].
     pub schema: u32,
-    /// Of dapple.
+    /// The version of dapple.
     pub version: String,
-    /// What it ran on.
+    /// The machine the command ran on.
     pub machine: Machine,
     /// The command line.
     pub command: String,
-    /// Wall time granted to the last call, seconds.
+    /// Time limit of the last call in seconds.
     pub budget_seconds: f64,
-    /// Wall time of all calls, seconds.
+    /// Wall time of all calls in seconds.
     pub spent_seconds: f64,
-    /// Pictures that others are held against.
+    /// The reference images.
     pub references: Vec<ReferenceRecord>,
-    /// Each method on each scene.
+    /// The runs: each method on each scene.
     pub runs: Vec<RunRecord>,
-    /// How far the references of a scene are from one another.
+    /// The differences between the references of a scene.
     #[serde(default)]
     pub differences: Vec<Difference>,
-    /// What there was no time for, in words.
+    /// Sentences that describe the seeds for which there was no time.
     pub left_out: Vec<String>,
 }
 
-/// Two references of one scene.
+/// The difference between two references of one scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Difference {
-    /// The scene as it was named.
+    /// The scene as given on the command line.
     pub scene: String,
-    /// What both are called.
+    /// The names of both references.
     pub names: [String; 2],
-    /// Root of their mean squared difference, without the noise of those that come in halves, over the mean of the first;
-    /// null where their sizes differ.
+    /// Root of the mean squared difference, without the noise of references that come in halves, divided by the mean of
+    /// the first; null if the sizes differ.
     pub relative_rmse: Option<f64>,
-    /// The relative RMSE of both means together that their halves account for.
+    /// The relative RMSE of both means together, as far as their halves reveal it.
     pub noise: f64,
-    /// Whether the difference is more than noise, at four standard errors; null where one of them comes as one picture,
+    /// Whether the difference is more than noise, at four standard errors; null if one reference is a single image,
     /// whose noise is not known.
     pub beyond_noise: Option<bool>,
 }
 
-/// A computer.
+/// The machine of a measurement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Machine {
     /// The processor's name.
     pub cpu: String,
-    /// Threads used.
+    /// Number of threads used.
     pub threads: usize,
-    /// Bytes of memory; 0 = unknown.
+    /// Memory in bytes; 0 = unknown.
     pub memory_bytes: u64,
     /// Operating system and architecture.
     pub system: String,
 }
 
-/// A reference.
+/// A reference image.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ReferenceRecord {
-    /// The scene as it was named.
+    /// The scene as given on the command line.
     pub scene: String,
-    /// Tells apart what is to be seen: scene, view, effects.
+    /// Key that identifies the expected image: scene, view, effects.
     pub key: String,
-    /// What it is called on the page; one of a scene is called "reference".
+    /// Its name on the page; the first of a scene is called "reference".
     #[serde(default)]
     pub name: String,
-    /// Who made it and how: a part of a sentence.
+    /// The renderer and method that made it: a part of a sentence.
     pub kind: String,
-    /// Samples per pixel of each half; 0 where it is one picture.
+    /// Samples per pixel of each half; 0 for a single image.
     pub samples: u32,
-    /// Its own mean squared error; 0 for one picture, which is taken as exact.
+    /// Its own mean squared error; 0 for a single image, which is assumed to be exact.
     pub mse: f64,
-    /// The same as relative RMSE.
+    /// Its own relative RMSE.
     pub relative_rmse: f64,
     /// Mean radiance.
     pub mean: f64,
-    /// Names of its files.
+    /// Names of its files in the folder.
     pub files: Vec<String>,
 }
 
-/// One method on one scene.
+/// A run: one method on one scene.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RunRecord {
-    /// The scene as it was named.
+    /// The scene as given on the command line.
     pub scene: String,
-    /// What the method is called.
+    /// Name of the run.
     pub name: String,
-    /// Its options as given.
+    /// Its options as given on the command line.
     pub options: String,
-    /// Tells apart everything that changes pictures or times.
+    /// Key of everything that affects images or times.
     pub key: String,
-    /// The key of its reference.
+    /// The `key` of its reference.
     pub reference: String,
-    /// path, distribution or external.
+    /// `path`, `distribution` or `external`.
     pub method: String,
-    /// Of the points.
+    /// The sampling pattern.
     pub pattern: String,
-    /// What the samples count: "spp" or an effect.
+    /// The quantity that is counted: `spp` or an effect.
     pub varied: String,
-    /// Width and height in pixels.
+    /// Width and height of the image in pixels.
     pub size: [u32; 2],
-    /// The largest count, once the first seed has found it.
+    /// The largest sample count, once the first seed has determined it.
     pub most: Option<u32>,
-    /// Why curves end where they do, in words; empty where time ended them.
+    /// The reason the curves end, in words; empty if the time limit ended them.
     pub ends: String,
-    /// What its seconds are, in words.
+    /// Description of how its seconds were measured.
     #[serde(default)]
     pub timing: String,
-    /// Wall seconds of a command before it renders, which were subtracted.
+    /// Wall time of an external command before it renders, in seconds, which was subtracted.
     #[serde(default)]
     pub startup_seconds: Option<f64>,
-    /// Its processor seconds before it renders, which were subtracted.
+    /// Processor time of an external command before it renders, in seconds, which was subtracted.
     #[serde(default)]
     pub startup_cpu_seconds: Option<f64>,
-    /// FLIP of the last picture of the first seed.
+    /// FLIP of the last image of the first seed.
     pub flip: Option<f64>,
-    /// Names of its pictures.
+    /// Names of its image files in the folder.
     pub files: Vec<String>,
-    /// Curves by seed.
+    /// The curves, one per seed.
     pub seeds: Vec<Seed>,
-    /// What follows from them.
+    /// The quantities derived from the curves.
     #[serde(flatten, skip_deserializing)]
     pub summary: Summary,
 }
@@ -144,73 +145,73 @@ pub struct RunRecord {
 pub struct Seed {
     /// The seed.
     pub seed: u64,
-    /// Its points.
+    /// The points of the curve.
     pub points: Curve,
 }
 
-/// What follows from the curves of a run. Lists go over the counts that at least two seeds have; intervals are of
-/// 95 % over seeds, and null where they are not known: of one seed, or (of slopes: never) with ends more than a factor
-/// [`crate::statistics::WIDEST`] apart.
+/// The quantities derived from the curves of a run. Lists are over the sample counts that at least two seeds have.
+/// Intervals are 95 % intervals over seeds, and null if they are not known: for a single seed, or (except for slopes)
+/// with ends more than a factor [`crate::statistics::WIDEST`] apart.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Summary {
-    /// Samples per pixel, or points of the effect that varies.
+    /// Samples per pixel, or points of the varied effect.
     pub samples: Vec<f64>,
-    /// Wall seconds of rendering, means over seeds; 0 where they are too short to be measured.
+    /// Wall time of rendering in seconds, means over seeds; 0 if it was too short to be measured.
     pub seconds: Vec<f64>,
-    /// Processor seconds, likewise.
+    /// Processor time in seconds, likewise.
     pub cpu_seconds: Vec<f64>,
-    /// Geometric means over seeds.
+    /// Geometric means of the MSE over seeds.
     pub mse: Vec<f64>,
-    /// Of relMSE.
+    /// Geometric means of relMSE over seeds.
     pub relmse: Vec<f64>,
-    /// Of relative RMSE.
+    /// Geometric means of the relative RMSE over seeds.
     pub relative_rmse: Vec<f64>,
     /// Exponent of MSE over samples.
     pub slope: Option<f64>,
-    /// Its interval.
+    /// Interval of `slope`.
     pub slope_ci: Option<[f64; 2]>,
     /// Exponent of MSE over seconds.
     pub slope_seconds: Option<f64>,
-    /// Its interval.
+    /// Interval of `slope_seconds`.
     pub slope_seconds_ci: Option<[f64; 2]>,
     /// 1/(relMSE · seconds) at the last count.
     pub efficiency: Option<f64>,
-    /// Its interval.
+    /// Interval of `efficiency`.
     pub efficiency_ci: Option<[f64; 2]>,
-    /// Seconds to a relative RMSE; null where not every seed gets there.
+    /// Seconds to each relative RMSE of [`TARGETS`]; null if not every seed reaches it.
     pub seconds_to: BTreeMap<String, Option<f64>>,
-    /// Their intervals.
+    /// Intervals of `seconds_to`.
     pub seconds_to_ci: BTreeMap<String, Option<[f64; 2]>>,
-    /// Seconds of the scene's first run over seconds of this one, for the same relative RMSE.
+    /// Speed-up: seconds of the scene's first run divided by the seconds of this one, for the same relative RMSE.
     pub speed_up: Option<f64>,
-    /// Its interval.
+    /// Interval of `speed_up`.
     pub speed_up_ci: Option<[f64; 2]>,
-    /// The relative RMSE at which they are compared.
+    /// The relative RMSE at which `speed_up` is measured.
     pub speed_up_at: Option<f64>,
-    /// As `speed_up`, in processor seconds.
+    /// The speed-up in processor seconds.
     pub cpu_speed_up: Option<f64>,
-    /// Its interval.
+    /// Interval of `cpu_speed_up`.
     pub cpu_speed_up_ci: Option<[f64; 2]>,
-    /// The relative RMSE at which they are compared.
+    /// The relative RMSE at which `cpu_speed_up` is measured.
     pub cpu_speed_up_at: Option<f64>,
-    /// The run after the same times as the others of its scene.
+    /// The run after times that it has in common with the other runs of its scene.
     pub equal_time: Vec<Equal>,
-    /// The same after the same processor times.
+    /// The run after processor times that it has in common with the others.
     pub equal_cpu_time: Vec<Equal>,
 }
 
-/// A run after some time.
+/// Error and efficiency of a run after a given time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Equal {
-    /// Seconds, of the wall or of processors.
+    /// Wall or processor time in seconds.
     pub seconds: f64,
-    /// Geometric mean over seeds, between measured points.
+    /// Relative RMSE: geometric mean over seeds, interpolated between measured points.
     pub relative_rmse: f64,
-    /// Its interval.
+    /// Interval of `relative_rmse`.
     pub relative_rmse_ci: Option<[f64; 2]>,
-    /// Efficiency over that of the scene's first run at this time: the inverse ratio of squared errors.
+    /// Efficiency divided by that of the scene's first run at this time: the inverse ratio of the squared errors.
     pub efficiency_ratio: Option<f64>,
-    /// Its interval.
+    /// Interval of `efficiency_ratio`.
     pub efficiency_ratio_ci: Option<[f64; 2]>,
 }
 
@@ -235,7 +236,8 @@ fn known(interval: Interval) -> Option<[f64; 2]> {
 }
 
 impl Summary {
-    /// From the curves of a run and of its scene's first run; without the times that need all runs.
+    /// The summary of a run from its curves and those of its scene's first run, without the equal times, which require
+    /// all runs.
     pub fn of(seeds: &[Curve], first: &[Curve]) -> Self {
         let slope = curve::slope(seeds, Over::Samples, Error::Mse);
         let slope_seconds = curve::slope(seeds, Over::Seconds, Error::Mse);
@@ -272,14 +274,14 @@ impl Summary {
 }
 
 impl RunRecord {
-    /// The curves alone.
+    /// The curves of all seeds.
     pub fn curves(&self) -> Vec<Curve> {
         self.seeds.iter().map(|s| s.points.clone()).collect()
     }
 }
 
 impl Results {
-    /// Works out every run's summary again.
+    /// Recomputes the summary of every run.
     pub fn sum_up(&mut self) {
         let mut first: BTreeMap<String, Vec<Curve>> = BTreeMap::new();
         for run in &mut self.runs {
@@ -306,12 +308,12 @@ impl Results {
         }
     }
 
-    /// The runs of one scene, in order.
+    /// The runs of one scene in order.
     pub fn of_scene<'a>(&'a self, scene: &'a str) -> impl Iterator<Item = &'a RunRecord> {
         self.runs.iter().filter(move |run| run.scene == scene)
     }
 
-    /// Scenes in the order in which they come.
+    /// The scenes in order of their first run.
     pub fn scenes(&self) -> Vec<&str> {
         let mut scenes: Vec<&str> = Vec::new();
         for run in &self.runs {
@@ -322,7 +324,8 @@ impl Results {
         scenes
     }
 
-    /// One line per point: scene, run, seed, samples, seconds, cpu_seconds, mse, relmse, relative_rmse.
+    /// The points as CSV, one line per point: scene, run, seed, samples, seconds, cpu_seconds, mse, relmse,
+    /// relative_rmse.
     pub fn csv(&self) -> String {
         let mut text = String::from("scene,run,seed,samples,seconds,cpu_seconds,mse,relmse,relative_rmse\n");
         for run in &self.runs {
@@ -339,7 +342,7 @@ impl Results {
     }
 }
 
-/// A field that may hold a comma.
+/// Quotes a CSV field if necessary.
 fn quoted(field: &str) -> String {
     if field.contains([',', '"', '\n']) {
         format!("\"{}\"", field.replace('"', "\"\""))
@@ -380,7 +383,7 @@ mod tests {
         assert!((fast.speed_up.unwrap() - 2.0).abs() < 1e-6);
         assert!((fast.seconds_to["0.1"].unwrap() - 1.0).abs() < 1e-9);
         assert_eq!(fast.seconds_to["0.001"], None);
-        // Twice as fast per sample; as many samples per processor second.
+        // Twice as fast per sample in wall time, with equally many samples per processor second.
         assert!((fast.equal_time[0].efficiency_ratio.unwrap() - 2.0).abs() < 1e-6);
         assert!((fast.equal_cpu_time[0].efficiency_ratio.unwrap() - 1.0).abs() < 1e-6);
         assert!((fast.cpu_speed_up.unwrap() - 1.0).abs() < 1e-6);

@@ -1,27 +1,30 @@
-//! How alike is the structure of two pictures?
+//! Structural similarity of two images.
 //!
-//! The mean structural similarity [Wang et al. 2004] of luminance as a display shows it: Rec.709 luminance of linear
+//! This is the mean structural similarity [Wang et al. 2004] of display luminance: the Rec.709 luminance of linear
 //! light clipped to 0…1, encoded by the sRGB curve, so that the dynamic range L is 1. Local means, variances and the
-//! covariance are weighted by a Gaussian of deviation 1.5 over 11×11 pixels, and the mean is taken over all windows
-//! that lie in the picture as a whole. 1 for equal pictures, less the less they have in common, below zero where one is
-//! the other's negative.
+//! covariance are weighted by a Gaussian of standard deviation 1.5 over 11×11 pixels, and the mean is taken over all
+//! windows that lie entirely within the image. The result is 1 for equal images and smaller the less they have in
+//! common; it is negative if one image is the negative of the other.
 
 use crate::metrics::{SizeMismatch, same_size};
 use dapple_imaging::{Image, color};
 use glam::Vec3;
 
-/// Pixels from the middle of a window to its edge.
+/// Pixels from the centre of a window to its edge.
 const REACH: usize = 5;
-/// Pixels of a window's side.
+/// Side of a window in pixels.
 const SIDE: usize = 2 * REACH + 1;
-/// Standard deviation of its weights in pixels.
+/// Standard deviation of the weights in pixels.
 const SIGMA: f64 = 1.5;
-/// (K₁ L)² and (K₂ L)², which keep the ratios from dark and from even places finite [Wang et al. 2004, §III.B].
+/// (K₁ L)² and (K₂ L)², which keep the ratios finite in dark and in uniform windows [Wang et al. 2004, §III.B].
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// The mean structural similarity, red, green and blue as one luminance. `None` where no window of 11×11 pixels is
-/// within the pictures and free of values that are not finite.
+/// The mean structural similarity of the luminance of two images. `None` if no window of 11×11 pixels lies within the
+/// images and is free of values that are not finite.
+///
+/// # Errors
+/// The images differ in size.
 pub fn ssim(image: &Image, reference: &Image) -> Result<Option<f64>, SizeMismatch> {
     same_size(image, reference)?;
     let (a, b) = (luminance(image), luminance(reference));
@@ -36,13 +39,13 @@ pub fn ssim(image: &Image, reference: &Image) -> Result<Option<f64>, SizeMismatc
     Ok((n > 0.0).then(|| sum / n))
 }
 
-/// Of one window, from the means of x, y, x², y² and xy [Wang et al. 2004, eq. 13].
+/// The similarity of one window from the means of x, y, x², y² and xy [Wang et al. 2004, eq. 13].
 fn similarity([x, y]: [f64; 2], [xx, yy, xy]: [f64; 3]) -> f64 {
     let (variances, covariance) = ((xx - x * x) + (yy - y * y), xy - x * y);
     (2.0 * x * y + C1) * (2.0 * covariance + C2) / ((x * x + y * y + C1) * (variances + C2))
 }
 
-/// As a display shows it, 0 to 1; NaN where a pixel is not finite.
+/// Display luminance, 0 to 1; NaN where a pixel is not finite.
 fn luminance(picture: &Image) -> Vec<f64> {
     let one = |p: &Vec3| match p.is_finite() {
         true => f64::from(color::linear_to_srgb(color::luminance(p.clamp(Vec3::ZERO, Vec3::ONE)))),
@@ -51,7 +54,7 @@ fn luminance(picture: &Image) -> Vec<f64> {
     picture.pixels.iter().map(one).collect()
 }
 
-/// The weighted mean of every window, row by row; along rows first, then along columns.
+/// The weighted mean of every window, row by row; filters rows first, then columns.
 fn weighted(values: &[f64], width: usize) -> Vec<f64> {
     if width < SIDE {
         return Vec::new();
@@ -70,7 +73,7 @@ fn dot(values: impl Iterator<Item = f64>, weights: &[f64; SIDE]) -> f64 {
     values.zip(weights).map(|(v, w)| v * w).sum()
 }
 
-/// A Gaussian that sums to 1.
+/// The weights of a Gaussian, normalised to a sum of 1.
 fn weights() -> [f64; SIDE] {
     let bell = |i: usize| libm::exp(-0.5 * ((i as f64 - REACH as f64) / SIGMA).powi(2));
     let sum: f64 = (0..SIDE).map(bell).sum();

@@ -1,10 +1,10 @@
-//! How sure is a number that was measured a few times?
+//! Means and confidence intervals over a few independent measurements.
 //!
-//! Intervals are Student's, over independent repetitions (seeds). Quantities that are ratios or spread over orders of
-//! magnitude — errors, seconds, efficiencies — are averaged as logarithms, so that an interval never reaches below
-//! zero and a ratio and its inverse say the same.
+//! Intervals are Student's, over independent repetitions (seeds). Quantities that are ratios or span orders of
+//! magnitude — errors, times, efficiencies — are averaged as logarithms, so that an interval never contains negative
+//! values and the intervals of a ratio and of its inverse agree.
 
-/// A value with the ends of its confidence interval.
+/// A value with its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Interval {
     /// The estimate.
@@ -16,18 +16,18 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Whether `x` lies in it.
+    /// Whether `x` lies in the interval.
     pub fn contains(&self, x: f64) -> bool {
         self.low <= x && x <= self.high
     }
 
-    /// Whether this interval of a positive quantity says anything: its ends are at most a factor [`WIDEST`] apart. That
-    /// of a single repetition, which has no end, does not.
+    /// Whether the interval of a positive quantity is meaningful: its ends are at most a factor [`WIDEST`] apart. The
+    /// interval of a single repetition, which is unbounded, is not.
     pub fn is_known(&self) -> bool {
         self.low > 0.0 && self.high <= WIDEST * self.low
     }
 
-    /// Lower and upper end, if they say anything about a positive quantity.
+    /// Lower and upper end, if the interval of a positive quantity is meaningful.
     pub fn known_ends(&self) -> Option<[f64; 2]> {
         self.is_known().then_some([self.low, self.high])
     }
@@ -37,14 +37,15 @@ impl Interval {
     }
 }
 
-/// Confidence of intervals unless said otherwise.
+/// Default confidence of intervals.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// Largest ratio of the ends of an interval that is told: a quantity that may be ten times larger or smaller than said is
-/// not known.
+/// Largest ratio of the ends of an interval that is reported. A quantity that may be ten times larger or smaller than
+/// its estimate counts as unknown.
 pub const WIDEST: f64 = 100.0;
 
-/// The mean of independent numbers ± t·s/√k. One number has an interval without end; none has no mean.
+/// The mean of independent values ± t·s/√k. A single value has an unbounded interval. `None` without values or if one
+/// is not finite.
 pub fn mean(values: &[f64], confidence: f64) -> Option<Interval> {
     let k = values.len() as f64;
     if values.is_empty() || values.iter().any(|v| !v.is_finite()) {
@@ -59,7 +60,8 @@ pub fn mean(values: &[f64], confidence: f64) -> Option<Interval> {
     Some(Interval { value, low: value - reach, high: value + reach })
 }
 
-/// The geometric mean of positive numbers, its interval from that of their logarithms. `None` if one is not positive.
+/// The geometric mean of positive values, with the interval of the mean of their logarithms. `None` if a value is not
+/// positive.
 pub fn geometric_mean(values: &[f64], confidence: f64) -> Option<Interval> {
     if values.iter().any(|v| *v <= 0.0) {
         return None;
@@ -68,7 +70,7 @@ pub fn geometric_mean(values: &[f64], confidence: f64) -> Option<Interval> {
     mean(&logs, confidence).map(|interval| interval.map(libm::exp))
 }
 
-/// The middle value, or the mean of the two middle ones; `None` without any.
+/// The middle value, or the mean of the two middle ones; `None` without values.
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -76,8 +78,8 @@ pub fn median(values: &[f64]) -> Option<f64> {
     (n > 0).then(|| 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]))
 }
 
-/// The p-quantile of Student's distribution with `degrees` of freedom, 0 < p < 1; rounded to 1e-9 of its size, so that
-/// decisions do not depend on the machine's logarithm.
+/// The p-quantile of Student's distribution with `degrees` of freedom, 0 < p < 1, rounded to 1e-9 of its magnitude, so
+/// that decisions do not depend on the machine's logarithm.
 pub fn student(p: f64, degrees: f64) -> f64 {
     let quantile = bisected(p, |t| student_below(t, degrees));
     let scale = 1e9 / f64::max(1.0, quantile.abs());
@@ -89,7 +91,7 @@ pub fn normal(p: f64) -> f64 {
     bisected(p, |z| 1.0 - 0.5 * libm::erfc(z * std::f64::consts::FRAC_1_SQRT_2))
 }
 
-/// The quantile of a symmetric distribution whose share below t ≥ 0 is `below(t)`, to 1e-12.
+/// The quantile of a symmetric distribution whose cumulative probability at t ≥ 0 is `below(t)`, to 1e-12.
 fn bisected(p: f64, below: impl Fn(f64) -> f64) -> f64 {
     if p < 0.5 {
         return -bisected(1.0 - p, below);
@@ -155,7 +157,7 @@ mod tests {
         assert_eq!(ends(f64::NAN, f64::NAN), None);
     }
 
-    /// 95 % of the intervals of five normal numbers hold the truth: ± 4 standard errors of 4000 trials.
+    /// 95 % of the intervals of five normal values contain the truth, within 4 standard errors of 4000 trials.
     #[test]
     fn intervals_hold_what_they_promise() {
         let mut rng = Rng::new(3);

@@ -1,5 +1,5 @@
-//! ꟻLIP against its authors' own implementation: `flip-evaluator` 1.7 from PyPI, run once on pictures that are made
-//! here again, number by number.
+//! ꟻLIP compared with the implementation of its authors, `flip-evaluator` 1.7 from PyPI, which was run once on images
+//! that are generated identically here.
 
 mod common;
 
@@ -18,7 +18,7 @@ fn display(k: usize) -> Image {
     picture(|x, y, c| color::srgb_table()[code(x, y, c, k) as usize])
 }
 
-/// Squared and with a lamp in it.
+/// The squared values, with a bright lamp.
 fn radiance(k: usize) -> Image {
     picture(|x, y, c| {
         let v = f32::from(code(x, y, c, k)) / 64.0;
@@ -59,7 +59,7 @@ fn high_dynamic_range() {
     close(&found, 0.159_394_1, pixels);
 }
 
-/// A median of zero: the series is long, as the authors' is.
+/// With a median of zero the series of exposures is long, as in the authors' implementation.
 #[test]
 fn a_mostly_black_reference() {
     let mut reference = radiance(0);
@@ -75,7 +75,7 @@ fn extremes() {
     let plain = |v: Vec3| Image::filled(W, H, v);
     let mean = |a, b| ldr(&plain(a), &plain(b), PIXELS_PER_DEGREE).unwrap().mean();
     let black_and_white = mean(Vec3::ONE, Vec3::ZERO);
-    // In f64 the formulas give 0.967 379 8, the authors in f32 0.967 399 1.
+    // In f64 the formulas give 0.967 379 8; the authors' f32 implementation gives 0.967 399 1.
     assert!((black_and_white - 0.967_379_8).abs() < 2e-5, "{black_and_white}");
     assert!((mean(Vec3::Z, Vec3::Y) - 1.0).abs() < 1e-5);
     for v in [Vec3::ZERO, Vec3::ONE, Vec3::splat(1e-30), Vec3::splat(3e38)] {

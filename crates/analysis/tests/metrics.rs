@@ -1,4 +1,4 @@
-//! Measures against values worked out by hand, and what a noisy reference does to them.
+//! Error metrics compared with values computed by hand, and the effect of a noisy reference.
 
 use dapple_analysis::metrics::{Scale, compare, compare_halves, halves_mse};
 use dapple_imaging::Image;
@@ -14,7 +14,7 @@ fn close(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-14 * b.abs().max(1.0)
 }
 
-/// 2×2 pixels with values that f32 holds exactly: R = (1, ½, 0, 4), errors (+½, −¼, +¼, +2) in red, 0 in green and
+/// 2×2 pixels with values that f32 represents exactly: R = (1, ½, 0, 4), errors (+½, −¼, +¼, +2) in red, 0 in green and
 /// +1 in the first pixel of blue, where R = 0.
 fn pair() -> (Image, Image) {
     let reference = picture(2, &[[1.0, 1.0, 0.0], [0.5, 1.0, 0.0], [0.0, 1.0, 0.0], [4.0, 1.0, 0.0]]);
@@ -86,8 +86,8 @@ fn noisy(sigma: f64, rng: &mut Rng) -> Image {
     Image { width: SIDE, height: SIDE, pixels: (0..SIDE * SIDE).map(|i| one(i, rng)).collect() }
 }
 
-/// The reference, of two halves, is exactly as noisy as the picture: the plain MSE is twice the truth, the product of
-/// the halves is right.
+/// The reference of two halves is as noisy as the image: the plain MSE is twice the true value, the product of the
+/// halves is correct.
 #[test]
 fn two_halves_take_the_noise_of_the_reference_out() {
     const SIGMA: f64 = 0.1;
@@ -99,7 +99,7 @@ fn two_halves_take_the_noise_of_the_reference_out() {
     let reference = dapple_analysis::metrics::mean(halves);
     let n = (SIDE * SIDE * 3) as f64;
     let plain = compare(&image, &reference, &Scale::default()).unwrap().overall;
-    // The square of a normal number of variance v has variance 2 v².
+    // The square of a normal variable of variance v has variance 2 v².
     assert!((plain.mse - 2.0 * mse).abs() < 4.0 * 2.0 * mse * (2.0 / n).sqrt(), "{}", plain.mse);
     let fair = compare_halves(&image, halves, &Scale::default()).unwrap().overall;
     // Var (e − a)(e − b) with variances 1, 2, 2: 2·1 + 1·2 + 1·2 + 2·2 = 10.
@@ -108,8 +108,8 @@ fn two_halves_take_the_noise_of_the_reference_out() {
     assert!((left - mse).abs() < 4.0 * mse * (2.0 / n).sqrt(), "{left}");
 }
 
-/// relMSE is mean (I − R)²/(R² + ε), with R of the same pixel, whether the reference comes as one picture, as a noisy one
-/// or as two halves: on bright and dark pixels side by side, where a level of the neighbourhood would be another measure.
+/// relMSE is mean (I − R)²/(R² + ε), with R of the same pixel, whether the reference is one exact image, a noisy one or
+/// two halves. Bright and dark pixels alternate, so that an average over the neighbourhood would give another value.
 #[test]
 fn relmse_is_one_measure() {
     const NOISE: f64 = 0.1;
@@ -127,12 +127,13 @@ fn relmse_is_one_measure() {
     let scale = Scale::default();
     let of = |r: f64| 0.5 * (NOISE * r) * (NOISE * r) / (r * r + scale.epsilon);
     let expected = of(0.1) + of(10.0);
-    // A square of a normal number varies by √2 of its mean; the two kinds of pixels have 2/3 and 1/3 of the sum.
+    // The standard deviation of the square of a normal variable is √2 of its mean; the two kinds of pixels have 2/3 and
+    // 1/3 of the sum.
     let deviation = expected * (2.0 * (4.0 + 1.0) / 9.0 * 2.0 / (3 * SIDE * SIDE) as f64).sqrt();
     let single = compare(&image, &exact, &scale).unwrap().overall.relmse;
     assert!((single - expected).abs() < 4.0 * deviation, "{single} for {expected}");
     let fair = compare_halves(&image, [&halves[0], &halves[1]], &scale).unwrap().overall.relmse;
-    // Two halves that are equal are one exact reference, to the last bit; two noisy ones add their noise to each term.
+    // Two equal halves give the same bits as one exact reference; a noisy reference adds its noise to each term.
     assert_eq!(compare_halves(&image, [&exact, &exact], &scale).unwrap().overall.relmse, single);
     assert!((fair - single).abs() < 0.01 * single, "{fair} for {single}");
     let noisy = compare(&image, &halves[0], &scale).unwrap().overall.relmse;
@@ -140,7 +141,7 @@ fn relmse_is_one_measure() {
     assert!((noisy - single * (1.0 + share)).abs() < 0.01 * single, "{noisy} for {single}");
 }
 
-/// With halves as noisy as a quarter of the picture's standard deviation, relMSE is free of their noise to 3 %.
+/// With halves whose noise is a quarter of the standard deviation of the image, relMSE is free of their noise to 3 %.
 #[test]
 fn relmse_is_free_of_the_noise_of_halves() {
     const SIGMA: f64 = 0.1;

@@ -1,5 +1,6 @@
-//! Structural similarity in closed form, and against scikit-image 0.26 from PyPI, run once on pictures that are made here
-//! again, number by number (`structural_similarity` with `gaussian_weights`, deviation 1.5, population covariance).
+//! Structural similarity compared with closed forms and with scikit-image 0.26 from PyPI, which was run once on images
+//! that are generated identically here (`structural_similarity` with `gaussian_weights`, standard deviation 1.5,
+//! population covariance).
 
 mod common;
 
@@ -22,7 +23,7 @@ fn found(image: &Image, reference: &Image) -> f64 {
 fn an_independent_implementation() {
     for (k, published) in [(1, 0.686_089_691_5), (2, 0.683_451_979_1)] {
         let found = found(&display(k), &display(0));
-        // Curves in f32 there and here.
+        // Both implementations evaluate the sRGB curve in f32.
         assert!((found - published).abs() < 2e-6, "{k}: {found}");
     }
 }
@@ -32,11 +33,11 @@ fn equal_pictures_are_1() {
     for picture in [display(0), display(1), Image::filled(W, H, Vec3::ZERO), Image::filled(11, 11, Vec3::X)] {
         assert_eq!(found(&picture, &picture), 1.0);
     }
-    // What a display cannot show makes no difference.
+    // Values above the display range make no difference.
     assert_eq!(found(&Image::filled(W, H, Vec3::ONE), &Image::filled(W, H, Vec3::splat(9.0))), 1.0);
 }
 
-/// Without any structure only the means are left: (2ab + C₁)/(a² + b² + C₁) of the code values.
+/// Without structure only the means remain: (2ab + C₁)/(a² + b² + C₁) of the code values.
 #[test]
 fn plain_pictures() {
     for (a, b) in [(0.5, 0.25), (0.0, 1.0), (0.9, 0.8)] {
@@ -48,8 +49,8 @@ fn plain_pictures() {
     }
 }
 
-/// Stripes against stripes of the other sign: all variances are equal, the covariance is their negative, and so are the
-/// means about the middle, which hardly move in a window as wide as this.
+/// Stripes compared with inverted stripes: all variances are equal and the covariance is their negative. The means
+/// hardly vary in a window as wide as this.
 #[test]
 fn a_negative_is_below_zero() {
     let stripes = |phase: usize| {
@@ -70,7 +71,7 @@ fn windows_that_cannot_be_compared() {
     let low = Image::filled(40, 10, Vec3::ONE);
     assert_eq!(ssim(&low, &low).unwrap(), None);
     assert!(ssim(&small, &low).is_err());
-    // A pixel that is not finite is left out with all windows around it.
+    // All windows that contain a pixel that is not finite are excluded.
     let (mut spoiled, plain) = (display(1), display(0));
     spoiled.pixels.iter_mut().enumerate().filter(|(i, _)| i % W < 20).for_each(|(_, p)| p.y = f32::NAN);
     let cut = |p: &Image| {

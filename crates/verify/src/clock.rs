@@ -1,10 +1,10 @@
-//! How many times as long does one thing take as another?
+//! Ratio of the run times of two functions.
 
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Time of `a` over that of `b`: the shortest of seven runs each, taken in turn, so that what else the machine does falls
-/// on both.
+/// Time of `a` divided by that of `b`: the shortest of seven runs each, taken in turn, so that other load on the
+/// machine affects both.
 pub(crate) fn ratio<T>(a: impl Fn() -> T, b: impl Fn() -> T) -> f64 {
     let mut least = [f64::INFINITY; 2];
     for _ in 0..7 {

@@ -1,8 +1,8 @@
-//! What would an exact renderer show? Radiances, irradiances and coverages that can be written down, in f64.
+//! Closed forms of radiances, irradiances and coverages, in f64.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
-/// Rounding that [`linear_edge`] may show.
+/// Maximum relative rounding error of [`linear_edge`].
 const ROUNDING: f64 = 1e-9;
 
 /// Radiance in a closed room whose walls emit `emission` and reflect `albedo`, after `bounces` scattering events:
@@ -11,8 +11,8 @@ pub fn furnace(emission: f64, albedo: f64, bounces: u32) -> f64 {
     emission * (1.0 - albedo.powi(bounces as i32 + 1)) / (1.0 - albedo)
 }
 
-/// Irradiance over πL from a rectangle parallel to the receiver at unit distance, one corner straight above it, sides
-/// `x` and `y` of either sign [Howell 2010].
+/// Irradiance over πL from a rectangle parallel to the receiver at unit distance, with one corner directly above it and
+/// sides `x` and `y` of either sign [Howell 2010].
 pub fn corner_rectangle(x: f64, y: f64) -> f64 {
     let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
     (x / p * (y / p).atan() + y / q * (x / q).atan()) / (2.0 * PI)
@@ -24,15 +24,16 @@ pub fn parallel_rectangle(low: [f64; 2], high: [f64; 2], height: f64) -> f64 {
     corner(high[0], high[1]) - corner(low[0], high[1]) - corner(high[0], low[1]) + corner(low[0], low[1])
 }
 
-/// Irradiance over πL from a rectangle that stands on the receiver's plane at distance `c`, `b` wide from the foot to one
-/// side, `a` high [Howell 2010].
+/// Irradiance over πL from a rectangle that stands on the receiver's plane at distance `c`, `a` high and `b` wide, with
+/// one corner at the foot of the perpendicular from the receiver [Howell 2010].
 pub fn perpendicular_rectangle(a: f64, b: f64, c: f64) -> f64 {
     let (x, y) = (a / b, c / b);
     let r = (x * x + y * y).sqrt();
     ((1.0 / y).atan() - y / r * (1.0 / r).atan()) / (2.0 * PI)
 }
 
-/// Irradiance over πL at the origin from a polygon above the receiver's plane z = 0, by Lambert's formula [Lambert 1760].
+/// Irradiance over πL at the origin from a polygon above the receiver's plane z = 0, by Lambert's formula [Lambert
+/// 1760].
 pub fn polygon(corners: &[[f64; 3]]) -> f64 {
     let corner = |i: usize| glam::DVec3::from_array(corners[i % corners.len()]);
     let edge = |i: usize| {
@@ -44,14 +45,15 @@ pub fn polygon(corners: &[[f64; 3]]) -> f64 {
     ((0..corners.len()).map(edge).sum::<f64>() / (2.0 * PI)).abs()
 }
 
-/// Irradiance over πL from a disk of `radius` parallel to the receiver at `height`, `d` to the side [Howell 2010].
+/// Irradiance over πL from a disk of `radius` parallel to the receiver at `height`, offset by `d` to the side [Howell
+/// 2010].
 pub fn parallel_disk(radius: f64, height: f64, d: f64) -> f64 {
     let (r2, s2) = (radius * radius, height * height + d * d);
     0.5 * (1.0 - (s2 - r2) / ((s2 + r2).powi(2) - 4.0 * r2 * d * d).sqrt())
 }
 
-/// Irradiance over πL from a sphere whose centre lies `q` ≥ 1 radii away at an angle of cosine `cos` to the receiver's
-/// normal; what is below the horizon is cut off (docs/science.md, "Sphere lights").
+/// Irradiance over πL from a sphere whose centre is `q` ≥ 1 radii away at an angle of cosine `cos` to the receiver's
+/// normal, clipped at the horizon (docs/science.md, "Sphere lights").
 pub fn sphere(q: f64, cos: f64) -> f64 {
     if q * cos >= 1.0 || q * cos <= -1.0 {
         return cos.max(0.0) / (q * q);
@@ -82,25 +84,25 @@ pub fn adjacent_faces(h: f64, w: f64) -> f64 {
     (angles + 0.25 * (first.ln() + w2 * second.ln() + h2 * third.ln())) / (PI * w)
 }
 
-/// Share of a disk on the inner side of a straight line, `s` its distance from the centre over the radius
-/// (docs/science.md, "Thin lens").
+/// Fraction of a disk on the inner side of a straight line, with `s` the distance of the line from the centre over the
+/// radius (docs/science.md, "Thin lens").
 pub fn disk_beside_line(s: f64) -> f64 {
     let s = s.clamp(-1.0, 1.0);
     0.5 + (s * (1.0 - s * s).sqrt() + libm::asin(s)) * FRAC_1_PI
 }
 
-/// Mean over the pixel [i, i + 1] of the coverage of a box of width `w` that moves by `delta` during the exposure, leading
-/// edge starting at 0 (docs/science.md, "Moving box").
+/// Mean over the pixel [i, i + 1] of the coverage of a box of width `w` that moves by `delta` during the exposure; its
+/// leading edge starts at 0 (docs/science.md, "Moving box").
 pub fn moving_box(i: f64, w: f64, delta: f64) -> f64 {
     let square = |x: f64| x.max(0.0).powi(2);
     let g = |x: f64| (square(x) - square(x - w) - square(x - delta) + square(x - w - delta)) / (2.0 * delta);
     g(i + 1.0) - g(i)
 }
 
-/// Share of the unit cube in which Σ a_i ξ_i ≤ c: V = 1/(d! Π a_i) Σ_v (−1)^|v| (c − a·v)₊^d [Barrow & Smith 1979].
+/// Fraction of the unit cube in which Σ a_i ξ_i ≤ c: V = 1/(d! Π a_i) Σ_v (−1)^|v| (c − a·v)₊^d [Barrow & Smith 1979].
 ///
-/// Any signs. Coefficients so small that f64 could not hold the alternating sum are replaced by their means, which errs
-/// by their square.
+/// The coefficients may have any sign. Coefficients too small for the alternating sum in f64 are replaced by their
+/// means; the error is of the order of their square.
 pub fn linear_edge(coefficients: &[f64], c: f64) -> f64 {
     let mut a: Vec<f64> = coefficients.iter().map(|a| a.abs()).collect();
     let mut c = c - coefficients.iter().map(|a| a.min(0.0)).sum::<f64>();
@@ -129,11 +131,11 @@ fn factorial(n: usize) -> f64 {
     (1..=n).map(|i| i as f64).product()
 }
 
-/// Radiance of a perfectly reflecting GGX surface, single scattering, seen along its normal, where a white cap of half
-/// angle `theta` ≤ 90° about the normal is all there is (docs/science.md, "Rough mirror and cap").
+/// Radiance of a perfectly reflecting GGX surface with single scattering, seen along its normal, where the only light
+/// is a white cap of half angle `theta` ≤ 90° about the normal (docs/science.md, "Rough mirror and cap").
 pub fn ggx_cap(alpha: f64, theta: f64) -> f64 {
     let a2 = alpha * alpha;
-    // x = tan²/(tan² + α²) makes the distribution of normals even.
+    // x = tan²/(tan² + α²) makes the distribution of normals uniform.
     let at = |x: f64| {
         let tan2 = a2 * x / (1.0 - x);
         // tan 2θ = 2t/(1 − t²).
@@ -144,7 +146,7 @@ pub fn ggx_cap(alpha: f64, theta: f64) -> f64 {
     midpoints(at, 0.0, edge / (edge + a2), 200_000)
 }
 
-/// Diffuse reflectance of a smooth interface from outside, index n > 1 [Walsh 1926].
+/// Diffuse reflectance of a smooth interface of index n > 1 from outside [Walsh 1926].
 pub fn diffuse_fresnel(n: f64) -> f64 {
     let n2 = n * n;
     let n4 = n2 * n2;
@@ -154,8 +156,8 @@ pub fn diffuse_fresnel(n: f64) -> f64 {
         + 8.0 * n4 * (n4 + 1.0) / ((n2 + 1.0) * (n4 - 1.0).powi(2)) * n.ln()
 }
 
-/// Variance of one path in a closed room of albedo ρ, emission 1, that survives with the constant probability `q`; infinite
-/// for q ≤ ρ² (docs/science.md, "Russian roulette").
+/// Variance of one path in a closed room of albedo ρ and emission 1, which survives with the constant probability `q`;
+/// infinite for q ≤ ρ² (docs/science.md, "Russian roulette").
 pub fn roulette_variance(albedo: f64, q: f64) -> f64 {
     if q <= albedo * albedo {
         return f64::INFINITY;
@@ -163,7 +165,7 @@ pub fn roulette_variance(albedo: f64, q: f64) -> f64 {
     (1.0 + albedo) / ((1.0 - albedo) * (1.0 - albedo * albedo / q)) - (1.0 - albedo).powi(-2)
 }
 
-/// ∫ f by the midpoint rule.
+/// ∫ f from `a` to `b` by the midpoint rule with `n` points.
 pub fn midpoints(f: impl Fn(f64) -> f64, a: f64, b: f64, n: u32) -> f64 {
     let h = (b - a) / f64::from(n);
     (0..n).map(|i| f(a + h * (f64::from(i) + 0.5))).sum::<f64>() * h

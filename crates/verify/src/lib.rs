@@ -1,14 +1,14 @@
-//! Does a build of the renderer compute what it should, on the machine it runs on?
+//! Checks of a build of the renderer on the machine it runs on.
 //!
-//! - [`stress`] is the catalogue of stiff and extreme cases: each has the one thing that goes wrong in naive renderers, its
-//!   source, and a check with a tolerance that can be derived.
-//! - [`forms`] renders scenes of one pixel whose value can be written down, by both tracers with every estimator, and says
-//!   how fast the error falls.
-//! - [`closed_form`] holds the formulas: irradiances, radiances and coverages in f64, free of any renderer.
+//! - [`stress`] is the catalogue of stiff and extreme cases. Each case states the typical failure of naive renderers,
+//!   its source, and a check with a derivable tolerance.
+//! - [`forms`] renders scenes of one pixel with a known value, by both integrators with every estimator, and measures
+//!   the rate at which the error falls.
+//! - [`closed_form`] contains the formulas: irradiances, radiances and coverages in f64, independent of any renderer.
 //!
-//! A check gives an [`stress::Outcome`]: expected value, measured value, standard error and tolerance. Estimates may be off
-//! by four standard errors, and a check that is so noisy that it could not fail fails. Nothing here depends on test
-//! libraries or on files, so that users can run all checks on their own machine.
+//! A check returns an [`stress::Outcome`]: expected value, measured value, standard error and tolerance. Estimates may
+//! deviate by four standard errors, and a check that is too noisy to fail fails. Nothing here depends on test libraries
+//! or on files, so that users can run all checks on their own machine.
 #![forbid(unsafe_code)]
 
 mod clock;

@@ -1,8 +1,9 @@
-//! Numbers for checks that are not a render: SplitMix64 [Steele, Lea & Flood 2014], apart from the tracers' own points.
+//! Random numbers for checks without a render: SplitMix64 [Steele, Lea & Flood 2014], independent of the points of the
+//! integrators.
 
 use glam::{Vec2, Vec3};
 
-/// A stream of numbers from a seed.
+/// A random number generator with a seed.
 #[derive(Clone, Debug)]
 pub(crate) struct Noise(pub u64);
 
@@ -15,22 +16,22 @@ impl Noise {
         x ^ (x >> 31)
     }
 
-    /// In [0, 1).
+    /// A number in [0, 1).
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / 16_777_216.0
     }
 
-    /// In [0, 1)².
+    /// A point in [0, 1)².
     pub fn point(&mut self) -> Vec2 {
         Vec2::new(self.unit(), self.unit())
     }
 
-    /// In [−1, 1)³.
+    /// A point in [−1, 1)³.
     pub fn cube(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 
-    /// Even over the sphere.
+    /// A direction uniform over the sphere.
     pub fn direction(&mut self) -> Vec3 {
         loop {
             let v = self.cube();
@@ -40,12 +41,12 @@ impl Noise {
         }
     }
 
-    /// Below `n`.
+    /// An integer below `n`.
     pub fn below(&mut self, n: usize) -> usize {
         (self.bits() % n as u64) as usize
     }
 
-    /// Unit direction with n·d = `cosine`, any angle about n.
+    /// A unit direction with n·d = `cosine` at a random azimuth about n.
     pub fn about(&mut self, n: Vec3, cosine: f64) -> Vec3 {
         let n = n.as_dvec3();
         loop {

@@ -1,4 +1,4 @@
-//! Small scenes and measurements that checks share.
+//! Small scenes and measurements that several checks share.
 
 use dapple_integrator::Dimension;
 use dapple_integrator::geometry::Mesh;
@@ -10,7 +10,7 @@ use dapple_integrator::{Outcome, Settings, render};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use std::ops::ControlFlow;
 
-/// Lambertian, emitting `emission` from both sides.
+/// A Lambertian material that emits `emission` from both sides.
 pub(crate) fn matte(albedo: f32, emission: f32) -> TexturedMaterial {
     TexturedMaterial {
         emission: Vec3::splat(emission),
@@ -19,27 +19,27 @@ pub(crate) fn matte(albedo: f32, emission: f32) -> TexturedMaterial {
     }
 }
 
-/// Shows `radiance` and scatters nothing.
+/// An unlit material of the given radiance.
 pub(crate) fn shadeless(radiance: f32) -> TexturedMaterial {
     TexturedMaterial { unlit: true, ..matte(radiance, 0.0) }
 }
 
-/// A metal that reflects everything, of the given α.
+/// A perfectly reflecting metal with the given α.
 pub(crate) fn metal(alpha: f32) -> Material {
     Material { roughness: alpha.sqrt(), ..Material::default() }
 }
 
-/// Clear matter of index `ior` with an inside.
+/// A clear dielectric body of index `ior`.
 pub(crate) fn glass(ior: f32, roughness: f32) -> Material {
     Material { metallic: 0.0, roughness, ior, transmission: 1.0, thin: false, ..Material::default() }
 }
 
-/// A material around plain numbers.
+/// A material with constant parameters.
 pub(crate) fn of(base: Material) -> TexturedMaterial {
     TexturedMaterial { name: "base".into(), base, ..TexturedMaterial::default() }
 }
 
-/// Parallelogram a, a + u, a + u + v, a + v; counter-clockwise seen from its front.
+/// Parallelogram a, a + u, a + u + v, a + v, counter-clockwise seen from its front.
 pub(crate) fn quad(a: Vec3, u: Vec3, v: Vec3) -> Mesh {
     Mesh {
         positions: vec![a, a + u, a + u + v, a + v],
@@ -48,7 +48,7 @@ pub(crate) fn quad(a: Vec3, u: Vec3, v: Vec3) -> Mesh {
     }
 }
 
-/// Closed cube of half side `r`, outward.
+/// Closed cube of half side `r` with outward faces.
 pub(crate) fn cube(r: f32, offset: Vec3) -> Mesh {
     let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -59,7 +59,7 @@ pub(crate) fn cube(r: f32, offset: Vec3) -> Mesh {
     }
 }
 
-/// Closed octasphere: an octahedron subdivided `level` times, wound outward, smooth normals.
+/// Closed octasphere: an octahedron subdivided `level` times with outward faces and smooth normals.
 pub(crate) fn ball(level: u32, r: f32, offset: Vec3) -> Mesh {
     let mut positions = vec![Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
     let mut triangles =
@@ -87,7 +87,7 @@ pub(crate) fn ball(level: u32, r: f32, offset: Vec3) -> Mesh {
     }
 }
 
-/// A builder with a camera at `from` looking at `at`, vertical field of view in radians.
+/// A scene builder with a camera at `from` looking at `at`, vertical field of view in radians.
 pub(crate) fn seen(from: DVec3, at: DVec3, yfov: f64) -> SceneBuilder {
     let mut builder = SceneBuilder::new("check");
     let up = if (at - from).normalize().y.abs() > 0.9 { DVec3::Z } else { DVec3::Y };
@@ -95,7 +95,7 @@ pub(crate) fn seen(from: DVec3, at: DVec3, yfov: f64) -> SceneBuilder {
     builder
 }
 
-/// A builder with an orthographic camera at `from` looking along −z, `half_height` high.
+/// A scene builder with an orthographic camera at `from` looking along −z, of the given half height.
 pub(crate) fn seen_in_parallel(from: DVec3, half_height: f32) -> SceneBuilder {
     let mut builder = SceneBuilder::new("check");
     let projection = dapple_integrator::camera::Projection::Orthographic { half_height };
@@ -104,8 +104,8 @@ pub(crate) fn seen_in_parallel(from: DVec3, half_height: f32) -> SceneBuilder {
     builder
 }
 
-/// A white Lambertian floor at the origin facing +y, seen from above in a field so narrow that it is one point.
-/// Radiance seen times π is irradiance at the origin.
+/// A white Lambertian floor at the origin facing +y, seen from above in a field of view so narrow that it is one point.
+/// The radiance times π is the irradiance at the origin.
 pub(crate) fn irradiance_meter() -> SceneBuilder {
     let mut builder = seen(DVec3::new(0.3, 0.8, 0.2), DVec3::ZERO, 1e-4);
     let white = builder.material(matte(1.0, 0.0));
@@ -114,22 +114,22 @@ pub(crate) fn irradiance_meter() -> SceneBuilder {
     builder
 }
 
-/// A square picture.
+/// Settings for a square image.
 pub(crate) fn square(side: u32, spp: u32) -> Settings {
     Settings { size: (side, side), ..Settings::default() }.with_spp(spp)
 }
 
-/// The picture of the scene's first camera.
+/// Renders the scene from its first camera.
 pub(crate) fn run(scene: &Scene, settings: &Settings) -> Outcome {
     render(scene, &scene.cameras[0].camera, settings, &|_| ControlFlow::Continue(()))
 }
 
-/// As [`run`], of a scene still to be built; the moments of its pixels, each an independent estimate.
+/// Builds and renders a scene as [`run`] does. Returns the moments of its pixels, each an independent estimate.
 pub(crate) fn pixels(builder: SceneBuilder, settings: &Settings) -> Result<Moments, SceneError> {
     Ok(moments(&run(&builder.build()?, settings)))
 }
 
-/// Of the mean of the channels, pixel by pixel; bad samples make it not a number.
+/// Moments of the mean of the channels over pixels; NaN if there are bad samples.
 pub(crate) fn moments(outcome: &Outcome) -> Moments {
     if outcome.stats.bad_sample_count > 0 {
         return [f64::NAN; 2].into_iter().collect();
@@ -137,7 +137,7 @@ pub(crate) fn moments(outcome: &Outcome) -> Moments {
     outcome.film.mean().pixels.iter().map(|p| f64::from(p.element_sum()) / 3.0).collect()
 }
 
-/// Irradiance at `p` from one light without anything in between: moments over independent sets of `points` Sobol points.
+/// Irradiance at `p` from one unoccluded light: moments over independent sets of `points` Sobol points.
 pub(crate) fn irradiance(light: &Light, p: Vec3, n: Vec3, points: u32, sets: u64) -> Moments {
     let set = |seed: u64| {
         let key = Key::pixel(seed, 0, 0).at(0, Dimension::LightPoint);

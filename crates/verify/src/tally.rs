@@ -1,25 +1,26 @@
-//! One outcome out of many checks: the one that came nearest to its tolerance, or went beyond it.
+//! Aggregation of many checks into one outcome: the check that came closest to its tolerance or exceeded it most.
 
 use dapple_integrator::sampling::Moments;
 use serde::Serialize;
 
-/// How many standard errors an estimate may be off.
+/// Number of standard errors by which an estimate may deviate.
 pub(crate) const ERRORS: f64 = 4.0;
 
-/// What a check came to.
+/// The outcome of a check.
 #[derive(Clone, Debug, Serialize)]
 pub struct Outcome {
-    /// What it should be.
+    /// The expected value.
     pub expected: f64,
-    /// What it is.
+    /// The measured value.
     pub measured: f64,
-    /// Standard error of `measured`; 0 where nothing is random.
+    /// Standard error of `measured`; 0 if nothing is random.
     pub error: f64,
-    /// Most that |measured − expected| may be.
+    /// Maximum of |measured − expected|.
     pub tolerance: f64,
-    /// Whether every check held.
+    /// Whether every check passed.
     pub passed: bool,
-    /// Which of how many checks the numbers are of: the one nearest to, or farthest beyond, its tolerance.
+    /// The check that the numbers belong to, and the number of checks: the one closest to its tolerance or farthest
+    /// beyond it.
     pub note: String,
 }
 
@@ -33,34 +34,35 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// |measured − expected| ≤ tolerance.
+    /// Checks that |measured − expected| ≤ tolerance.
     pub fn within(&mut self, what: impl Into<String>, measured: f64, expected: f64, tolerance: f64) {
         self.add(what.into(), measured, expected, tolerance, 0.0);
     }
 
-    /// Equal.
+    /// Checks that both values are equal.
     pub fn exactly(&mut self, what: impl Into<String>, measured: f64, expected: f64) {
         self.within(what, measured, expected, 0.0);
     }
 
-    /// None of what must not be.
+    /// Checks that a count of failures is zero.
     pub fn none(&mut self, what: impl Into<String>, count: u64) {
         self.exactly(what, count as f64, 0.0);
     }
 
-    /// `measured` ≤ `most`.
+    /// Checks that `measured` ≤ `most`.
     pub fn at_most(&mut self, what: impl Into<String>, measured: f64, most: f64) {
         let expected = if measured > most { most } else { measured };
         self.add(what.into(), measured, expected, 0.0, 0.0);
     }
 
-    /// True.
+    /// Checks that a condition is true.
     pub fn holds(&mut self, what: impl Into<String>, truth: bool) {
         self.exactly(what, f64::from(truth), 1.0);
     }
 
-    /// An estimate within 4 standard errors and a millionth, its standard error at most `most` of the expected value (of 1
-    /// where that is 0): a check so noisy that it could not fail fails.
+    /// Checks that an estimate lies within 4 standard errors plus a millionth of the expected value, and that its
+    /// standard error is at most `most` of the expected value (of 1 if that is 0), so that a check that is too noisy to
+    /// fail fails.
     pub fn mean(&mut self, what: impl Into<String>, moments: &Moments, expected: f64, most: f64) {
         let error = moments.standard_error();
         let scale = if expected == 0.0 { 1.0 } else { expected.abs() };
@@ -69,7 +71,7 @@ impl Tally {
         self.add(what, moments.mean, expected, ERRORS * error + 1e-6 * scale, error);
     }
 
-    /// Something worth saying beside the numbers.
+    /// Adds a remark to the note.
     pub fn remark(&mut self, text: impl Into<String>) {
         self.remarks.push(text.into());
     }
@@ -90,7 +92,7 @@ impl Tally {
         }
     }
 
-    /// The check that did worst; without any check, a failure.
+    /// The outcome of the worst check; without any check, a failure.
     pub fn finish(self) -> Outcome {
         let nothing = Outcome {
             expected: 1.0,

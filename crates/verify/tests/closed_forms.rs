@@ -1,8 +1,9 @@
-//! Where every pixel is known in closed form: do errors fall as they should, and do renders know how large they are?
+//! Convergence rates and error estimates of renders whose pixels are known in closed form.
 //!
-//! A floor seen from above, lit by a lamp outside of the picture (irradiance of a rectangle), alone and
-//! behind a screen whose slanted edge cuts the lamp seen from every pixel (irradiance of a polygon). Only the lamp's
-//! integral is on. Slopes are those of docs/science.md, "Convergence rates" in two dimensions.
+//! The scene is a floor seen from above and lit by an area light outside the image (irradiance of a rectangle), either
+//! alone or behind a screen whose slanted edge cuts the light as seen from every pixel (irradiance of a polygon). Only
+//! the light's integral is enabled. The expected slopes are those of docs/science.md, "Convergence rates" in two
+//! dimensions.
 
 use dapple_analysis::converge::{Allowance, Reference, Run, measure};
 use dapple_analysis::curve::{Curve, Error, Over, slope};
@@ -19,14 +20,14 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use std::ops::ControlFlow;
 
 const SIDE: u32 = 12;
-/// Half of what is seen, and its middle.
+/// Half side of the visible square, and its centre.
 const HALF: f64 = 0.15;
 const MIDDLE: f64 = 0.85;
-/// The lamp, at this height.
+/// Corners of the light, and its height.
 const LOW: [f64; 2] = [1.2, -0.6];
 const HIGH: [f64; 2] = [2.2, 0.5];
 const HEIGHT: f64 = 0.8;
-/// The screen, at half of it, begins where x = EDGE + SLANT·y.
+/// The screen, at half the height of the light, begins at x = EDGE + SLANT·y.
 const EDGE: f64 = 1.3;
 const SLANT: f64 = 0.35;
 
@@ -65,7 +66,7 @@ fn scene(screen: bool) -> Scene {
     builder.build().unwrap()
 }
 
-/// What the pixels should be.
+/// The exact image.
 fn exact(screen: bool) -> Image {
     let at = |i: u32| (2.0 * (f64::from(i) + 0.5) / f64::from(SIDE) - 1.0) * HALF;
     let one = |i: u32| {
@@ -84,7 +85,7 @@ fn exact(screen: bool) -> Image {
     Image { width: SIDE as usize, height: SIDE as usize, pixels: (0..SIDE * SIDE).map(one).collect() }
 }
 
-/// The part of the lamp that is seen from p past the screen: the middle between both lies before the edge.
+/// The part of the light that is visible from p past the screen: the midpoint between both lies before the edge.
 fn seen(p: [f64; 2]) -> Vec<[f64; 2]> {
     let corners = [LOW, [HIGH[0], LOW[1]], HIGH, [LOW[0], HIGH[1]]];
     let beyond = |q: [f64; 2]| 0.5 * (p[0] + q[0]) - EDGE - SLANT * 0.5 * (p[1] + q[1]);
@@ -100,7 +101,7 @@ fn seen(p: [f64; 2]) -> Vec<[f64; 2]> {
             kept.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
         }
     }
-    assert!(kept.len() > 2, "the edge cuts the lamp");
+    assert!(kept.len() > 2, "the edge must cut the light");
     kept
 }
 
@@ -114,7 +115,7 @@ fn settings(method: MethodKind, pattern: Pattern, count: u32) -> Settings {
         .with_spp(spp)
 }
 
-/// The slope from 16 to 1024 points, over seeds.
+/// The slope from 16 to 1024 points, with its interval over seeds.
 fn fitted(
     scene: &Scene,
     reference: &Reference,
@@ -146,7 +147,7 @@ fn slopes_are_those_of_theory() {
             for method in [MethodKind::Path, MethodKind::Distribution] {
                 let found = fitted(&scene, &reference, method, pattern);
                 println!("screen {screen}, {method:?}, {pattern}: {found:?}, expected {expected}");
-                // The table's own tolerance; the interval must be narrow enough to tell the rates apart.
+                // The tolerance is that of the table; the interval must be narrow enough to distinguish the rates.
                 assert!(found.high - found.low < 0.2, "{found:?}");
                 assert!(
                     (found.value - expected).abs() <= 0.1,
@@ -157,7 +158,8 @@ fn slopes_are_those_of_theory() {
     }
 }
 
-/// Over 40 seeds the stated error is the true one on average, and the bound holds as often as it says.
+/// Over 40 seeds the stated error equals the true error on average, and the bound holds as often as its confidence
+/// states.
 #[test]
 fn stated_errors_are_the_true_ones() {
     for screen in [false, true] {
@@ -178,9 +180,9 @@ fn stated_errors_are_the_true_ones() {
             }
             let ratio = f64::sqrt(stated / truth);
             println!("screen {screen}, {method:?}, {pattern}: stated / true {ratio:.3}, held {held} of 40");
-            // 144 pixels times 40 seeds: two standard errors are 3 %, more where few pixels are worse than others.
+            // For 144 pixels times 40 seeds, two standard errors are 3 %, more if few pixels dominate the error.
             assert!((0.9..1.1).contains(&ratio), "screen {screen}, {method:?}, {pattern}: {ratio}");
-            // Binomial (40, 0.95) is below 33 once in 10⁴.
+            // The probability that Binomial (40, 0.95) is below 33 is 1e-4.
             assert!(held >= 33, "screen {screen}, {method:?}, {pattern}: {held}");
         }
     }

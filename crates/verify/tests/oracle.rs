@@ -1,9 +1,10 @@
-//! f32 against f64: every warp, surface, light and intersection against `testkit::oracle`, over its whole domain. Shows
-//! (`--nocapture`) the largest deviation of each function and the input it was found at.
+//! f32 compared with f64: every warp, BSDF, light and intersection against `testkit::oracle`, over its whole domain.
+//! With `--nocapture` the tests print the largest deviation of each function and the input at which it occurs.
 //!
-//! Deviations are relative, but for directions and positions, whose unit is the length of the vector. Bounds are what the
-//! conditioning of the function and the rounding of its arguments allow: a few ulp (6e-8), times 1/α² where a direction
-//! decides about the density of facets, times 1/cos where it is nearly in the surface.
+//! Deviations are relative, except for directions and positions, for which the unit is the length of the vector. The
+//! bounds follow from the conditioning of the function and the rounding of its arguments: a few ulp (6e-8), times 1/α²
+//! if the density of microfacets depends on a direction, times 1/cos if the direction is nearly in the plane of the
+//! surface.
 
 use dapple_integrator::geometry::{Accel, AccelBuilder, Opaque, shapes};
 use dapple_integrator::lights::{Area, AreaShape, Environment, Light, Point};
@@ -15,14 +16,14 @@ use dapple_testkit::{Rng, intersect};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// Shows all, then fails if one deviates by more than it may.
+/// Prints all deviations, then fails if one exceeds its bound.
 fn judge(all: Vec<Deviation>) {
     all.iter().for_each(|d| println!("{d}"));
     let bad: Vec<String> = all.iter().filter(|d| !d.passed()).map(ToString::to_string).collect();
     assert!(bad.is_empty(), "{bad:#?}");
 }
 
-/// Points of the unit square: a grid that has its edges and corners, the smallest numbers, and random ones.
+/// Points of the unit square: a grid that includes edges and corners, the smallest numbers, and random points.
 fn square() -> Vec<Vec2> {
     let last = 1.0 - f32::EPSILON / 2.0;
     let line = [0.0, f32::EPSILON / 2.0, 1e-4, 0.25, 0.5 - f32::EPSILON / 4.0, 0.5, 0.7, 1.0 - 1e-4, last];
@@ -38,14 +39,15 @@ fn at(mu: f64, phi: f64) -> Vec3 {
     DVec3::new(s * phi.cos(), s * phi.sin(), mu).as_vec3()
 }
 
-/// 10^x for x even in low..high.
+/// 10^x for x uniform in low..high.
 fn decades(rng: &mut Rng, low: f64, high: f64) -> f64 {
     10f64.powf(low + (high - low) * rng.f64())
 }
 
 #[test]
 fn warps() {
-    // An angle below 2π is rounded to f32 and good for 4e-7; near the horizon the cosine is √ of what rounding left.
+    // An angle below 2π is rounded to f32 and accurate to 4e-7; near the horizon the cosine is the square root of the
+    // rounding error.
     let mut all =
         ["disk", "cosine hemisphere, times cos", "sphere", "cone of 1 − cosθ = 1e-12", "triangle", "tent"]
             .map(|name| Deviation::new(format!("warp: {name}"), 6e-7));
@@ -87,7 +89,8 @@ fn fresnel_and_facets() {
     for _ in 0..200_000 {
         let c = if rng.f64() < 0.5 { rng.f32() } else { decades(&mut rng, -7.0, 0.0) as f32 };
         let eta = (1.0 + decades(&mut rng, -7.0, 3.0)).powf(if rng.f64() < 0.5 { 1.0 } else { -1.0 }) as f32;
-        // At the edge of total reflection F goes as √: what rounding does to its argument counts 1/(η cosθ_t) there.
+        // At the critical angle F behaves as a square root: rounding of its argument is amplified by 1/(η cosθ_t)
+        // there.
         let edge = ((f64::from(eta) - 1.0) * (f64::from(eta) + 1.0) + f64::from(c).powi(2)).abs().sqrt();
         let off =
             (f64::from(fresnel::dielectric(c, eta)) - oracle::bsdf::fresnel(c.into(), eta.into())).abs();
@@ -108,7 +111,7 @@ fn fresnel_and_facets() {
         let wo = at(decades(&mut rng, -6.0, 0.0), TAU * rng.f64());
         g1.relative(ggx.g1(wo), oracle::bsdf::g1(wo.as_dvec3(), alpha.into()), (alpha, wo));
         let cos = wo.dot(m);
-        // wo·m itself is known to an ulp of 1.
+        // wo·m itself is accurate to an ulp of 1.
         if cos > 0.1 {
             let exact = oracle::bsdf::visible(wo.as_dvec3(), m.as_dvec3(), alpha.into());
             visible.relative(ggx.visible_pdf(wo, m, cos), exact, (alpha, wo, m));
@@ -117,7 +120,8 @@ fn fresnel_and_facets() {
     judge(vec![f, f0, d, g1, visible]);
 }
 
-/// Lambert, rough metal and rough glass through the whole [`Bsdf`], value and density, seen from cosine 0.01 to 1.
+/// Lambert, rough metal and rough glass through the complete [`Bsdf`], value and density, seen at cosines from 0.01 to
+/// 1.
 #[test]
 fn surfaces() {
     let mut rng = Rng::new(4);
@@ -138,7 +142,7 @@ fn surfaces() {
         let roughness = decades(&mut rng, -1.0, 0.0) as f32;
         let alpha32 = roughness * roughness;
         let alpha = f64::from(alpha32);
-        // Directions the lobe sends, so that the comparison is where the light is.
+        // Directions sampled from the lobe, so that the comparison is where its energy is.
         let bsdf = Bsdf::new(&metal(roughness), wo);
         if let Some(s) = bsdf.sample_f(rng.f32(), rng.vec2(), Lobes::ALL).filter(|s| s.wi.z > 0.01) {
             let exact = oracle::bsdf::reflection(wo.as_dvec3(), s.wi.as_dvec3(), alpha);
@@ -162,7 +166,7 @@ fn surfaces() {
         let (f, pdf) = bsdf.eval(s.wi, Lobes::ALL);
         if s.wi.z > 0.0 {
             let exact = oracle::bsdf::reflection_pdf(o, i, alpha, eta);
-            // A facet takes either way once in a thousand at least.
+            // Skips facets whose reflectance is below 2e-3.
             if oracle::bsdf::fresnel(o.dot((o + i).normalize()), eta) > 2e-3 {
                 turned_pdf
                     .off((f64::from(pdf) / exact - 1.0).abs() * alpha * alpha, (roughness, eta32, wo, s.wi));
@@ -180,7 +184,7 @@ fn surfaces() {
     judge(vec![lambert, reflected, refracted, refracted_pdf, turned_pdf]);
 }
 
-/// A light of size about 1 before the receiver at the origin, `size` times as large.
+/// Lights in front of the receiver at the origin, of size about 1 times `size`.
 fn shapes_of(size: f32) -> [AreaShape; 4] {
     let (corner, e1, e2) = (Vec3::new(-0.3, 0.2, 1.0), Vec3::new(0.1, 1.0, 0.2), Vec3::new(0.9, -0.1, 0.1));
     let normal = Vec3::new(0.36, 0.48, -0.8);
@@ -192,10 +196,10 @@ fn shapes_of(size: f32) -> [AreaShape; 4] {
     ]
 }
 
-/// Density of aiming at `place` on a light, in f64.
+/// Density of sampling the position `place` on a light, in f64.
 fn density(shape: &AreaShape, place: DVec3) -> f64 {
     let facet = |solid_angle: f64, normal: DVec3, area: f64| {
-        // Below this size points are even in area.
+        // Below this solid angle points are uniform in area.
         if solid_angle > 1e-3 { 1.0 / solid_angle } else { oracle::light::by_area(place, normal, area) }
     };
     match *shape {
@@ -223,8 +227,8 @@ fn lights() {
     let mut rng = Rng::new(5);
     let names = ["triangle", "quad", "sphere", "disk"];
     let mut densities = names.map(|n| Deviation::new(format!("density: {n} light, Ω 1e-13 to 1"), 6e-7));
-    let mut again = names.map(|n| Deviation::new(format!("density on the way back: {n} light"), 6e-7));
-    let mut places = names.map(|n| Deviation::new(format!("place on a {n} light over its bound"), 1.0));
+    let mut again = names.map(|n| Deviation::new(format!("density by pdf: {n} light"), 6e-7));
+    let mut places = names.map(|n| Deviation::new(format!("position on a {n} light over its bound"), 1.0));
     for _ in 0..20_000 {
         let size = decades(&mut rng, -6.5, 0.0) as f32;
         for (k, shape) in shapes_of(size).into_iter().enumerate() {
@@ -236,7 +240,7 @@ fn lights() {
             let back = light.pdf(Vec3::ZERO, s.wi, s.distance, Vec3::ZERO, 0.0);
             again[k].relative(back, exact, (size, s.wi));
             if let Some(point) = s.point {
-                // wi and the distance are rounded as well: an ulp of the distance each.
+                // wi and the distance are rounded as well, each by an ulp of the distance.
                 let room = point.p_error.as_dvec3() + DVec3::splat(1.2e-7 * place.length());
                 let off = ((point.p.as_dvec3() - place).abs() / room).max_element();
                 places[k].off(off, (size, s.wi));
@@ -257,7 +261,7 @@ fn lights() {
     judge(densities.into_iter().chain(again).chain(places).chain([points]).collect());
 }
 
-/// Density of a picture of light, poles and a hot texel included, in proportion to all of it.
+/// The density of an environment map, including poles and a hot texel, is proportional to its radiance.
 #[test]
 fn environments() {
     let (w, h) = (64usize, 32usize);
@@ -272,7 +276,7 @@ fn environments() {
     let mut radiances = Deviation::new("radiance of the environment", 0.0);
     for _ in 0..200_000 {
         let Some(s) = sky.sample(rng.vec2()) else { continue };
-        // The texel by what is seen there: each is another number, but for chance.
+        // The texel is identified by its radiance, which is different for each texel (with high probability).
         let seen = sky.radiance(s.wi).x;
         radiances.absolute(s.radiance.x, seen.into(), 1.0, s.wi);
         pdfs.relative(s.pdf, oracle::light::texel(seen.into(), total), s.wi);
@@ -286,7 +290,7 @@ fn accel_of(add: impl FnOnce(&mut AccelBuilder) -> u32) -> Accel {
     builder.build()
 }
 
-/// t and place of hits, distances 1e-3 to 1e6 of the shape's size.
+/// Distance t and position of hits, at distances of 1e-3 to 1e6 times the size of the shape.
 #[test]
 fn intersections() {
     let mut rng = Rng::new(7);
@@ -333,7 +337,7 @@ fn intersections() {
                     (Some(oracle::shape::plane(o, d, centre.as_dvec3(), n)), off)
                 }
             };
-            // Grazing rays see the rounding of the corners, seen from afar, magnified.
+            // For grazing rays from afar, the rounding of the corners is amplified.
             let steep = s.ng.dot(ray.d).abs();
             if let Some(t) = t.filter(|_| steep > 0.1) {
                 ts.absolute(hit.t, t, t.max(1.0), (ray.o, ray.d));

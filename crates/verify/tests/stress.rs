@@ -1,8 +1,8 @@
-//! The catalogue of `dapple stress`, with little effort: every case that can run passes.
+//! The catalogue of `dapple stress` at reduced effort: every case that is not pending passes.
 
 use dapple_verify::stress::{Case, Effort, catalogue};
 
-/// A family at a time, so that they share the cores.
+/// Runs one family per test, so that the families run in parallel.
 fn family(letter: char) {
     let mut failed = Vec::new();
     for case in catalogue().iter().filter(|case| case.id.starts_with(letter)) {

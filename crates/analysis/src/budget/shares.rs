@@ -1,20 +1,20 @@
-//! Which integral makes which part of the variance, and how sure that is.
+//! The share of each effect in the variance, with confidence intervals.
 
 use crate::statistics;
 use dapple_integrator::{Effect, Variances};
 
-/// An effect's part of the variance of one sample.
+/// The share of an effect in the variance of one sample.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Share {
-    /// Its name, or `holes`: which surface a ray meets where some are cut out.
+    /// Name of the effect, or `holes` for the choice of the surface that a ray hits where surfaces are partly cut out.
     pub effect: String,
-    /// 0 to 1.
+    /// The share, 0 to 1.
     pub share: f64,
-    /// Ends of its confidence interval.
+    /// Ends of the confidence interval of the share.
     pub share_ci: [f64; 2],
 }
 
-/// All together.
+/// The sum of all variances.
 pub(super) fn sum(all: &[Variances]) -> Variances {
     let mut sum = Variances { parts: [0.0; 7], rest: 0.0, mean: 0.0, rays: 0.0, more_rays: [0.0; 7] };
     for one in all {
@@ -49,12 +49,14 @@ pub(super) fn shares(all: &[Variances], present: &[Effect], confidence: f64) -> 
     shares
 }
 
-/// Standard errors from a value to the ends of its interval, where the standard error comes from so many groups.
+/// Number of standard errors from a value to the ends of its interval, if the standard error is estimated from `groups`
+/// groups.
 pub(super) fn reach(groups: usize, confidence: f64) -> f64 {
     statistics::student(0.5 + 0.5 * confidence, groups.saturating_sub(1).max(1) as f64)
 }
 
-/// The standard error of a statistic of independent parts, by leaving out one after the other [Efron 1982].
+/// The standard error of a statistic of independent parts by the jackknife, leaving out one part at a time [Efron
+/// 1982].
 pub(super) fn jackknife<T: Clone>(all: &[T], statistic: &dyn Fn(&[T]) -> f64) -> f64 {
     let n = all.len() as f64;
     let without = |i: usize| {

@@ -1,4 +1,4 @@
-//! Which counts reach an error, and how sure is that?
+//! The sample counts that reach a requested error, with confidence intervals.
 
 use super::pilot::Pilot;
 use super::shares::{jackknife, reach, shares};
@@ -7,59 +7,60 @@ use dapple_integrator::sampling::{Pattern, SampleSet};
 use dapple_integrator::{Effect, MethodKind, SampleSets, Settings, Variances};
 use std::time::{Duration, Instant};
 
-/// Counts of the path tracer's pilot at first; Sobol points gain evenly over factors of four.
+/// Initial sample counts of the path tracer's pilot; over factors of four Sobol points converge evenly.
 const COUNTS: [u32; 2] = [16, 64];
 
-/// Points over the pixel of the distribution tracer's pilot.
+/// Points over the pixel in the distribution tracer's pilot.
 const POINTS: u32 = 4;
 
-/// Groups at first: there are twice as many as long as intervals are wide.
+/// Initial number of groups, which doubles while intervals are wide.
 const GROUPS: u32 = 8;
 
-/// No more groups than this.
+/// Maximum number of groups.
 const MOST_GROUPS: u32 = 1024;
 
-/// The pilot goes on until the ends of an interval are at most this factor apart, or …
+/// The pilot ends when the ends of an interval are at most this factor apart, or at the limit of rays.
 pub const NARROW: f64 = 4.0;
 
-/// … it has taken so many rays for each of its parts.
+/// Maximum number of rays of each part of a pilot without a time limit.
 const RAYS: f64 = 8e6;
 
-/// Half the width of the interval of a share from which on no more groups are rendered for the shares.
+/// Half width of the interval of a share below which no more groups are rendered for the shares.
 const SHARE: f64 = 0.1;
 
-/// How uncertain it is that a rate stays: one standard deviation of the exponent.
+/// Uncertainty of the extrapolated rate: one standard deviation of the exponent.
 const RATE: f64 = 0.1;
 
-/// How far counts of points that are not independent are off the line, one standard deviation of their logarithm: between
-/// powers of two Sobol points have gained less than the line says.
+/// Deviation from the line for points that are not independent: one standard deviation of the logarithm of the count.
+/// Between powers of two, Sobol points have converged less than the line predicts.
 const UNEVEN: f64 = 0.1;
 
-/// How much a short pilot may be off in time.
+/// Factor by which the time per sample measured in a short pilot may be off.
 const SPEED: f64 = 1.5;
 
-/// What reaches the wanted error.
+/// A predicted render that reaches the requested error.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Prediction {
     /// `path` or `distribution`.
     pub method: String,
-    /// Options of `dapple render`.
+    /// The options for `dapple render`.
     pub options: String,
     /// Samples per pixel, or points over the pixel's area.
     pub samples: f64,
-    /// Ends of their confidence interval; `None` where they are more than a factor [`statistics::WIDEST`] apart.
+    /// Ends of the confidence interval of `samples`; `None` if they are more than a factor [`statistics::WIDEST`]
+    /// apart.
     pub samples_ci: Option<[f64; 2]>,
-    /// Rays of the whole picture.
+    /// Rays of the whole image.
     pub rays: f64,
     /// Seconds of rendering, at the speed of the pilot.
     pub seconds: f64,
-    /// With the interval of the samples, and half as much again for the pilot's short time.
+    /// The interval of `seconds`: that of the samples, widened by half for the short time of the pilot.
     pub seconds_ci: Option<[f64; 2]>,
-    /// Whether the ends are within a factor of [`NARROW`]; if not, a longer pilot is needed.
+    /// Whether the ends are within a factor of [`NARROW`]; if not, a longer pilot is required.
     pub is_narrow: bool,
 }
 
-/// The error that is to be reached, and how sure one wants to be.
+/// The requested error and confidence, and the time limit of the pilot.
 pub(super) struct Wanted {
     pub limit: f64,
     pub confidence: f64,
@@ -67,13 +68,13 @@ pub(super) struct Wanted {
     pub time: Option<Duration>,
 }
 
-/// The logarithm of a count, and its standard errors.
+/// The logarithm of a sample count and its uncertainty.
 #[derive(Clone, Copy, Debug)]
 struct Found {
     log_n: f64,
-    /// From what the groups differ by, in standard errors that reach to the end of the interval.
+    /// Half width of the interval due to the variation between groups.
     chance: f64,
-    /// From how far a line was followed, likewise.
+    /// Half width of the interval due to the extrapolation.
     distance: f64,
 }
 
@@ -93,23 +94,25 @@ impl Found {
 }
 
 impl Wanted {
-    /// Sum over three channels of the mean squared error.
+    /// The requested mean squared error, summed over three channels.
     fn square(&self, mean: f64) -> f64 {
         3.0 * (self.limit * mean).powi(2)
     }
 
-    /// Whether a pilot that took `rays` so far may take as many again: there is time, or where no time is given they are few.
+    /// Whether a pilot that took `rays` so far may take as many again: time remains, or without a time limit the number
+    /// of rays is below the maximum.
     fn may_go_on(&self, rays: f64) -> bool {
         self.time.map_or(2.0 * rays <= RAYS, |time| 2 * self.start.elapsed() <= time)
     }
 
-    /// From errors of groups: the standard errors of the squared error that is wanted are those of the mean radiance.
+    /// Half width of the interval of the logarithm of a count, from the jackknifed standard error over groups and from
+    /// the standard error of the mean radiance, which determines the requested squared error.
     fn width(&self, pilot: &Pilot<'_>, rate: f64, groups: usize, jackknifed: f64) -> f64 {
         let of_mean = statistics::normal(0.5 + 0.5 * self.confidence) * 2.0 * pilot.mean_error / rate;
         libm::hypot(reach(groups, self.confidence) * jackknifed, of_mean)
     }
 
-    /// Of groups, what effects make of the variance: of so many that shares are known.
+    /// The variances by effect of as many groups as the shares require.
     pub fn variances(&self, pilot: &Pilot<'_>, present: &[Effect]) -> Vec<Variances> {
         let mut found = pilot.variances(0..GROUPS);
         loop {
@@ -124,7 +127,7 @@ impl Wanted {
         }
     }
 
-    /// The path tracer with the settings' points.
+    /// The prediction for the path tracer with the pattern of the settings.
     pub fn path(&self, pilot: &Pilot<'_>, settings: &Settings) -> Prediction {
         let path = settings.clone().with_method(MethodKind::Path);
         let found = self.path_found(pilot, &path);
@@ -165,7 +168,7 @@ impl Wanted {
         }
     }
 
-    /// The count at which the line through errors at two counts comes down to the wanted one.
+    /// The count at which the line through the errors at two counts reaches the requested error.
     fn followed(&self, pilot: &Pilot<'_>, counts: [u32; 2], pairs: &[[f64; 2]], pattern: Pattern) -> Found {
         let target = self.square(pilot.mean);
         let means = |pairs: &[[f64; 2]]| {
@@ -185,7 +188,7 @@ impl Wanted {
         }
     }
 
-    /// The distribution tracer with random points, as many over the pixel as it takes.
+    /// The prediction for the distribution tracer with random points, varying the number of points over the pixel.
     pub fn tree(&self, pilot: &Pilot<'_>, settings: &Settings, present: &[Effect]) -> Prediction {
         let pixel_is_off = settings.plans.is_off(Effect::Pixel);
         let pixel = |n: u32| {
@@ -224,7 +227,7 @@ impl Wanted {
     }
 }
 
-/// The logarithm of the count at which squared errors that are `a` and `b` at two counts come down to `target`, and the
+/// The logarithm of the count at which squared errors that are `a` and `b` at two counts reach `target`, and the
 /// exponent by which they fall.
 fn follow(counts: [u32; 2], [a, b]: [f64; 2], target: f64, pattern: Pattern) -> (f64, f64) {
     let counts = counts.map(f64::from);
@@ -235,7 +238,7 @@ fn follow(counts: [u32; 2], [a, b]: [f64; 2], target: f64, pattern: Pattern) -> 
     (libm::log(counts[1]) + libm::log(b / target) / rate, rate)
 }
 
-/// `cost`: rays and seconds of one sample of every pixel.
+/// The prediction from a count and the `cost` of one sample of every pixel in rays and seconds.
 fn prediction(method: &str, options: String, found: Found, cost: (f64, f64)) -> Prediction {
     let [n, low, high] = found.samples();
     let known = statistics::Interval { value: n, low, high }.known_ends();

@@ -1,8 +1,8 @@
-//! Who gets how many seconds?
+//! Allocation of the time limit of a convergence study.
 
 use std::time::{Duration, Instant};
 
-/// The wall time of a whole command, and what the runs measured so far cost.
+/// The time limit of a whole command and its elapsed wall time.
 #[derive(Clone, Debug)]
 pub struct Clock {
     start: Instant,
@@ -10,36 +10,38 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Started `already` ago.
+    /// A clock that was started `already` ago.
     pub fn new(budget: Duration, already: Duration) -> Self {
         let now = Instant::now();
         Self { start: now.checked_sub(already).unwrap_or(now), budget }
     }
 
-    /// Seconds since the start.
+    /// Wall time since the start in seconds.
     pub fn elapsed(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
 
-    /// Share of the budget that is used up, 0 to 1.
+    /// Fraction of the time limit that has elapsed, 0 to 1.
     pub fn fraction(&self) -> f64 {
         (self.elapsed() / self.budget.as_secs_f64()).min(1.0)
     }
 
-    /// Seconds left for rendering: the rest but a twentieth of the budget, at least half a second, for writing.
+    /// Seconds left for rendering. A twentieth of the time limit, at least half a second, is reserved for writing
+    /// files.
     pub fn left(&self) -> f64 {
         let budget = self.budget.as_secs_f64();
         budget - f64::max(0.05 * budget, 0.5) - self.elapsed()
     }
 
-    /// Whether something that takes `seconds` still fits.
+    /// Whether a task that takes `seconds` fits into the remaining time.
     pub fn has(&self, seconds: f64) -> bool {
         self.left() >= seconds
     }
 }
 
-/// Seconds for the first seed of a run: what is left, without the further seeds of the `sized` runs (what one seed of
-/// each took), shared by `seeds` of the `unsized_runs`; a sixth less, for machines are not always equally fast.
+/// Seconds for the first seed of a run: the time left, minus the further seeds of the `sized` runs (given by the time
+/// of one seed of each), divided by the `seeds` of the `unsized_runs`. A sixth is kept in reserve, because the speed of
+/// a machine varies.
 pub fn allowance(left: f64, sized: &[f64], unsized_runs: usize, seeds: usize) -> f64 {
     let promised = sized.iter().sum::<f64>() * seeds.saturating_sub(1) as f64;
     (left - promised).max(0.0) / (1.2 * (unsized_runs.max(1) * seeds.max(1)) as f64)
@@ -52,7 +54,7 @@ mod tests {
     #[test]
     fn seconds_are_shared() {
         assert_eq!(allowance(36.0, &[], 3, 5), 2.0);
-        // The first run took 1 s of its 2: 35 are left, 4 of them promised.
+        // The first run took 1 s of its 2 s: 35 s are left, 4 s of them are reserved.
         assert_eq!(allowance(35.0, &[1.0], 2, 5), 31.0 / 12.0);
         assert_eq!(allowance(-1.0, &[1.0], 2, 5), 0.0);
         let clock = Clock::new(Duration::from_secs(60), Duration::from_secs(30));

@@ -1,37 +1,40 @@
-//! Are two references the same picture, but for noise?
+//! Test whether two references converge to the same image.
 //!
-//! Methods that are held against references of their own are compared fairly only as far as these are the same. With halves
-//! A₁, A₂ and B₁, B₂, the mean of (A₁ − B₁)(A₂ − B₂) is an unbiased estimate of the squared difference of what both
-//! converge to, free of the noise of all four.
+//! Methods that are compared with references of their own are comparable only as far as these references agree. With
+//! halves A₁, A₂ and B₁, B₂, the mean of (A₁ − B₁)(A₂ − B₂) is an unbiased estimate of the squared difference between
+//! the expectations of both references, free of the noise of all four renders.
 
 use super::reference::Reference;
 use crate::metrics::{self, SizeMismatch};
 use dapple_imaging::Image;
 
-/// So many standard errors above 0 a difference is more than noise.
+/// Number of standard errors above 0 from which a difference is significant.
 const SURE: f64 = 4.0;
 
-/// How far two references are apart.
+/// The difference of two references.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Apart {
-    /// Mean squared difference over pixels and channels, without the noise of halves; possibly below 0.
+    /// Mean squared difference over pixels and channels, without the noise of halves; it may be negative.
     pub mse: f64,
-    /// Its standard error over pixels.
+    /// Standard error of `mse` over pixels.
     pub error: f64,
-    /// Mean squared error of both means together, as far as halves tell it.
+    /// Sum of the mean squared errors of both means, as far as they come in halves.
     pub noise: f64,
-    /// Whether the noise of both is known: each comes in halves.
+    /// Whether the noise of both references is known: each comes in halves.
     pub noise_is_known: bool,
 }
 
 impl Apart {
-    /// Whether they differ by more than chance.
+    /// Whether the references differ by more than noise.
     pub fn is_sure(&self) -> bool {
         self.mse > SURE * self.error
     }
 }
 
 /// Compares two references of equal size.
+///
+/// # Errors
+/// The references differ in size.
 pub fn apart(a: &Reference, b: &Reference) -> Result<Apart, SizeMismatch> {
     let ([a1, a2], [b1, b2]) = (halves(a), halves(b));
     metrics::same_size(a1, b1)?;
@@ -70,8 +73,8 @@ mod tests {
         Image { width: 40, height: 30, pixels: (0..1200).map(|_| one(rng)).collect() }
     }
 
-    /// A difference of a third of the noise of one pixel is found over 1200 of them; noise alone is not one, at 4 standard
-    /// errors in 400 trials.
+    /// A difference of a third of the noise of one pixel is found over 1200 pixels. Noise alone is not significant at 4
+    /// standard errors in 400 trials.
     #[test]
     fn differences_are_told_from_noise() {
         let mut rng = Rng::new(5);
@@ -81,7 +84,7 @@ mod tests {
         let found = apart(&of(1.0), &of(1.1)).unwrap();
         assert!(found.is_sure() && found.noise_is_known, "{found:?}");
         assert!((found.mse - 0.01).abs() < 4.0 * found.error, "{found:?}");
-        // The mean of two halves has half the variance of one.
+        // The mean of two halves has half the variance of one half.
         assert!((found.noise - 0.09).abs() < 0.01, "{found:?}");
     }
 

@@ -1,4 +1,4 @@
-//! One seed of one run: which errors does it have after which counts and seconds?
+//! Measurement of one seed of a run: errors at increasing sample counts and times.
 
 use super::reference::Reference;
 use super::run::Run;
@@ -10,39 +10,42 @@ use dapple_integrator::scene::Scene;
 use dapple_integrator::{Progress, Snapshot, render, render_watched};
 use std::ops::ControlFlow;
 
-/// What one seed may cost.
+/// The limits of one seed.
 pub struct Allowance<'a> {
-    /// Wall seconds; a count is begun only if it is likely to fit.
+    /// Wall time in seconds; a sample count is started only if it is likely to fit.
     pub seconds: f64,
-    /// The largest count, where another seed has found it; then `seconds` are not looked at.
+    /// The largest sample count, if another seed has determined it; `seconds` is then ignored.
     pub most: Option<u32>,
-    /// Asked all the time; what is unfinished when it says yes is thrown away.
+    /// Polled during rendering. An unfinished render is discarded once this returns true.
     pub stop: &'a (dyn Fn(&Progress) -> bool + Sync),
-    /// Processor seconds of this process so far.
+    /// Processor time of this process so far in seconds.
     pub cpu_seconds: &'a dyn Fn() -> f64,
 }
 
-/// What was found.
+/// The result of [`measure`].
 pub struct Measurement {
-    /// Errors at growing counts.
+    /// Errors at increasing sample counts.
     pub curve: Curve,
-    /// The picture at the largest.
+    /// The image at the largest sample count.
     pub picture: Option<Image>,
-    /// The largest count rendered; `None` if there is none.
+    /// The largest sample count rendered; `None` if there is none.
     pub most: Option<u32>,
-    /// Whether the curve ends because a further count would be below the reference's own error.
+    /// Whether the curve ends because the error at a further sample count would be below that of the reference.
     pub at_reference: bool,
-    /// Whether it was stopped.
+    /// Whether `stop` ended the measurement.
     pub stopped: bool,
 }
 
-/// The largest count ever begun.
+/// The largest sample count that is ever started.
 const MOST: u32 = 1 << 22;
 
-/// From here on the first n Sobol points of a longer render are those of a render of n.
+/// From this count on, the first n Sobol points of a longer render are those of a render of n samples.
 const WHOLE: u32 = 16;
 
 /// Measures seed `seed` of `run`.
+///
+/// # Errors
+/// The reference and the render differ in size.
 pub fn measure(
     scene: &Scene,
     run: &Run,
@@ -50,7 +53,7 @@ pub fn measure(
     reference: &Reference,
     allowance: &Allowance<'_>,
 ) -> Result<Measurement, SizeMismatch> {
-    let mut found = Found::new(reference, allowance);
+    let mut found = Recorder::new(reference, allowance);
     if run.is_sequence() {
         sequence(scene, run, seed, &mut found);
     } else {
@@ -62,9 +65,9 @@ pub fn measure(
     Ok(found.measurement)
 }
 
-/// One render, looked at while its count doubles. Sobol points below [`WHOLE`] are a sequence only in part: those counts
-/// are rendered alone.
-fn sequence(scene: &Scene, run: &Run, seed: u64, found: &mut Found<'_>) {
+/// One render, measured each time its sample count doubles. Below [`WHOLE`], prefixes of a Sobol render differ from
+/// shorter renders, so that those counts are rendered separately.
+fn sequence(scene: &Scene, run: &Run, seed: u64, found: &mut Recorder<'_>) {
     let first = if run.settings.pattern == Pattern::Sobol { WHOLE } else { 1 };
     let mut count = 1;
     while count < first {
@@ -84,15 +87,15 @@ fn sequence(scene: &Scene, run: &Run, seed: u64, found: &mut Found<'_>) {
         let now = (found.allowance.cpu_seconds)();
         let go_on = found.add(at.spp, at.seconds, now - cpu - looking, at.film().mean());
         looking += (found.allowance.cpu_seconds)() - now;
-        // Counts double, so the next one ends at twice the time.
+        // Sample counts double, so that the next one ends at twice the time.
         flow(go_on && found.fits(2.0 * at.seconds))
     };
     let outcome = render_watched(scene, &run.camera, &settings, &|p| flow(!stop(&p)), &mut look);
     found.measurement.stopped = outcome.stats.stopped;
 }
 
-/// One render per count.
-fn anew(scene: &Scene, run: &Run, seed: u64, found: &mut Found<'_>) {
+/// One render per sample count.
+fn anew(scene: &Scene, run: &Run, seed: u64, found: &mut Recorder<'_>) {
     let (mut count, mut spent) = (1, 0.0);
     loop {
         if !alone(scene, run, seed, count, found) {
@@ -107,8 +110,8 @@ fn anew(scene: &Scene, run: &Run, seed: u64, found: &mut Found<'_>) {
     }
 }
 
-/// A render of one count; whether to go on.
-fn alone(scene: &Scene, run: &Run, seed: u64, count: u32, found: &mut Found<'_>) -> bool {
+/// Renders one sample count. Returns whether to continue.
+fn alone(scene: &Scene, run: &Run, seed: u64, count: u32, found: &mut Recorder<'_>) -> bool {
     let cpu = (found.allowance.cpu_seconds)();
     let stop = found.allowance.stop;
     let outcome = render(scene, &run.camera, &run.settings(count, seed), &|p| flow(!stop(&p)));
@@ -124,7 +127,7 @@ fn flow(go_on: bool) -> ControlFlow<()> {
     if go_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
 }
 
-struct Found<'a> {
+struct Recorder<'a> {
     reference: &'a Reference,
     floor: f64,
     allowance: &'a Allowance<'a>,
@@ -132,24 +135,24 @@ struct Found<'a> {
     mismatch: Option<SizeMismatch>,
 }
 
-impl<'a> Found<'a> {
+impl<'a> Recorder<'a> {
     fn new(reference: &'a Reference, allowance: &'a Allowance<'a>) -> Self {
         let measurement =
             Measurement { curve: Vec::new(), picture: None, most: None, at_reference: false, stopped: false };
         Self { reference, floor: reference.mse(), allowance, measurement, mismatch: None }
     }
 
-    /// The largest count to render.
+    /// The largest sample count to render.
     fn most(&self) -> u32 {
         self.allowance.most.unwrap_or(MOST)
     }
 
-    /// Whether a count that is done after `seconds` may be begun.
+    /// Whether a render that finishes after `seconds` may be started.
     fn fits(&self, seconds: f64) -> bool {
         self.allowance.most.is_some() || seconds <= self.allowance.seconds
     }
 
-    /// Takes one count in; whether to go on.
+    /// Adds the image of one sample count. Returns whether to continue.
     fn add(&mut self, count: u32, seconds: f64, cpu_seconds: f64, picture: Image) -> bool {
         let overall = match self.reference.compare(&picture) {
             Ok(comparison) => comparison.overall,

@@ -1,4 +1,4 @@
-//! What should the pictures be?
+//! Reference images that errors are measured against.
 
 use crate::metrics::{self, Comparison, Scale, SizeMismatch};
 use dapple_imaging::Image;
@@ -9,23 +9,23 @@ use dapple_integrator::{MethodKind, Progress, Settings, render};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// Seeds of the two halves, for runs whose seeds count from 1; those of the runs count from far below.
+/// Seeds of the two halves for runs whose seeds start at 1; the seeds of runs are far smaller.
 const SEEDS: [u64; 2] = [0xffff_ffff_0000_0001, 0xffff_ffff_0000_0002];
 
-/// A picture that others are held against.
+/// An image that others are compared with.
 #[derive(Clone, Debug)]
 pub enum Reference {
-    /// Taken as the truth.
+    /// One image, regarded as exact.
     Exact(Image),
-    /// Two independent renders of equal effort.
+    /// Two independent renders of equal sample count.
     Halves([Image; 2]),
 }
 
 impl Reference {
-    /// Renders two halves by the path tracer with Sobol points, whatever the method of `settings`: what a picture
-    /// should be depends on the scene, the view and the effects that are on. The first half takes half of `seconds`,
-    /// but at least one sample, the second as many samples; both have seeds of their own, which follow from that of
-    /// `settings`. Returns them with the samples per pixel of each; `None` when `stop` said so.
+    /// Renders two halves with the path tracer and Sobol points, regardless of the method of `settings`, because the
+    /// expected image depends only on the scene, the view and the enabled effects. The first half takes half of
+    /// `seconds`, but at least one sample per pixel; the second takes as many samples. The seeds of both are derived
+    /// from that of `settings`. Returns the halves and the samples per pixel of each; `None` if `stop` returned true.
     pub fn render(
         scene: &Scene,
         camera: &Camera,
@@ -47,7 +47,7 @@ impl Reference {
         let [one, two] = SEEDS.map(|seed| seed.wrapping_add(2 * settings.seed.saturating_sub(1)));
         let first = Settings { seed: one, ..half.clone() };
         let (first, spp) = match draw(first.clone())? {
-            // Not even one sample of every pixel in that time.
+            // Not even one sample per pixel was completed in that time.
             (_, 0) => draw(first.with_time_limit(None).with_spp(1))?,
             whole => whole,
         };
@@ -55,7 +55,7 @@ impl Reference {
         Some((Self::Halves([first, second]), spp))
     }
 
-    /// The best guess.
+    /// The best estimate: the exact image, or the mean of both halves.
     pub fn picture(&self) -> Image {
         match self {
             Self::Exact(picture) => picture.clone(),
@@ -63,7 +63,7 @@ impl Reference {
         }
     }
 
-    /// Mean squared error that the best guess still has; 0 where it is taken as exact.
+    /// Mean squared error of the best estimate; 0 if it is regarded as exact.
     pub fn mse(&self) -> f64 {
         match self {
             Self::Exact(_) => 0.0,
@@ -71,13 +71,16 @@ impl Reference {
         }
     }
 
-    /// The same as relative RMSE.
+    /// Relative RMSE of the best estimate.
     pub fn relative_rmse(&self) -> f64 {
         let mean = self.picture().mean();
         self.mse().sqrt() / f64::from((mean.x + mean.y + mean.z) / 3.0)
     }
 
-    /// The error of a picture, without the reference's own where there are two halves.
+    /// The error of an image, without that of the reference if there are two halves.
+    ///
+    /// # Errors
+    /// The images differ in size.
     pub fn compare(&self, image: &Image) -> Result<Comparison, SizeMismatch> {
         match self {
             Self::Exact(picture) => metrics::compare(image, picture, &Scale::default()),

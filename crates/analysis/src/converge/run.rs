@@ -1,35 +1,36 @@
-//! A method with its settings, as a comparison sees it.
+//! Runs: the methods of a convergence study with their settings.
 
 use dapple_integrator::camera::Camera;
 use dapple_integrator::sampling::{Pattern, SampleSet};
 use dapple_integrator::{Effect, MethodKind, Settings};
 
-/// A method whose error is looked at.
+/// A method whose error is measured.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// What it is called.
+    /// Name of the run.
     pub name: String,
-    /// With its lens.
+    /// The camera, including its lens.
     pub camera: Camera,
-    /// All settings but seed and sample count.
+    /// All settings except seed and sample count.
     pub settings: Settings,
-    /// The integral whose count grows with the distribution tracer; the path tracer's samples are of all at once.
+    /// The effect whose sample count grows with the distribution tracer. The path tracer samples all effects with each
+    /// path.
     pub vary: Effect,
 }
 
 impl Run {
-    /// Whether the first n points are the same however many follow: then one render shows all counts.
+    /// Whether the first n points do not depend on the total number, so that one render yields all sample counts.
     pub fn is_sequence(&self) -> bool {
         let sequence = matches!(self.settings.pattern, Pattern::Sobol | Pattern::Random);
         self.settings.kind() == MethodKind::Path && sequence
     }
 
-    /// From one count to the next: two-dimensional grids stay square.
+    /// Ratio of successive sample counts. Two-dimensional grids remain square.
     pub fn growth(&self) -> u32 {
         if self.settings.kind() == MethodKind::Distribution { 4 } else { 2 }
     }
 
-    /// What grows.
+    /// Name of the sample count that grows: `spp`, or an effect.
     pub fn varied(&self) -> String {
         match self.settings.kind() {
             MethodKind::Path => "spp".into(),
@@ -37,7 +38,7 @@ impl Run {
         }
     }
 
-    /// The points' pattern: of the path, or of the integral that varies.
+    /// The sampling pattern of the path, or of the effect that varies.
     pub fn pattern(&self) -> Pattern {
         match self.settings.kind() {
             MethodKind::Path => self.settings.pattern,
@@ -45,7 +46,7 @@ impl Run {
         }
     }
 
-    /// The settings for `count` samples of independent render `seed`.
+    /// The settings for `count` samples of the independent render `seed`.
     pub fn settings(&self, count: u32, seed: u64) -> Settings {
         let mut settings = Settings { seed, ..self.settings.clone() }.with_time_limit(None).with_spp(count);
         if settings.kind() == MethodKind::Distribution {

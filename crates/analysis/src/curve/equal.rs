@@ -1,31 +1,32 @@
-//! Which error is left after the same time?
+//! Errors of several methods at equal time.
 //!
-//! The least error that two methods both reach is reached by the slower one at its very end; after the same time each has
-//! the error it has. At several times, for which of two methods is ahead may depend on when one looks.
+//! A comparison at equal error uses the smallest error that both methods reach, which the slower method reaches only at
+//! its last point. At equal time, each method contributes the error it has at that time. Several times are compared,
+//! because the order of two methods may depend on the time.
 
 use super::fall::{Curve, Error, Over, logs};
 use crate::statistics::{self, Interval};
 
-/// From one time to the one before it.
+/// Ratio of successive times.
 const STEP: f64 = 4.0;
 
-/// At most so many times.
+/// Maximum number of times.
 const MOST: usize = 5;
 
-/// A method after some time.
+/// Error and efficiency of a method after a given time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EqualCost {
-    /// Seconds.
+    /// Time in seconds.
     pub cost: f64,
     /// Relative RMSE: geometric mean over seeds.
     pub error: Interval,
-    /// 1/(MSE · time) over that of the first method, both MSEs relative to the squared mean of the reference: the inverse
-    /// ratio of the squared errors, for times are equal. Seeds are paired in order. `None` where the first has no error
-    /// at this time, and for the first itself.
+    /// Efficiency 1/(MSE · time) divided by that of the first method, both MSEs relative to the squared mean of the
+    /// reference. Since the times are equal, this is the inverse ratio of the squared errors. Seeds are paired in
+    /// order. `None` for the first method itself, and where the first method has no error at this time.
     pub efficiency: Option<Interval>,
 }
 
-/// The relative RMSE at `cost`, between measured points on straight lines in logarithms; never beyond them.
+/// The relative RMSE at `cost`, interpolated linearly in logarithms between measured points, never extrapolated.
 fn error_at(curve: &Curve, over: Over, cost: f64) -> Option<f64> {
     let logs = logs(curve, over, Error::RelativeRmse);
     let wanted = libm::log(cost);
@@ -35,7 +36,7 @@ fn error_at(curve: &Curve, over: Over, cost: f64) -> Option<f64> {
     Some(libm::exp(a.1 + share * (b.1 - a.1)))
 }
 
-/// The costs between which every seed of a method has points.
+/// The range of costs that every seed of a method covers.
 fn range(seeds: &[Curve], over: Over) -> Option<(f64, f64)> {
     let costs = |curve: &Curve| -> Option<(f64, f64)> {
         let logs = logs(curve, over, Error::RelativeRmse);
@@ -46,20 +47,20 @@ fn range(seeds: &[Curve], over: Over) -> Option<(f64, f64)> {
     (range.0 < range.1).then_some(range)
 }
 
-/// Times at which methods are compared, the longest first: the longest that two of them reach with every seed, a quarter
-/// of it, and so on, while two have been measured there.
+/// Times at which methods are compared, in decreasing order: the longest time that two methods reach with every seed, a
+/// quarter of it, and so on, as long as two methods have been measured there.
 fn costs(methods: &[Vec<Curve>], over: Over) -> Vec<f64> {
     let ranges: Vec<(f64, f64)> = methods.iter().filter_map(|seeds| range(seeds, over)).collect();
     let mut ends: Vec<f64> = ranges.iter().map(|r| r.1).collect();
     ends.sort_by(f64::total_cmp);
     let Some(top) = ends.len().checked_sub(2).map(|i| ends[i]) else { return Vec::new() };
-    // A hair inside, so that logarithms there and back leave the last point in.
+    // Slightly smaller, so that the last point remains inside after taking the logarithm and its inverse.
     let times = (0..MOST).map(|k| top * (1.0 - 1e-9) / STEP.powi(k as i32));
     let inside = |t: &f64| ranges.iter().filter(|r| r.0 <= *t && *t <= r.1).count() >= 2;
     times.filter(inside).collect()
 }
 
-/// Of each method, its errors after equal times; the first method is what the others are compared with.
+/// The errors of each method after equal times. Efficiencies are relative to the first method.
 pub fn equal_costs(methods: &[Vec<Curve>], over: Over) -> Vec<Vec<EqualCost>> {
     let costs = costs(methods, over);
     let of = |seeds: &Vec<Curve>, is_first: bool| {
@@ -87,24 +88,24 @@ mod tests {
     use super::super::fall::tests::curves;
     use super::*;
 
-    /// Three times as slow for the same error is a third of the efficiency at equal time, where MSE falls as 1/N; with
-    /// another slope it depends on the time.
+    /// A method that is three times as slow at equal error has a third of the efficiency at equal time if the MSE falls
+    /// as 1/N; with another slope the ratio depends on the time.
     #[test]
     fn errors_after_equal_times() {
         let slow = curves(5, -1.0, 1.0, 0.03, 0.0);
         let fast = curves(5, -1.0, 1.0, 0.01, 0.0);
         let steep = curves(5, -1.5, 1.0, 0.01, 0.0);
         let found = equal_costs(&[slow, fast, steep], Over::Seconds);
-        // 256 samples of the fast ones take 2.56 s.
+        // 256 samples of the fast method take 2.56 s.
         let times: Vec<f64> = found[1].iter().map(|e| e.cost).collect();
         assert!((times[0] - 2.56).abs() < 1e-6 && (times[1] - 0.64).abs() < 1e-6, "{times:?}");
         for (e, first) in found[1].iter().zip(&found[0]) {
             let ratio = e.efficiency.unwrap().value;
             assert!((ratio - 3.0).abs() < 1e-6 && first.efficiency.is_none(), "{ratio}");
-            // Relative RMSE is half the root of the MSE, 1/samples.
+            // The relative RMSE is half the root of the MSE, which is 1/samples.
             assert!((e.error.value - 0.5 * (0.01 / e.cost).sqrt()).abs() < 1e-9, "{e:?}");
         }
-        // N^-1.5 at N = t/0.01 against 1/N at t/0.03.
+        // N^-1.5 at N = t/0.01 compared with 1/N at N = t/0.03.
         for e in &found[2] {
             let n = e.cost / 0.01;
             assert!((e.efficiency.unwrap().value / (3.0 * n.sqrt()) - 1.0).abs() < 1e-6, "{e:?}");
@@ -117,16 +118,16 @@ mod tests {
         let one = curves(3, -1.0, 1.0, 0.01, 0.0);
         assert_eq!(equal_costs(std::slice::from_ref(&one), Over::Seconds), [vec![]]);
         assert_eq!(equal_costs(&[vec![], one.clone()], Over::Seconds), [vec![], vec![]]);
-        // Ten thousand times as slow: no common time.
+        // Ten thousand times as slow: there is no common time.
         let late = curves(3, -1.0, 1.0, 100.0, 0.0);
         assert_eq!(equal_costs(&[late, one.clone()], Over::Seconds), [vec![], vec![]]);
-        // One seed has an error but no interval.
+        // A single seed has an error but no interval.
         let single = curves(1, -1.0, 1.0, 0.02, 0.0);
         let found = equal_costs(&[one, single], Over::CpuSeconds);
         assert!(!found[1].is_empty() && found[1].iter().all(|e| !e.efficiency.unwrap().is_known()));
     }
 
-    /// Intervals over seeds hold the ratio.
+    /// The intervals over seeds contain the true ratio.
     #[test]
     fn noisy_seeds() {
         let slow = curves(8, -1.0, 1.0, 0.02, 0.2);

@@ -1,15 +1,15 @@
-//! Points of curves, and the power law that errors follow over samples or seconds.
+//! Points of convergence curves, and the power law of the error over samples or time.
 
 use crate::statistics::{self, Interval};
 
-/// What was measured at one sample count.
+/// Error and cost measured at one sample count.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Point {
     /// Samples per pixel.
     pub samples: f64,
-    /// Wall time of rendering, seconds; 0 where it was too short to be measured.
+    /// Wall time of rendering in seconds; 0 if it was too short to be measured.
     pub seconds: f64,
-    /// Processor time of all threads, seconds; 0 where it was too short to be measured.
+    /// Processor time of all threads in seconds; 0 if it was too short to be measured.
     pub cpu_seconds: f64,
     /// Mean squared error.
     pub mse: f64,
@@ -19,33 +19,33 @@ pub struct Point {
     pub relative_rmse: f64,
 }
 
-/// One seed: points with growing samples.
+/// The curve of one seed: points with increasing sample counts.
 pub type Curve = Vec<Point>;
 
-/// Which error is looked at; each falls as a power of the samples.
+/// The error measure of a curve. Each falls as a power of the samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
     /// Mean squared error.
     Mse,
-    /// relMSE.
+    /// Mean squared error relative to R² + ε.
     Relmse,
-    /// Relative RMSE: half the exponent of the others.
+    /// Relative RMSE; its exponent is half that of the other measures.
     RelativeRmse,
 }
 
-/// Over what it falls.
+/// The cost over which the error is plotted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Over {
     /// Samples per pixel.
     Samples,
-    /// Seconds of wall time.
+    /// Wall time in seconds.
     Seconds,
-    /// Seconds of processor time.
+    /// Processor time in seconds.
     CpuSeconds,
 }
 
 impl Point {
-    /// One of its errors.
+    /// The error by the given measure.
     pub fn error(&self, which: Error) -> f64 {
         match which {
             Error::Mse => self.mse,
@@ -54,7 +54,7 @@ impl Point {
         }
     }
 
-    /// What it cost.
+    /// The cost in the given unit.
     pub fn cost(&self, over: Over) -> f64 {
         match over {
             Over::Samples => self.samples,
@@ -64,13 +64,14 @@ impl Point {
     }
 }
 
-/// Points that a logarithm can be taken of: cost and error above zero.
+/// Logarithms of cost and error of the points where both are positive and the error is finite.
 pub(super) fn logs(curve: &[Point], over: Over, error: Error) -> Vec<(f64, f64)> {
     let usable = |p: &&Point| p.cost(over) > 0.0 && p.error(error) > 0.0 && p.error(error).is_finite();
     curve.iter().filter(usable).map(|p| (libm::log(p.cost(over)), libm::log(p.error(error)))).collect()
 }
 
-/// Exponent s and factor c of y = c·x^s through (log x, log y) by least squares; `None` with fewer than two different x.
+/// Exponent s and factor c of y = c·x^s, fitted to (log x, log y) by least squares; `None` with fewer than two
+/// different x.
 pub fn power_law(logs: &[(f64, f64)]) -> Option<(f64, f64)> {
     let n = logs.len() as f64;
     let mean = |f: &dyn Fn(&(f64, f64)) -> f64| logs.iter().map(f).sum::<f64>() / n;
@@ -82,22 +83,23 @@ pub fn power_law(logs: &[(f64, f64)]) -> Option<(f64, f64)> {
     })
 }
 
-/// The exponent with which the error falls, fitted per seed, with its interval over seeds.
+/// The exponent by which the error falls, fitted per seed, with its confidence interval over seeds.
 pub fn slope(seeds: &[Curve], over: Over, error: Error) -> Option<Interval> {
     let one = |curve: &Curve| power_law(&logs(curve, over, error)).map(|(slope, _)| slope);
     let slopes: Vec<f64> = seeds.iter().filter_map(one).collect();
     statistics::mean(&slopes, statistics::CONFIDENCE)
 }
 
-/// 1/(relMSE · seconds) at each seed's last point: constant along a curve whose error falls as 1/seconds.
+/// Efficiency 1/(relMSE · seconds) at the last point of each seed. It is constant along a curve whose error falls as
+/// 1/seconds.
 pub fn efficiency(seeds: &[Curve]) -> Option<Interval> {
     let last = seeds.iter().filter_map(|curve| curve.last());
     let all: Vec<f64> = last.map(|p| 1.0 / (p.relmse * p.seconds)).collect();
     statistics::geometric_mean(&all, statistics::CONFIDENCE)
 }
 
-/// The cost from which on the error stays at or below `target`, between measured points on straight lines in
-/// logarithms; never beyond them. `None` where a seed does not get there, or is there from its first point.
+/// The cost from which the error stays at or below `target`, interpolated linearly in logarithms between measured
+/// points, never extrapolated. `None` if the curve does not reach `target`, or is below it from its first point.
 pub fn cost_to(curve: &[Point], over: Over, error: Error, target: f64) -> Option<f64> {
     let logs = logs(curve, over, error);
     let wanted = libm::log(target);
@@ -106,27 +108,29 @@ pub fn cost_to(curve: &[Point], over: Over, error: Error, target: f64) -> Option
     Some(libm::exp(a.0 + (b.0 - a.0) * (a.1 - wanted) / (a.1 - b.1)))
 }
 
-/// [`cost_to`] in seconds over seeds, with interval; `None` unless every seed gets there.
+/// The time of [`cost_to`] in seconds, averaged over seeds, with its interval; `None` unless every seed reaches the
+/// error.
 pub fn seconds_to(seeds: &[Curve], error: Error, target: f64) -> Option<Interval> {
     let all: Option<Vec<f64>> = seeds.iter().map(|c| cost_to(c, Over::Seconds, error, target)).collect();
     statistics::geometric_mean(&all?, statistics::CONFIDENCE)
 }
 
-/// How many times cheaper `seeds` is than `first` for the same error.
+/// Ratio of costs of two methods at equal error.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SpeedUp {
-    /// Cost of `first` over cost of the other.
+    /// Cost of `first` divided by the cost of the other method.
     pub ratio: Interval,
-    /// The relative RMSE at which they are compared.
+    /// The relative RMSE at which both are compared.
     pub at_error: f64,
 }
 
-/// Compared at the smallest error that both reach with every seed; seeds are paired in order.
+/// The speed-up of `seeds` over `first` at the smallest error that both reach with every seed. Seeds are paired in
+/// order.
 pub fn speed_up(first: &[Curve], seeds: &[Curve], over: Over) -> Option<SpeedUp> {
     let error = Error::RelativeRmse;
     let last = |curve: &Curve| curve.last().map(|p| p.error(error));
     let reached = |all: &[Curve]| all.iter().filter_map(last).reduce(f64::max);
-    // A hair above, so that the seed that defines it gets there too.
+    // Slightly larger, so that the seed that defines the target reaches it as well.
     let target = f64::max(reached(first)?, reached(seeds)?) * (1.0 + 1e-9);
     let cost = |curve: &Curve| cost_to(curve, over, error, target);
     let ratios: Vec<f64> = first.iter().zip(seeds).filter_map(|(a, b)| Some(cost(a)? / cost(b)?)).collect();
@@ -134,8 +138,8 @@ pub fn speed_up(first: &[Curve], seeds: &[Curve], over: Over) -> Option<SpeedUp>
     Some(SpeedUp { ratio, at_error: target })
 }
 
-/// Cost and error over seeds at each sample count that at least two of them (or the only one) have: the mean cost, 0 where
-/// that of a seed was too small to be measured, and the geometric mean of the error with its interval.
+/// Cost and error over seeds at each sample count that at least two seeds (or the only seed) have: the mean cost, 0
+/// where that of a seed was too small to be measured, and the geometric mean of the error with its interval.
 pub fn band(seeds: &[Curve], over: Over, error: Error) -> Vec<(f64, Interval)> {
     let mut counts: Vec<f64> = seeds.iter().flatten().map(|p| p.samples).collect();
     counts.sort_by(f64::total_cmp);
@@ -158,7 +162,7 @@ pub(super) mod tests {
     use super::*;
     use dapple_testkit::Rng;
 
-    /// MSE = c N^s times a lognormal factor; a sample takes `second` seconds.
+    /// MSE = c N^s times a lognormal factor; one sample takes `second` seconds.
     pub(in super::super) fn curves(seeds: u64, s: f64, c: f64, second: f64, noise: f64) -> Vec<Curve> {
         (0..seeds).map(|seed| curve(seed, s, c, second, noise)).collect()
     }
@@ -190,7 +194,7 @@ pub(super) mod tests {
         assert_eq!(power_law(&[(0.0, 1.0)]), None);
     }
 
-    /// The interval over six noisy seeds holds the slope in 95 % of 1000 experiments.
+    /// The interval over six noisy seeds contains the slope in 95 % of 1000 experiments.
     #[test]
     fn the_slope_lies_in_its_interval() {
         let held = (0..1000u64).filter(|i| {
@@ -203,13 +207,13 @@ pub(super) mod tests {
 
     #[test]
     fn seconds_to_an_error() {
-        // Relative RMSE = ½ √(1/N): 0.1 at N = 25, between 16 and 32; 0.01 s a sample.
+        // Relative RMSE = ½ √(1/N) is 0.1 at N = 25, between 16 and 32; a sample takes 0.01 s.
         let seeds = curves(3, -1.0, 1.0, 0.01, 0.0);
         let found = seconds_to(&seeds, Error::RelativeRmse, 0.1).unwrap();
         assert!((found.value - 0.25).abs() < 1e-12, "{found:?}");
         assert_eq!(seconds_to(&seeds, Error::RelativeRmse, 1e-3), None);
         assert_eq!(seconds_to(&seeds, Error::RelativeRmse, 0.9), None);
-        // A curve that comes back up is counted from where it stays below.
+        // A curve that rises again counts from where it stays below the target.
         let mut bumpy = seeds[0].clone();
         bumpy[6].relative_rmse = 0.2;
         assert!(cost_to(&bumpy, Over::Samples, Error::RelativeRmse, 0.1).unwrap() > 64.0);

@@ -1,8 +1,8 @@
-//! Parts of a picture that stand for all of it: blocks of some pixels, or single ones.
+//! Importance sampling of image blocks (or single pixels) that represent the whole image.
 //!
-//! They are drawn with a probability that follows the variance within their pixels: that is too large for points that are
-//! spread evenly, but it knows where the errors are. Dividing by the probability makes the sum over the picture unbiased
-//! whatever it knows.
+//! Blocks are drawn with a probability that follows the variance within their pixels. This variance is too large for
+//! evenly distributed points, but it locates the errors. Dividing by the probability makes the sum over the image
+//! unbiased in any case.
 
 use dapple_integrator::math::PixelRect;
 use dapple_integrator::sampling::Key;
@@ -10,19 +10,20 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Share of the choice that is even over the picture, so that no block is left to what the samples happened to see.
+/// Share of the probability that is uniform over the image, so that every block can be drawn regardless of the samples
+/// taken so far.
 const EVEN: f64 = 0.5;
 
-/// A block, and what it counts.
+/// A block and its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Block {
     pub rect: PixelRect,
     pub weight: f64,
-    /// How often it was drawn.
+    /// Number of times the block was drawn.
     pub times: u32,
 }
 
-/// All blocks of `side`² pixels of `rect`, row by row.
+/// All blocks of `side`² pixels in `rect`, row by row.
 fn all(rect: PixelRect, side: u32) -> Vec<PixelRect> {
     let row = |y0: u32| {
         let block =
@@ -32,7 +33,7 @@ fn all(rect: PixelRect, side: u32) -> Vec<PixelRect> {
     (rect.y0..rect.y1).step_by(side as usize).flat_map(row).collect()
 }
 
-/// As [`drawn`]; all blocks, once each, if there are no more than draws.
+/// As [`drawn`], but returns every block once if there are no more blocks than draws.
 pub(crate) fn chosen(rect: PixelRect, side: u32, within: &[f64], seed: u64, draws: usize) -> Vec<Block> {
     let all = all(rect, side);
     match draws >= all.len() {
@@ -41,8 +42,8 @@ pub(crate) fn chosen(rect: PixelRect, side: u32, within: &[f64], seed: u64, draw
     }
 }
 
-/// Blocks of `rect`, whose pixels have the variances `within`, in `draws` draws at equal steps along their summed
-/// probabilities. A block that is met more than once counts accordingly.
+/// Draws blocks of `rect`, whose pixels have the variances `within`, in `draws` draws at equal steps along their
+/// cumulative probabilities. The weight of a block is proportional to the number of times it was drawn.
 pub(crate) fn drawn(rect: PixelRect, side: u32, within: &[f64], seed: u64, draws: usize) -> Vec<Block> {
     let all = all(rect, side);
     let probability = probabilities(rect, &all, within);
@@ -62,7 +63,7 @@ pub(crate) fn drawn(rect: PixelRect, side: u32, within: &[f64], seed: u64, draws
     times.into_iter().map(one).collect()
 }
 
-/// Of each block; they add up to 1.
+/// The probability of each block; they add up to 1.
 fn probabilities(rect: PixelRect, all: &[PixelRect], within: &[f64]) -> Vec<f64> {
     let at = |x: u32, y: u32| within[((y - rect.y0) * rect.width() + (x - rect.x0)) as usize];
     let sum = |r: &PixelRect| (r.y0..r.y1).flat_map(|y| (r.x0..r.x1).map(move |x| at(x, y))).sum::<f64>();
@@ -73,8 +74,8 @@ fn probabilities(rect: PixelRect, all: &[PixelRect], within: &[f64]) -> Vec<f64>
     sums.iter().map(|sum| EVEN * even + (1.0 - EVEN) * share(sum)).collect()
 }
 
-/// `work` on every block, as many at a time as there are threads; the results in the order of the blocks, for sums must
-/// not depend on who was first.
+/// Applies `work` to every block on the given number of threads. The results are in the order of the blocks, because
+/// sums must not depend on the order of completion.
 pub(crate) fn each<B: Sync, T: Send>(
     blocks: &[B],
     threads: Option<usize>,
@@ -121,8 +122,8 @@ mod tests {
         assert_eq!(all.iter().map(|b| b.rect.area()).sum::<usize>(), 30);
     }
 
-    /// The weighted sum of anything over the blocks is unbiased, and where the variances say what is summed it is nearly
-    /// exact.
+    /// The weighted sum of any quantity over the blocks is unbiased, and nearly exact if the variances are proportional
+    /// to the quantity.
     #[test]
     fn weights_make_up_for_the_choice() {
         let value = |i: usize| if i.is_multiple_of(511) { 50.0 } else { 1.0 + (i % 7) as f64 };
@@ -152,7 +153,7 @@ mod tests {
         let drawn = drawn(PixelRect { x0: 0, y0: 0, x1: 8, y1: 8 }, 1, &within, 1, 256);
         assert_eq!(drawn.iter().map(|b| b.times).sum::<u32>(), 256);
         let bright = drawn.iter().find(|b| (b.rect.x0, b.rect.y0) == (1, 1)).unwrap();
-        // Half of the draws by 64/127, half even; a pixel met so often counts nearly 1.
+        // Half of the draws follow 64/127, half are uniform; a pixel drawn so often has a weight near 1.
         assert!((66..=67).contains(&bright.times) && (bright.weight - 1.0).abs() < 0.02, "{bright:?}");
     }
 }

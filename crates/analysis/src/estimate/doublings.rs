@@ -1,38 +1,38 @@
-//! The error from how the picture changed when its samples doubled.
+//! Error estimation from the changes of the image as its sample count doubles.
 
 use super::within::{Estimate, level, sum_and_spread};
 use dapple_imaging::Image;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::{MethodKind, Settings};
 
-/// From here on the first n Sobol points of a render are a set of their own; a stratified render without a sample count
-/// takes sets of so many.
+/// From this count on, the first n Sobol points of a render are a complete point set. A stratified render without a
+/// fixed sample count uses sets of this size.
 const WHOLE: u32 = 16;
 
-/// A change of the picture.
+/// A change of the image between two sample counts.
 #[derive(Clone, Copy, Debug)]
 struct Change {
-    /// Samples before and after.
+    /// Samples per pixel before and after.
     from: u32,
     to: u32,
     /// Mean squared change over pixels and channels.
     square: f64,
-    /// Square of its relative standard deviation.
+    /// Square of the relative standard deviation of `square`.
     spread: f64,
 }
 
-/// What is known of a render that is looked at while its samples double.
+/// The changes of a render that is observed at doubling sample counts.
 pub struct Doublings {
     sobol: bool,
-    /// The first count whose points are a set of their own.
+    /// The smallest count whose points are a complete set.
     whole: u32,
     last: Option<(u32, Image)>,
     changes: Vec<Change>,
 }
 
 impl Doublings {
-    /// Of a render with these settings; `None` where parts of it are no sets of points of their own: cell by cell, with
-    /// a count that is known beforehand.
+    /// An estimator for a render with these settings. `None` if parts of it are not complete point sets, because a
+    /// stratified render with a fixed sample count proceeds cell by cell.
     pub fn new(settings: &Settings) -> Option<Self> {
         let (sobol, whole) = match (settings.kind(), settings.pattern) {
             (MethodKind::Path, Pattern::Sobol) => (true, WHOLE),
@@ -44,7 +44,7 @@ impl Doublings {
         Some(Self { sobol, whole, last: None, changes: Vec::new() })
     }
 
-    /// The picture at a further count.
+    /// Adds the image at a further sample count.
     pub fn add(&mut self, samples: u32, picture: Image) {
         if let Some((from, old)) = &self.last {
             let squares = old.pixels.iter().zip(&picture.pixels).map(|(a, b)| (*b - *a).as_dvec3());
@@ -55,21 +55,21 @@ impl Doublings {
         self.last = Some((samples, picture));
     }
 
-    /// The error at the last count; `None` while too little is known: with fewer than 2 independent samples, fewer than
-    /// 64 Sobol points.
+    /// The error at the last sample count; `None` with fewer than 2 independent samples or fewer than 64 Sobol points.
     pub fn estimate(&self, confidence: f64) -> Option<Estimate> {
         let change = self.changes.last().filter(|c| c.from >= self.whole)?;
         let level = level(self.last.as_ref()?.1.mean());
-        // As far as points are independent; else too much.
+        // Valid for independent points; too large for other points.
         let independent = change.square * f64::from(change.from) / f64::from(change.to - change.from);
         let mse = if self.sobol { self.sobol_mse()? } else { independent };
-        // The same pixels make up both the true error and its estimate.
+        // The same pixels determine both the true error and its estimate.
         let spread = (2.0 * change.spread).sqrt();
         let high = if self.sobol { 0.5 * (mse + independent) } else { independent };
         Estimate::new(mse, high, spread, level, confidence)
     }
 
-    /// The exponent by which the squared error falls with the samples, as far as it is known: 1 for independent ones.
+    /// The exponent by which the squared error falls with the samples, as far as it is known; 1 for independent
+    /// samples.
     pub fn rate(&self) -> f64 {
         let left = left(&self.whole_changes()).filter(|_| self.sobol);
         left.map_or(1.0, |left| -libm::log2(left))
@@ -79,8 +79,7 @@ impl Doublings {
         self.changes.iter().filter(|c| c.from >= self.whole).map(|c| c.square).collect()
     }
 
-    /// The sum of all changes to come, of which each two together are so much of the two before. Over two doublings, if
-    /// there are three.
+    /// The sum of all future changes as a geometric series; over pairs of doublings if there are three changes.
     fn sobol_mse(&self) -> Option<f64> {
         let changes = self.whole_changes();
         let left = left(&changes)?;
@@ -92,8 +91,8 @@ impl Doublings {
     }
 }
 
-/// What is left of a squared change at the next doubling; over two doublings, if there are three: Sobol points gain
-/// unevenly, more at every other power of two.
+/// Ratio of a squared change to the previous one. With three changes it is averaged over two doublings, because the
+/// convergence of Sobol points is uneven and faster at every other power of two.
 fn left(changes: &[f64]) -> Option<f64> {
     match changes {
         [.., a, _, c] => Some(clamped(c / a, 2).sqrt()),
@@ -102,7 +101,7 @@ fn left(changes: &[f64]) -> Option<f64> {
     }
 }
 
-/// What is left of squared changes after `doublings`: the variance falls at least as 1/n and at most as 1/n².
+/// Clamps the ratio of squared changes after `doublings`: the variance falls at least as 1/n and at most as 1/n².
 fn clamped(ratio: f64, doublings: i32) -> f64 {
     let ratio = if ratio.is_nan() { 1.0 } else { ratio };
     ratio.clamp(0.25f64.powi(doublings), 0.5f64.powi(doublings))
@@ -116,7 +115,8 @@ mod tests {
 
     const SIDE: usize = 64;
 
-    /// Pictures at doubling counts: level 1 plus the mean of n independent numbers of deviation ½, by parts.
+    /// Images at doubling counts: level 1 plus the mean of n independent numbers of standard deviation ½, accumulated
+    /// incrementally. Returns the true error of the last image.
     fn independent(doublings: &mut Doublings, seed: u64, most: u32) -> f64 {
         let mut rng = Rng::new(seed);
         let mut sum = vec![[0.0f64; 3]; SIDE * SIDE];
@@ -155,7 +155,7 @@ mod tests {
         assert!(Doublings::new(&cells).is_none());
     }
 
-    /// Changes that fall as those of V ∝ n^−p lead to V, for any p within the bounds.
+    /// Changes that fall like those of V ∝ n^−p yield V for any p within the bounds.
     #[test]
     fn falling_changes_are_summed_up() {
         for p in [1.0, 1.25, 1.5, 2.0f64] {

@@ -1,8 +1,8 @@
-//! The error from some pixels of the picture that are rendered again with other seeds.
+//! Error estimation by rendering some pixels of the image again with other seeds.
 //!
-//! A pixel that is drawn k times is rendered k times (up to [`MOST`]). Of its value I in the picture and the mean Ī of the
-//! k others, k/(k+1)·(I − Ī)² has the expectation of the squared error, and for large k it is the error that this picture
-//! has: where few pixels make up most of the error, it is known well.
+//! A pixel that is drawn k times is rendered k times (up to [`MOST`]). With its value I in the image and the mean Ī of
+//! the k other renders, k/(k+1)·(I − Ī)² has the expectation of the squared error. For large k it approaches the actual
+//! error of this image, so that the estimate is accurate if few pixels account for most of the error.
 
 use super::blocks::{self, Block};
 use super::within::{Estimate, level, sum_and_spread};
@@ -12,34 +12,36 @@ use dapple_integrator::scene::Scene;
 use dapple_integrator::{Settings, render_pixels_until};
 use glam::DVec3;
 
-/// Least draws: the squared error of 256 pixels is known to about an eighth where they are alike.
+/// Minimum number of draws: 256 pixels determine the squared error to about an eighth if their errors are similar.
 const LEAST: usize = 256;
 
-/// Most draws, but for pictures of which four rows are more: they know it to a sixtieth, and more would save no samples.
+/// Maximum number of draws, except for images in which four rows are more pixels: these determine the error to a
+/// sixtieth, and more would not save samples.
 const ENOUGH: usize = 1 << 14;
 
-/// Part of a picture that is drawn. Whoever stops at an error needs a bound close to it: with four rows of 256×192 pixels the
-/// bound was a fifth above the estimate, which costs two fifths more samples.
+/// Divisor of the number of pixels that gives the number of draws. Stopping at an error limit requires a bound close to
+/// the error: with four rows of 256×192 pixels the bound was a fifth above the estimate, which costs two fifths more
+/// samples.
 const PART: usize = 16;
 
-/// No pixel is rendered more often. It is worth rendering a pixel often that makes up most of the error: of a hundred renders
-/// the error of this picture is known to a tenth, of sixteen hardly to a quarter.
+/// Maximum number of renders of a pixel. Rendering a pixel often is worthwhile if it accounts for most of the error: a
+/// hundred renders determine the error of this image to a tenth, sixteen hardly to a quarter.
 const MOST: u32 = 256;
 
-/// How many pixels are drawn: a sixteenth of them, up to [`ENOUGH`], but at least four rows of a square picture. What so many
-/// know of the error does not depend on how many they were drawn from; the more there are, the likelier is it that few are
-/// worse than all others.
+/// Number of pixels that are drawn: a sixteenth of them, up to [`ENOUGH`], but at least four rows of a square image.
+/// The accuracy of the estimate does not depend on the number of pixels that were drawn from; but the more there are,
+/// the likelier a few of them have far larger errors than the others.
 fn draws(rect: PixelRect) -> usize {
     (rect.area() / PART).min(ENOUGH).max(4 * rect.area().isqrt()).max(LEAST)
 }
 
-/// What [`replicate`] renders again, in shares of the picture: above 1 for the smallest.
+/// The fraction of the image that [`replicate`] renders again; above 1 for the smallest images.
 pub fn replicated_share(rect: PixelRect) -> f64 {
     draws(rect) as f64 / rect.area().max(1) as f64
 }
 
-/// The error of `film`, a finished render of `spp` samples by `settings`. Renders some pixels again: a sixteenth of a
-/// picture of 64×64 to 512×512 pixels, less of a larger one.
+/// The error of `film`, a finished render of `spp` samples per pixel with `settings`. Renders some pixels again: a
+/// sixteenth of an image of 64×64 to 512×512 pixels, a smaller part of a larger one.
 pub fn replicate(
     scene: &Scene,
     camera: &Camera,
@@ -50,7 +52,7 @@ pub fn replicate(
     replicate_until(scene, camera, settings, whole, confidence, &|| false)
 }
 
-/// As [`replicate`]; `None` once `stop`, which is asked all the time, says so.
+/// As [`replicate`]; returns `None` once `stop`, which is polled during rendering, returns true.
 pub fn replicate_until(
     scene: &Scene,
     camera: &Camera,
@@ -78,26 +80,26 @@ fn pixel(block: &Block) -> (u32, u32) {
     (block.rect.x0, block.rect.y0)
 }
 
-/// The same by other numbers, for each k others.
+/// The same settings with another seed for each k.
 fn other(settings: &Settings, k: u32) -> Settings {
     let seed = settings.seed ^ 0x5eed_5eed_5eed_5eed ^ (u64::from(k) << 32);
     Settings { seed, aovs: Vec::new(), ..settings.clone() }
 }
 
-/// The squared error of a pixel, summed over channels and weighted; `sum` is of its other renders.
+/// The weighted squared error of a pixel, summed over channels; `sum` is the sum of its other renders.
 fn square(film: &Film, block: &Block, sum: DVec3) -> f64 {
     let (k, (x, y)) = (f64::from(block.times.min(MOST)), pixel(block));
     block.weight * k / (k + 1.0) * (film.mean_at(x, y) - sum / k).length_squared()
 }
 
-/// From the squared errors of the `drawn` pixels, weighted, and the variances `within` all pixels, both summed over
-/// channels.
+/// The estimate from the weighted squared errors of the `drawn` pixels and the variances `within` all pixels, both
+/// summed over channels.
 fn judged(drawn: &[Block], errors: &[f64], within: &[f64], level: f64, confidence: f64) -> Option<Estimate> {
     let sum: f64 = errors.iter().sum();
-    // Each draw is a number of its own.
+    // Each draw is an independent value.
     let squares: f64 = drawn.iter().zip(errors).map(|(b, e)| e * e / f64::from(b.times)).sum();
     let spread = if sum > 0.0 { squares / (sum * sum) } else { 0.0 };
-    // The true error varies too, as far as few pixels make it up.
+    // The true error varies as well, in particular if few pixels dominate it.
     let (known, within_spread) = sum_and_spread(within.iter().copied());
     let own = if known.is_finite() { within_spread } else { spread };
     let mse = sum / (3 * within.len()) as f64;
@@ -126,8 +128,9 @@ mod tests {
         );
     }
 
-    /// A picture of independent pixel errors, whose deviations follow `deviation` and are known by their variances within
-    /// pixels but for a factor that varies by block, is judged 500 times: how often is its true error within the bound?
+    /// Evaluates 500 images of independent pixel errors, whose standard deviations follow `deviation` and are known
+    /// from the variances within pixels up to a factor that varies by block. Returns the share of images whose true
+    /// error is within the bound.
     fn held(rect: PixelRect, deviation: impl Fn(u32, u32) -> f64) -> f64 {
         let factor = |x: u32, y: u32| 1.0 + (Key::pixel(3, x / 8, y / 8).bits() >> 61) as f64;
         let variance = |(x, y): (u32, u32)| deviation(x, y).powi(2);
@@ -150,7 +153,7 @@ mod tests {
         held.count() as f64 / 500.0
     }
 
-    /// 95 % of 500 trials less four standard errors is 91.1 %.
+    /// 95 % of 500 trials minus four standard errors is 91.1 %.
     #[test]
     fn bounds_hold_as_often_as_they_promise() {
         let rect = |x1, y1| PixelRect { x0: 0, y0: 0, x1, y1 };

@@ -1,68 +1,70 @@
-//! How much may the light that no sample has seen add to the error?
+//! Upper bounds of the error contributed by light that no sample has found.
 //!
-//! - Of a bound M of the deviation of any sample from its pixel's mean, Z = Σ (x − mean)²/M² over all N samples is a sum
-//!   of independent numbers in \[0, 1\]. By Chernoff's bound P(Z ≤ z) ≤ exp(−(μ − z + z ln(z/μ))) for its expectation
-//!   μ ≥ z [Chernoff 1952], as for a Poisson variable. So with confidence 1 − δ the expectation is not above the μ at
-//!   which this is δ: 3.0 at 95 % where nothing was seen, z + √(6z) + … where much was. What μ is above z is variance that
-//!   may be there and was not seen, whatever the distribution of the samples is. M comes from the scene
-//!   ([`dapple_integrator::peak`]).
-//! - Values that fall off gradually, as around the highlight of a rough surface, tell of larger ones: from the largest
-//!   squared deviations y₁ ≥ y₂ ≥ … ≥ y_K the tail index k is the mean of ln(y_i/y_K) [Hill 1975], the chance of more
-//!   than y falls as y^(−1/k), and what lies between y₁ and the bound follows from it. *Approximation*: that the tail goes
-//!   on as it began.
-//! - A sample of more than twice what the scene was found to be capable of says that the search was not complete: then the
-//!   tail counts without a bound.
+//! - Let M bound the deviation of any sample from the mean of its pixel. Then Z = Σ (x − mean)²/M² over all N samples
+//!   is a sum of independent numbers in \[0, 1\]. By Chernoff's bound P(Z ≤ z) ≤ exp(−(μ − z + z ln(z/μ))) for its
+//!   expectation μ ≥ z [Chernoff 1952], as for a Poisson variable. With confidence 1 − δ the expectation is therefore
+//!   not above the μ at which this expression is δ: 3.0 at 95 % if nothing was observed, z + √(6z) + … if much was. The
+//!   excess of μ over z is variance that may exist and was not observed, for any distribution of the samples. M comes
+//!   from the scene ([`dapple_integrator::peak`]).
+//! - Values that fall off gradually, as around the highlight of a rough surface, predict larger ones: from the largest
+//!   squared deviations y₁ ≥ y₂ ≥ … ≥ y_K the tail index k is the mean of ln(y_i/y_K) [Hill 1975], the probability of
+//!   exceeding y falls as y^(−1/k), and the contribution between y₁ and the bound follows from it. *Approximation*: the
+//!   tail continues with the same index.
+//! - A sample of more than twice the largest radiance found for the scene shows that the search for it was incomplete.
+//!   The tail then counts without a bound.
 
 use super::within::level;
 use crate::statistics;
 use dapple_integrator::camera::Film;
 use dapple_integrator::{Peak, Tail};
 
-/// Fewer deviations say nothing of how they are distributed.
+/// Minimum number of deviations from which their distribution is estimated.
 const FEWEST: usize = 8;
 
-/// A sample this much brighter than the scene was found to be capable of says that something was missed.
+/// Ratio of a sample to the largest radiance found for the scene above which the search counts as incomplete.
 const MISSED: f64 = 2.0;
 
-/// So many vertices of a path at most are taken to add up.
+/// Maximum number of path vertices whose contributions are assumed to add up.
 const VERTICES: f64 = 16.0;
 
-/// Where a pixel's samples add up to more of the brightest ones, those are not rare there.
+/// If the samples of a pixel add up to more than this number of the brightest ones, these are not rare in that pixel.
 const OFTEN: f64 = 8.0;
 
-/// What it is that no sample may have seen.
+/// The kind of light that samples may not have found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hidden {
-    /// Emitters that no light sample finds.
+    /// Emitters that light sampling cannot find.
     Emitters,
-    /// Diffuse surfaces that a light is close to or focused on.
+    /// Diffuse surfaces close to a light, or onto which light is focused.
     Lit,
-    /// The middle of highlights.
+    /// The centre of highlights.
     Highlights,
-    /// Whatever made the brightest samples.
+    /// The unknown cause of the brightest samples.
     Outliers,
 }
 
-/// Light that no sample has seen.
+/// The bound of light that no sample has found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unseen {
-    /// Relative RMSE that it may add, with the confidence asked for.
+    /// Relative RMSE that this light may add, with the requested confidence.
     pub error: f64,
-    /// What makes up most of it.
+    /// The kind of light that contributes most to it.
     pub what: Hidden,
-    /// The brightest single sample it can make over the mean of the picture.
+    /// The brightest single sample it can produce, relative to the mean radiance of the image.
     pub times: f64,
 }
 
-/// Of a picture, its samples of largest deviation, and how bright a sample of the scene can be.
+/// Bounds the error contributed by unseen light from an image, its samples of largest deviation, and the maximum
+/// radiance of a sample of the scene. `None` with fewer than two samples in some pixel, without light, or if a variance
+/// is not finite.
 pub fn unseen(film: &Film, tail: &Tail, peak: &Peak, confidence: f64) -> Option<Unseen> {
-    let seen = Seen::new(film, tail, confidence)?;
+    let seen = Observed::new(film, tail, confidence)?;
     let brightest = (seen.largest.first().copied().unwrap_or_default() / 3.0).sqrt();
-    // A sample is the sum over the vertices of its path, each of which may be about as bright as the picture.
+    // A sample is the sum over the vertices of its path, each of which may be about as bright as the image.
     let known = MISSED * peak.most() + VERTICES * seen.level;
     let missed = if brightest > known { brightest } else { 0.0 };
     let outliers = if missed > 0.0 { seen.beyond(f64::INFINITY) } else { 0.0 };
-    // What was met shows what can be met.
+    // An observed value is possible, and so bounds M from below.
     let sharp = peak.emitter.max(peak.lit).max(missed);
     let highlight = peak.highlight;
     let highlights = if highlight <= sharp {
@@ -81,21 +83,21 @@ pub fn unseen(film: &Film, tail: &Tail, peak: &Peak, confidence: f64) -> Option<
     Some(Unseen { error: seen.error(squares), what, times: radiance / seen.level })
 }
 
-/// What the samples of a picture say.
-struct Seen {
+/// Statistics of the samples of an image.
+struct Observed {
     pixels: f64,
-    /// Samples of the pixel that has the fewest.
+    /// Sample count of the pixel with the fewest samples.
     least: f64,
     /// Mean radiance.
     level: f64,
     /// Sums of squared deviations over the samples and channels of each pixel.
     squares: Vec<f64>,
-    /// The largest of them first.
+    /// The largest squared deviations of single samples in decreasing order.
     largest: Vec<f64>,
     confidence: f64,
 }
 
-impl Seen {
+impl Observed {
     fn new(film: &Film, tail: &Tail, confidence: f64) -> Option<Self> {
         let rect = film.rect();
         let counts: Vec<f64> = (rect.y0..rect.y1)
@@ -111,37 +113,38 @@ impl Seen {
         known.then(|| Self { pixels, least, level, squares, largest: tail.sorted(), confidence })
     }
 
-    /// Relative RMSE of squared deviations that add up to `squares` more. At worst all of them are where the fewest samples
-    /// are.
+    /// The relative RMSE that corresponds to additional squared deviations of the sum `squares`. In the worst case all
+    /// of them are in the pixels with the fewest samples.
     fn error(&self, squares: f64) -> f64 {
         (squares / (3.0 * self.pixels)).sqrt() / (self.least * self.level)
     }
 
-    /// Squared deviations that may be missing where no sample is brighter than `most`. Pixels that meet as bright ones again
-    /// and again, as along the edges of a lamp, know their variance: they are left to the estimate of what was seen.
+    /// Squared deviations that may be missing if no sample is brighter than `most`. Pixels that are hit by such samples
+    /// repeatedly, as along the edges of a lamp, have a known variance; they are left to the estimate from the samples.
     fn unmet(&self, most: f64) -> f64 {
         let square = 3.0 * most * most;
         if square <= 0.0 {
             return 0.0;
         }
         if most <= self.level {
-            // No brighter than the picture is on average: not rare.
+            // Not brighter than the mean of the image, hence not rare.
             return square * self.more(0.0);
         }
         let seen = self.squares.iter().filter(|s| **s < OFTEN * square).sum::<f64>() / square;
         let at_once = square * self.more(seen);
         let Some(&largest) = self.largest.first().filter(|y| 4.0 * **y <= square) else { return at_once };
-        // None of the brightest was met, and those that were met are small: two kinds, each with a bound of its own.
+        // None of the brightest values was observed, and the observed ones are small: two kinds, each with a bound of
+        // its own.
         let small = self.squares.iter().sum::<f64>() / largest;
         at_once.min(square * self.more(0.0) + largest * self.more(small))
     }
 
-    /// What the expectation of a sum of numbers in \[0, 1\] may be above the sum.
+    /// Maximum excess of the expectation of a sum of numbers in \[0, 1\] over the observed sum.
     fn more(&self, seen: f64) -> f64 {
         largest_expectation(seen, 1.0 - self.confidence) - seen
     }
 
-    /// Squared deviations expected between the largest one seen and `most`, if they go on as they fell off so far.
+    /// Squared deviations expected between the largest one observed and `most`, extrapolated by the tail index.
     fn beyond(&self, most: f64) -> f64 {
         let (n, [first, .., last]) = (self.largest.len(), &self.largest[..]) else { return 0.0 };
         if n < FEWEST || most <= *first {
@@ -149,14 +152,14 @@ impl Seen {
         }
         let falls = (n - 1) as f64;
         let index = self.largest[..n - 1].iter().map(|y| libm::log(y / last)).sum::<f64>() / falls;
-        // Its standard deviation is itself over the root of the number.
+        // The standard deviation of the index is the index over the root of the count.
         let index = index * (1.0 + statistics::normal(self.confidence) / falls.sqrt());
         first * tail_sum(1.0 / index.max(1e-3), most / first)
     }
 }
 
-/// ∫ y dF from 1 to `most` where 1 is exceeded once on average, the chance falls as y^(−power), and what is above `most`
-/// is there.
+/// ∫ y dF from 1 to `most` for a distribution in which 1 is exceeded once on average and the probability falls as
+/// y^(−power); the probability above `most` is concentrated at `most`.
 fn tail_sum(power: f64, most: f64) -> f64 {
     if most.is_infinite() {
         return if power > 1.0 { power / (power - 1.0) } else { f64::INFINITY };
@@ -167,8 +170,8 @@ fn tail_sum(power: f64, most: f64) -> f64 {
     power * between + grown
 }
 
-/// The largest expectation of a sum of independent numbers in \[0, 1\] that leaves the chance `missed` for a sum of at
-/// most `seen`.
+/// The largest expectation of a sum of independent numbers in \[0, 1\] for which the probability of a sum of at most
+/// `seen` is `missed`.
 fn largest_expectation(seen: f64, missed: f64) -> f64 {
     let wanted = -libm::log(missed);
     let exponent = |mu: f64| if seen > 0.0 { mu - seen + seen * libm::log(seen / mu) } else { mu };
@@ -185,7 +188,8 @@ mod tests {
     use super::*;
     use dapple_testkit::Rng;
 
-    /// Of a Poisson variable the chance of at most `n` events is Σ e^−μ μ^k/k!, not above Chernoff's bound.
+    /// The probability of at most `n` events of a Poisson variable is Σ e^−μ μ^k/k!, which is not above Chernoff's
+    /// bound.
     #[test]
     fn expectations_are_bounded() {
         assert!((largest_expectation(0.0, 0.05) - 20f64.ln()).abs() < 1e-9);
@@ -204,7 +208,8 @@ mod tests {
         assert!(largest_expectation(1e9, 0.05) < 1.0001e9);
     }
 
-    /// The sum over a Pareto distribution between its largest and a bound, by quadrature in the logarithm.
+    /// The integral of a Pareto distribution between its largest observed value and a bound, by quadrature in the
+    /// logarithm.
     #[test]
     fn tails_are_added_up() {
         for (power, most) in [(0.5, 100.0), (1.0, 50.0), (2.0, 10.0), (1.3, 1e4)] {
@@ -220,8 +225,8 @@ mod tests {
         assert_eq!(tail_sum(0.9, f64::INFINITY), f64::INFINITY);
     }
 
-    /// Events of value 1 and probability p among N samples: in at most 5 % of the trials is N·p above what is said to be
-    /// possible after as many as were met, for few and for many.
+    /// For events of value 1 and probability p among N samples, N·p exceeds the bound derived from the number of
+    /// observed events in at most 5 % of the trials, for few events and for many.
     #[test]
     fn rare_events_are_within_what_may_be_there() {
         let mut rng = Rng::new(11);
@@ -235,7 +240,7 @@ mod tests {
         }
     }
 
-    /// Deviations that fall off as 1/y² leave as much beyond the largest as it is large, twice, on average.
+    /// Deviations that fall off as 1/y² contribute beyond the largest value on average about twice that value.
     #[test]
     fn a_tail_tells_what_is_beyond_it() {
         let mut rng = Rng::new(4);
@@ -244,8 +249,14 @@ mod tests {
             let mut tail = Tail::default();
             (0..4000).for_each(|_| tail.add(1.0 / rng.f64().max(1e-12).sqrt()));
             let largest = tail.sorted();
-            let seen =
-                Seen { pixels: 1.0, least: 2.0, level: 1.0, squares: vec![1.0], largest, confidence: 0.5 };
+            let seen = Observed {
+                pixels: 1.0,
+                least: 2.0,
+                level: 1.0,
+                squares: vec![1.0],
+                largest,
+                confidence: 0.5,
+            };
             sum += seen.beyond(f64::INFINITY) / seen.largest[0] / 400.0;
         }
         assert!((1.9..2.3).contains(&sum), "{sum}");

@@ -1,29 +1,30 @@
-//! May a bound of the error be stated?
+//! The stated error of an image: estimate, bound, and whether the bound is reliable.
 
 use super::unseen::{Hidden, Unseen};
 use super::within::Estimate;
 
-/// Light that no sample has seen may add this part of the bound, or of the limit that is asked for: at most 15 % more.
+/// Maximum share of the bound, or of the requested limit, that unseen light may contribute to a reliable bound: at most
+/// 15 % more.
 pub const SHARE: f64 = 0.5;
 
-/// An error with the light that no sample has seen.
+/// An error estimate including the light that no sample has found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// The expected error, of what was seen.
+    /// The expected error of the observed light, as relative RMSE.
     pub error: f64,
-    /// One that the true error is not above, unseen light included, with the confidence asked for.
+    /// An upper bound of the true error, unseen light included, with the requested confidence.
     pub bound: f64,
-    /// What unseen light may add.
+    /// The relative RMSE that unseen light may add.
     pub unseen: f64,
-    /// Whether the bound can be relied on.
+    /// Whether the bound is reliable.
     pub reliable: bool,
-    /// Why, or why not.
+    /// The reason, in words.
     pub why: String,
 }
 
 impl Verdict {
-    /// Of a picture whose error should be below `limit`, if there is one: then it is the limit that unseen light has to be
-    /// small against.
+    /// The verdict on an estimate. If the error should be below `limit`, unseen light has to be small compared with the
+    /// limit; otherwise compared with the bound.
     pub fn new(found: Estimate, unseen: Option<Unseen>, limit: Option<f64>) -> Self {
         let more = unseen.map_or(f64::INFINITY, |unseen| unseen.error);
         let bound = found.bound.hypot(more);
@@ -31,9 +32,9 @@ impl Verdict {
         Self { error: found.error, bound, unseen: more, reliable, why: why(unseen, reliable) }
     }
 
-    /// How many times the samples are at which the bound is expected to be `limit` and reliable; at most `most`. `seen` is
-    /// the bound of what was seen at the next look, whose square falls with the samples by `rate`; what was not seen falls
-    /// with the samples themselves.
+    /// The factor on the sample count at which the bound is expected to be `limit` and reliable; at most `most`. `seen`
+    /// is the bound of the observed light at the next check, whose square falls with the samples by the exponent
+    /// `rate`; the contribution of unseen light is inversely proportional to the samples.
     pub fn growth(&self, seen: f64, limit: f64, rate: f64, most: f64) -> f64 {
         let enough = |more: f64| {
             let unseen = self.unseen / more;
@@ -50,22 +51,22 @@ impl Verdict {
 }
 
 fn why(unseen: Option<Unseen>, reliable: bool) -> String {
-    let Some(unseen) = unseen else { return "too few samples, or no light in the picture".into() };
+    let Some(unseen) = unseen else { return "too few samples, or no light in the image".into() };
     let more = 100.0 * unseen.error;
     if reliable {
-        return format!("light that no sample has met adds at most {more:.2} % to the error");
+        return format!("light that no sample has found adds at most {more:.2} % to the error");
     }
     let what = match unseen.what {
         Hidden::Emitters => {
-            "emitters that no light sample finds, through smooth surfaces or from the camera itself"
+            "emitters that light sampling cannot find, seen through smooth surfaces or by the camera"
         }
-        Hidden::Lit => "small surfaces that a light is close to or focused on",
-        Hidden::Highlights => "highlights of rough surfaces that few samples meet the middle of",
+        Hidden::Lit => "small surfaces close to a light, or onto which light is focused",
+        Hidden::Highlights => "highlights of rough surfaces whose centre few samples hit",
         Hidden::Outliers => "a few samples that carry most of the variance",
     };
     let much = if more.is_finite() { format!("up to {more:.2} %") } else { "any amount".into() };
     format!(
-        "{what} may add {much} to the error: single samples of {:.0} times the mean radiance",
+        "{what} may add {much} to the error; single samples reach {:.0} times the mean radiance",
         unseen.times
     )
 }
@@ -90,7 +91,7 @@ mod tests {
             "{}",
             large.why
         );
-        // Small against what is asked for.
+        // Small compared with the limit.
         assert!(Verdict::new(FOUND, unseen(0.02), Some(0.04)).reliable);
         assert!(!Verdict::new(FOUND, unseen(0.02), Some(0.03)).reliable);
         assert!(!Verdict::new(FOUND, None, None).reliable);
@@ -100,9 +101,9 @@ mod tests {
     #[test]
     fn samples_grow_until_both_are_small() {
         let verdict = |error| Verdict::new(FOUND, unseen(error), None);
-        // Only the seen error: (0.03 / 0.015)².
+        // Only the observed error: (0.03 / 0.015)².
         assert!((verdict(0.0).growth(0.03, 0.015, 1.0, 16.0) - 4.0).abs() < 1e-6);
-        // Only the unseen one: half the limit.
+        // Only the unseen part: half the limit.
         assert!((verdict(0.06).growth(0.0, 0.03, 1.0, 16.0) - 4.0).abs() < 1e-6);
         assert!((verdict(9.0).growth(0.03, 0.03, 1.0, 4.0) - 4.0).abs() < 1e-6);
         let both = verdict(0.01).growth(0.03, 0.03, 1.0, 4.0);

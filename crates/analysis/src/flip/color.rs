@@ -22,8 +22,8 @@ const FROM_XYZ: Mat3 = Mat3::from_cols(
 /// XYZ of white: the sum of the columns of [`TO_XYZ`].
 const WHITE: Vec3 = Vec3::new(0.95042855, 1.00000000, 1.08890037);
 
-/// Linear Rec.709 to the linearised L*a*b* in which contrast sensitivity is measured: (Y, Cx, Cz)
-/// [Andersson et al. 2020, eq. 3].
+/// Linear Rec.709 to the linearised L*a*b* space (Y, Cx, Cz) in which contrast sensitivity is measured [Andersson et
+/// al. 2020, eq. 3].
 pub(super) fn linear_to_opponent(rgb: Vec3) -> Vec3 {
     let v = TO_XYZ * rgb / WHITE;
     Vec3::new(116.0 * v.y - 16.0, 500.0 * (v.x - v.y), 200.0 * (v.y - v.z))
@@ -36,21 +36,21 @@ pub(super) fn opponent_to_linear(opponent: Vec3) -> Vec3 {
     FROM_XYZ * (v * WHITE)
 }
 
-/// L*a*b* of a linear colour, its chromaticities reduced where it is dark, as Hunt found
-/// [Andersson et al. 2020, eq. 6].
+/// L*a*b* of a linear colour with the Hunt adjustment, which reduces the chromaticity of dark colours [Andersson et al.
+/// 2020, eq. 6].
 pub(super) fn hunt_lab(rgb: Vec3) -> Vec3 {
     let v = (TO_XYZ * rgb / WHITE).map(lab_curve);
     let (l, a, b) = (116.0 * v.y - 16.0, 500.0 * (v.x - v.y), 200.0 * (v.y - v.z));
     Vec3::new(l, 0.01 * l * a, 0.01 * l * b)
 }
 
-/// The cube root, straight near zero.
+/// The cube root, linear near zero.
 fn lab_curve(t: f32) -> f32 {
     const DELTA: f32 = 6.0 / 29.0;
     if t > DELTA * DELTA * DELTA { libm::cbrtf(t) } else { t / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
 }
 
-/// The distance HyAB: city blocks between lightness and chromaticity, straight within chromaticity.
+/// The HyAB distance: the lightness difference plus the Euclidean distance of the chromaticities.
 pub(super) fn hyab(a: Vec3, b: Vec3) -> f32 {
     let d = a - b;
     d.x.abs() + libm::sqrtf(d.y * d.y + d.z * d.z)

@@ -1,12 +1,12 @@
-//! Where edges and points differ, for they attract the eye.
+//! The feature difference of ꟻLIP: differences of edges and points, which attract the eye.
 
 use super::filter::{Axis, convolve};
 use glam::{Vec2, Vec3, Vec4};
 
-/// Width of the detected features in degrees, w.
+/// Width w of the detected features in degrees.
 const WIDTH: f32 = 0.082;
 
-/// The feature difference per pixel, 0 to 1: the root (q_f = ½) of the larger one of edge and point difference
+/// The feature difference per pixel, 0 to 1: the root (q_f = ½) of the larger of the edge and the point difference
 /// [Andersson et al. 2020, eq. 13 and 14].
 pub(super) fn difference(size: (usize, usize), a: &[Vec3], b: &[Vec3], ppd: f32) -> Vec<f32> {
     let detect = |p: &[Vec3]| strengths(size, p, ppd);
@@ -15,7 +15,7 @@ pub(super) fn difference(size: (usize, usize), a: &[Vec3], b: &[Vec3], ppd: f32)
     detect(a).into_iter().zip(detect(b)).map(larger).map(scaled).collect()
 }
 
-/// Lengths of the edge and of the point vector in the achromatic channel.
+/// Magnitudes of the edge and of the point detector in the achromatic channel.
 fn strengths(size: (usize, usize), opponent: &[Vec3], ppd: f32) -> Vec<Vec2> {
     let [smooth, edge, point] = kernels(0.5 * WIDTH * ppd);
     let lanes = |a: &[f32], b: &[f32], c: &[f32], d: &[f32]| -> Vec<Vec4> {
@@ -27,8 +27,8 @@ fn strengths(size: (usize, usize), opponent: &[Vec3], ppd: f32) -> Vec<Vec2> {
     both.iter().map(|v| Vec2::new(Vec2::new(v.x, v.z).length(), Vec2::new(v.y, v.w).length())).collect()
 }
 
-/// A Gaussian of standard deviation `sigma` pixels and its first and second derivative; positive taps sum to 1,
-/// negative ones to −1.
+/// A Gaussian of standard deviation `sigma` pixels and its first and second derivatives; the positive taps sum to 1,
+/// the negative ones to −1.
 fn kernels(sigma: f32) -> [Vec<f32>; 3] {
     let reach = (3.0 * sigma).ceil() as i32;
     let gaussian = |x: f32| libm::expf(-x * x / (2.0 * sigma * sigma));

@@ -1,9 +1,9 @@
-//! Separable filters with the border repeated outwards, and the eye's contrast sensitivity as one of them.
+//! Separable filters with repeated borders, and the filter of the eye's contrast sensitivity.
 
 use glam::{Vec3, Vec4};
 use std::f32::consts::PI;
 
-/// Along rows, or along columns.
+/// The axis of a one-dimensional filter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axis {
     /// Along a row.
@@ -12,7 +12,7 @@ pub(super) enum Axis {
     Y,
 }
 
-/// Each of four planes with its own kernel of 2r + 1 taps. What lies outside repeats the border.
+/// Convolves each of four planes with its own kernel of 2r + 1 taps. Border pixels are repeated outside the image.
 pub(super) fn convolve((w, h): (usize, usize), planes: &[Vec4], kernel: &[Vec4], axis: Axis) -> Vec<Vec4> {
     let reach = (kernel.len() / 2) as isize;
     let (length, stride) = match axis {
@@ -30,7 +30,8 @@ pub(super) fn convolve((w, h): (usize, usize), planes: &[Vec4], kernel: &[Vec4],
     (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| one(x, y)).collect()
 }
 
-/// A sum of two Gaussians a √(π/b) exp(−π² x²/b), x in degrees: the contrast sensitivity of a channel in space.
+/// The contrast sensitivity of a channel as a spatial kernel: a sum of two Gaussians a √(π/b) exp(−π² x²/b), x in
+/// degrees.
 struct Sensitivity {
     a: [f32; 2],
     b: [f32; 2],
@@ -43,12 +44,12 @@ const CHANNELS: [Sensitivity; 3] = [
     Sensitivity { a: [34.1, 13.5], b: [0.04, 0.025] },
 ];
 
-/// Blurs (Y, Cx, Cz) as the eye does at `ppd` pixels per degree [Andersson et al. 2020, eq. 4 and 5].
+/// Filters (Y, Cx, Cz) by the contrast sensitivity at `ppd` pixels per degree [Andersson et al. 2020, eq. 4 and 5].
 pub(super) fn contrast_sensitivity(size: (usize, usize), opponent: &[Vec3], ppd: f32) -> Vec<Vec3> {
     // Four Gaussians, one per plane: the blue–yellow channel is the sum of two.
     let [achromatic, red_green, blue_yellow] = &CHANNELS;
     let width = [achromatic.b[0], red_green.b[0], blue_yellow.b[0], blue_yellow.b[1]];
-    // Three standard deviations of the widest.
+    // Three standard deviations of the widest Gaussian.
     let reach = (3.0 * libm::sqrtf(0.04 / (2.0 * PI * PI)) * ppd).ceil() as i32;
     let taps = |b: f32| (-reach..=reach).map(move |i| libm::expf(-(PI * PI) * square(i as f32 / ppd) / b));
     let total = width.map(|b| taps(b).sum::<f32>());
@@ -56,7 +57,7 @@ pub(super) fn contrast_sensitivity(size: (usize, usize), opponent: &[Vec3], ppd:
     for (plane, b) in width.into_iter().enumerate() {
         kernel.iter_mut().zip(taps(b)).for_each(|(k, t)| k[plane] = t / total[plane]);
     }
-    // How much of the blue–yellow kernel's sum each of its Gaussians has in two dimensions.
+    // The share of each Gaussian in the two-dimensional sum of the blue–yellow kernel.
     let part = |i: usize| blue_yellow.a[i] * libm::sqrtf(PI / blue_yellow.b[i]) * square(total[2 + i]);
     let first = part(0) / (part(0) + part(1));
     let planes: Vec<Vec4> = opponent.iter().map(|v| v.extend(v.z)).collect();

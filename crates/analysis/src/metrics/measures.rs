@@ -1,13 +1,14 @@
-//! The measures of an error, and the constants that they depend on.
+//! The error metrics and their constants.
 
-/// The constants that measures depend on.
+/// The constants of the metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// ε of relMSE (added to R²), and of MAPE and SMAPE (added to |R|): 0.01 suits pictures whose mean is near 1.
+    /// ε of relMSE (added to R²), and of MAPE and SMAPE (added to |R|). Default 0.01, which suits images whose mean is
+    /// near 1.
     pub epsilon: f64,
-    /// Share of the terms that trimmed relMSE leaves out, the largest first: 0.001.
+    /// Fraction of the terms that trimmed relMSE excludes, the largest first. Default 0.001.
     pub trim: f64,
-    /// Signal peak of PSNR: 1.
+    /// Signal peak of PSNR. Default 1.
     pub peak: f64,
 }
 
@@ -17,20 +18,20 @@ impl Default for Scale {
     }
 }
 
-/// The measures of one channel, or of all; NaN where no pixel could be compared.
+/// The metrics of one channel, or of all channels; NaN if no pixel could be compared.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Measures {
-    /// Mean squared error; with halves an unbiased estimate of it, possibly below zero.
+    /// Mean squared error; with halves an unbiased estimate of it, which may be negative.
     pub mse: f64,
-    /// Its root; NaN below zero.
+    /// Root of `mse`; NaN if `mse` is negative.
     pub rmse: f64,
     /// RMSE divided by the mean of the reference.
     pub relative_rmse: f64,
     /// Mean of squared errors relative to R² + ε.
     pub relmse: f64,
-    /// The same without its largest terms.
+    /// The same without the largest terms.
     pub relmse_trimmed: f64,
-    /// Signed mean error: positive where the picture is too bright.
+    /// Signed mean error: positive if the image is too bright.
     pub bias: f64,
     /// Mean absolute relative error.
     pub mape: f64,
@@ -40,6 +41,6 @@ pub struct Measures {
     pub psnr: f64,
     /// The largest absolute error of a channel of a pixel.
     pub max_error: f64,
-    /// Where it is, column and row from the top left; the first if there are several.
+    /// Column and row of the largest error from the top left; the first one if there are several.
     pub max_error_pixel: Option<[usize; 2]>,
 }

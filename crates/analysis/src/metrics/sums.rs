@@ -1,8 +1,8 @@
-//! From terms to measures: one channel of one pixel at a time.
+//! Accumulation of the metrics over channels and pixels.
 
 use super::measures::{Measures, Scale};
 
-/// What one channel of one pixel contributes.
+/// The contribution of one channel of one pixel.
 pub(super) struct Term {
     reference: f64,
     error: f64,
@@ -13,7 +13,7 @@ pub(super) struct Term {
 }
 
 impl Term {
-    /// Of the picture's value and two of the reference, which are the same where it is taken as exact.
+    /// The terms of an image value and two reference values, which are equal if the reference is exact.
     pub fn new(image: f32, halves: [f32; 2], scale: &Scale) -> Self {
         let (image, [a, b]) = (f64::from(image), halves.map(f64::from));
         let reference = 0.5 * (a + b);
@@ -30,7 +30,7 @@ impl Term {
     }
 }
 
-/// Running sums; the relative terms are kept, for trimming needs their order.
+/// Running sums. The relative terms are stored individually, because trimming requires their order.
 #[derive(Default)]
 pub(super) struct Sums {
     reference: f64,
@@ -76,7 +76,7 @@ impl Sums {
     }
 }
 
-/// The mean without the largest `share` of the terms (rounded down to whole terms); reorders them.
+/// The mean without the largest `share` of the terms, rounded down to whole terms. Reorders the terms.
 fn trimmed_mean(terms: &mut [f64], share: f64) -> f64 {
     let dropped = (terms.len() as f64 * share.clamp(0.0, 1.0)) as usize;
     let kept = terms.len() - dropped;

@@ -1,11 +1,11 @@
-//! What can be drawn on: the size of a plot, its colours, and the primitives that SVG and pixels both know.
+//! The drawing interface: the size of a plot, its colours, and the primitives of SVG and raster output.
 
-/// Pixels across.
+/// Width of a plot in pixels.
 pub const WIDTH: usize = 900;
-/// Pixels down.
+/// Height of a plot in pixels.
 pub const HEIGHT: usize = 520;
 
-/// Colours that people of all kinds of colour vision tell apart [Wong 2011], then again.
+/// Colours that can be distinguished with all kinds of colour vision [Wong 2011]; they repeat after the last one.
 pub(crate) const COLOURS: [[u8; 3]; 7] = [
     [0, 114, 178],
     [213, 94, 0],
@@ -21,7 +21,7 @@ pub fn colour(i: usize) -> [u8; 3] {
     COLOURS[i % COLOURS.len()]
 }
 
-/// Which end of a text is at its place.
+/// The point of a text that is placed at the given position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,
@@ -29,14 +29,14 @@ pub(crate) enum Anchor {
     End,
 }
 
-/// What can be drawn; pixels from the top left.
+/// Drawing primitives. Coordinates are in pixels from the top left.
 pub(crate) trait Canvas {
-    /// Straight lines from point to point.
+    /// A polyline.
     fn line(&mut self, points: &[(f64, f64)], width: f64, colour: [u8; 3], dashed: bool);
-    /// A filled shape; `cover` 0 = nothing, 1 = opaque.
+    /// A filled polygon of opacity `cover`, 0 to 1.
     fn area(&mut self, points: &[(f64, f64)], colour: [u8; 3], cover: f64);
     /// A filled circle.
     fn dot(&mut self, at: (f64, f64), radius: f64, colour: [u8; 3]);
-    /// One line of text with its middle at the height `at.1`.
+    /// One line of text, vertically centred at `at.1`.
     fn text(&mut self, at: (f64, f64), anchor: Anchor, colour: [u8; 3], text: &str);
 }

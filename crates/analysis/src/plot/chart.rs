@@ -1,26 +1,26 @@
-//! What a plot shows: its lines and the words around them.
+//! The contents of a plot: its lines and labels.
 
 use crate::statistics::Interval;
 
-/// A line with its band.
+/// A line with its confidence band.
 #[derive(Clone, Debug)]
 pub struct Series {
-    /// For the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Positive x, and y with its interval, in order of x.
+    /// Positive x, and y with its interval, in increasing order of x.
     pub points: Vec<(f64, Interval)>,
-    /// Drawn thin and dashed, without marks: a line to compare with.
+    /// Whether the line is a guide, drawn thin and dashed without markers.
     pub guide: bool,
 }
 
 /// A plot.
 #[derive(Clone, Debug)]
 pub struct Chart {
-    /// Over it.
+    /// Title above the plot.
     pub title: String,
-    /// Under the x axis.
+    /// Label below the x axis.
     pub x_label: String,
-    /// Over the y axis.
+    /// Label above the y axis.
     pub y_label: String,
     /// The lines, in the order of the legend.
     pub series: Vec<Series>,

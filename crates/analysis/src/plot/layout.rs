@@ -1,4 +1,4 @@
-//! Where everything of a chart goes.
+//! The layout of a chart: axes, lines, bands and legend.
 
 use super::canvas::{Anchor, Canvas, HEIGHT, WIDTH, colour};
 use super::chart::{Chart, Series};
@@ -7,10 +7,10 @@ const INK: [u8; 3] = [40, 40, 40];
 const GRID: [u8; 3] = [226, 226, 226];
 const FINE_GRID: [u8; 3] = [243, 243, 243];
 
-/// Left, top, right, bottom of the plotted area.
+/// Left, top, right and bottom of the plotted area.
 const AREA: [f64; 4] = [86.0, 64.0, 664.0, HEIGHT as f64 - 62.0];
 
-/// Decades from the first to the last value, as powers of ten.
+/// A logarithmic axis: the range in powers of ten and in pixels.
 #[derive(Clone, Copy)]
 struct Axis {
     low: f64,
@@ -20,7 +20,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// Over all positive `values`, a little wider; at most forty decades.
+    /// An axis over all positive `values` with a margin; at most forty decades.
     fn over(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Self {
         let logs = values.filter(|v| *v > 0.0 && v.is_finite()).map(libm::log10);
         let (low, high) = logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), l| (a.min(l), b.max(l)));
@@ -33,7 +33,7 @@ impl Axis {
         self.from + (libm::log10(value) - self.low) / (self.high - self.low) * (self.to - self.from)
     }
 
-    /// Whole decades in view.
+    /// Whole decades of the range.
     fn decades(&self) -> impl Iterator<Item = i32> + use<> {
         (self.low.floor() as i32)..=(self.high.ceil() as i32)
     }
@@ -42,7 +42,7 @@ impl Axis {
         (self.low..=self.high).contains(&libm::log10(value))
     }
 
-    /// Values with a label: decades, and 2 and 5 within them where there are few.
+    /// Values with a label: decades, and 2 and 5 within them if there are few decades.
     fn labelled(&self) -> Vec<f64> {
         let (digits, step): (&[f64], usize) = match self.high - self.low {
             span if span < 2.2 => (&[1.0, 2.0, 5.0], 1),
@@ -54,7 +54,7 @@ impl Axis {
         all.filter(|v| self.shows(*v)).collect()
     }
 
-    /// Values with a fine line.
+    /// Values with a minor grid line.
     fn fine(&self) -> Vec<f64> {
         if self.high - self.low > 6.0 {
             return Vec::new();
@@ -64,7 +64,7 @@ impl Axis {
     }
 }
 
-/// A value in as few characters as will do.
+/// A value in as few characters as possible.
 fn label(value: f64) -> String {
     if (0.9e-3..1e4).contains(&value) {
         let text = format!("{value:.3}");
@@ -86,7 +86,7 @@ pub(super) fn draw(chart: &Chart, canvas: &mut dyn Canvas) {
     legend(chart, canvas);
 }
 
-/// An interval that is not known is not drawn.
+/// The lower end of the band; an interval that is not meaningful is not drawn.
 fn band_low(p: &(f64, crate::statistics::Interval)) -> f64 {
     if p.1.is_known() { p.1.low } else { p.1.value }
 }

@@ -1,20 +1,20 @@
-//! A chart in pixels: shapes are drawn three times as large and averaged, text is set afterwards.
+//! Raster output of a chart: shapes are drawn at three times the resolution and averaged, text is drawn afterwards.
 
 use super::canvas::{Anchor, Canvas, HEIGHT, WIDTH};
 use dapple_imaging::sheet::Frame;
 use dapple_imaging::text;
 
-/// Dots per pixel along each axis.
+/// Subpixels per pixel along each axis.
 const FINE: usize = 3;
 /// Pixels per dot of a letter.
 const LETTER: usize = 2;
 
-/// Where, which side of it, colour, words.
+/// Position, anchor, colour and text.
 type Text = ((f64, f64), Anchor, [u8; 3], String);
 
-/// Grows as things are drawn.
+/// The raster canvas.
 pub(super) struct Raster {
-    /// Code values of the fine dots.
+    /// Code values of the subpixels.
     dots: Vec<[u8; 3]>,
     texts: Vec<Text>,
 }
@@ -61,7 +61,7 @@ impl Raster {
         }
     }
 
-    /// Fills between the edges of a closed shape, row by row of dots.
+    /// Fills a closed polygon, row by row of subpixels.
     fn fill(&mut self, points: &[(f64, f64)], colour: [u8; 3], cover: f64) {
         let fine = |v: f64| (v * FINE as f64).clamp(0.0, (WIDTH * FINE) as f64);
         let points: Vec<(f64, f64)> = points.iter().map(|p| (fine(p.0), fine(p.1))).collect();

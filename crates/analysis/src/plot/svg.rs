@@ -1,9 +1,9 @@
-//! A chart as an SVG element.
+//! SVG output of a chart.
 
 use super::canvas::{Anchor, Canvas, HEIGHT, WIDTH};
 use std::fmt::Write;
 
-/// Grows as things are drawn.
+/// The SVG canvas.
 pub(super) struct Svg(String);
 
 impl Svg {
@@ -28,7 +28,7 @@ impl Svg {
     }
 }
 
-/// Text between tags or in quotes.
+/// Escapes text for use between tags or in attributes.
 pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

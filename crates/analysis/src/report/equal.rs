@@ -1,11 +1,11 @@
-//! The runs of a scene after equal times, as tables.
+//! Tables of the errors of the runs of a scene after equal times.
 
 use super::table::{short, with};
 use super::words::{percent, two};
 use crate::plot::escaped;
 use crate::results::{Equal, Results, RunRecord};
 
-/// One table for wall time, one for processor time; nothing where no two runs have a time in common.
+/// One table for wall time and one for processor time; empty if no two runs have a time in common.
 pub(super) fn tables(results: &Results, scene: &str) -> String {
     let runs: Vec<&RunRecord> = results.of_scene(scene).collect();
     let wall = table(&runs, "seconds", |run| &run.summary.equal_time);
@@ -20,8 +20,9 @@ fn table(runs: &[&RunRecord], unit: &str, of: impl Fn(&RunRecord) -> &Vec<Equal>
     let head: String = times.iter().map(|t| format!("<th>{} s</th>", short(*t))).collect();
     let rows: String = runs.iter().map(|run| row(run, of(run), &times)).collect();
     format!(
-        "<h3>After equal {unit}</h3>\n<p class=\"note\">Relative RMSE, and below it the efficiency over that of <b>{}</b> at \
-         the same time (how many times smaller the squared error is), both with intervals of 95 % over seeds.</p>\n\
+        "<h3>After equal {unit}</h3>\n<p class=\"note\">Relative RMSE, and below it the ratio of the \
+         efficiency to that of <b>{}</b> at the same time (the inverse ratio of the squared errors), both with 95 % \
+         intervals over seeds.</p>\n\
          <div class=\"wide\"><table>\n<thead><tr><th>run</th>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n",
         escaped(&first.name)
     )

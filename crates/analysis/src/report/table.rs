@@ -1,4 +1,4 @@
-//! Numbers of the page: a table of runs, a line per reference.
+//! The table of runs and the descriptions of the references.
 
 use super::words::{file_name, percent, two};
 use crate::plot::escaped;
@@ -9,12 +9,12 @@ const HEAD: [&str; 10] = [
     "samples",
     "seconds",
     "processor seconds",
-    "relative RMSE at the end",
+    "final relative RMSE",
     "FLIP",
     "squared error ∝ N<sup>s</sup>: s",
     "efficiency 1/(relMSE·s)",
-    "speed-up over the first, seconds",
-    "the same, processor seconds",
+    "speed-up over the first run, seconds",
+    "speed-up over the first run, processor seconds",
 ];
 
 /// One row per run of a scene.
@@ -49,7 +49,7 @@ fn row(run: &RunRecord) -> String {
     cells.push(with(s.speed_up, s.speed_up_ci, |x| two(x) + "×"));
     cells.push(with(s.cpu_speed_up, s.cpu_speed_up_ci, |x| two(x) + "×"));
     let cells: String = cells.iter().map(|c| format!("<td>{c}</td>")).collect();
-    // Underneath and across: options are longer than any number.
+    // Options are in a row of their own across all columns, because they are longer than any number.
     let timing = if run.timing.is_empty() { String::new() } else { format!("<br>{}", escaped(&run.timing)) };
     let options = format!(
         "<td class=\"options\" colspan=\"{}\"><small>{}{timing}</small></td>",
@@ -59,7 +59,7 @@ fn row(run: &RunRecord) -> String {
     format!("<tr>{cells}</tr>\n<tr>{options}</tr>\n")
 }
 
-/// With a minus sign, not a hyphen.
+/// Two decimal places, with a minus sign instead of a hyphen.
 fn two_places(x: f64) -> String {
     format!("{x:.2}").replace('-', "−")
 }
@@ -84,7 +84,7 @@ pub(super) fn short(x: f64) -> String {
     }
 }
 
-/// A value with its interval underneath, or that it is not known.
+/// A value with its interval underneath, or the statement that the interval is not known.
 pub(super) fn with(value: Option<f64>, ci: Option<[f64; 2]>, show: impl Fn(f64) -> String) -> String {
     let Some(value) = value else { return none() };
     let ci = ci
@@ -92,18 +92,18 @@ pub(super) fn with(value: Option<f64>, ci: Option<[f64; 2]>, show: impl Fn(f64) 
     format!("{}<br><small>{ci}</small>", show(value))
 }
 
-/// What a reference is, in a sentence.
+/// The description of a reference in a sentence.
 pub(super) fn reference(r: &ReferenceRecord) -> String {
     let (scene, name, kind) = (escaped(file_name(&r.scene)), escaped(&r.name), escaped(&r.kind));
     if r.samples == 0 {
         return format!(
-            "{scene}, {name}: {kind}. It is taken as exact: its own noise, and whatever it shows otherwise than a run, \
-             count as errors of the runs."
+            "{scene}, {name}: {kind}. It is assumed to be exact: its own noise, and every systematic difference \
+             between it and a run, count as errors of the runs."
         );
     }
     format!(
-        "{scene}, {name}: {kind}, {} samples per pixel each. Their mean has a relative RMSE of {} itself; errors of runs are \
-         measured without it, and curves end before it.",
+        "{scene}, {name}: {kind}, {} samples per pixel each. Their mean has a relative RMSE of {}; errors of runs are \
+         measured without it, and curves end before they reach it.",
         r.samples,
         percent(r.relative_rmse),
     )

@@ -1,4 +1,4 @@
-//! A picture made number by number, as the other implementations were given it.
+//! A test image that is generated identically for the other implementations.
 
 pub const W: usize = 48;
 pub const H: usize = 32;
@@ -10,7 +10,7 @@ fn hash(i: usize) -> u32 {
     i ^ i >> 16
 }
 
-/// Code value of a channel: ramps and plain fields in a chequer, with noise of kind `k` (none for 0).
+/// Code value of a channel: ramps and uniform fields in a checkerboard, with noise of kind `k` (none for 0).
 pub fn code(x: usize, y: usize, c: usize, k: usize) -> u8 {
     let ramps = (x / 12 + y / 8).is_multiple_of(2);
     let base = if ramps { (x * 5 * (c + 1) + y * 3) % 256 } else { 128 + 40 * c };

@@ -4,10 +4,10 @@ use super::form::Form;
 use super::{effects, rooms, surfaces};
 use dapple_integrator::scene::SceneError;
 
-/// All scenes.
+/// All closed-form scenes in order of their ids.
 ///
 /// # Errors
-/// A scene that cannot be built.
+/// A scene cannot be built.
 pub fn all() -> Result<Vec<Form>, SceneError> {
     let mut all = surfaces::forms()?;
     all.extend(effects::forms()?);

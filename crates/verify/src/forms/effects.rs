@@ -1,4 +1,4 @@
-//! E9 to E14: lenses, motion, edges, rough mirrors.
+//! Closed-form scenes E9 to E14: lenses, motion, edges, rough mirrors.
 
 use super::form::{Form, with_lens};
 use crate::closed_form::{disk_beside_line, ggx_cap, linear_edge, moving_box};
@@ -29,7 +29,7 @@ fn half_plane(n: DVec2, c: f64, z: f64) -> Mesh {
     }
 }
 
-/// An edge 3 units away, beside a round lens focused at 7.
+/// An edge 3 units away beside a round lens focused at 7.
 fn defocus() -> Result<Form, SceneError> {
     let (radius, focus, e) = (0.2, 7.0, 0.04);
     let mut builder = seen(DVec3::ZERO, DVec3::NEG_Z, 0.1);
@@ -46,7 +46,7 @@ fn defocus() -> Result<Form, SceneError> {
     })
 }
 
-/// A bar 1.3 pixels wide that moves by 2.4.
+/// A bar 1.3 pixels wide that moves by 2.4 pixels.
 fn motion() -> Result<Form, SceneError> {
     let mut builder = seen_in_parallel(DVec3::Z, 0.5);
     let white = builder.material(shadeless(1.0));
@@ -58,7 +58,7 @@ fn motion() -> Result<Form, SceneError> {
     builder.exposure(0.0, Shutter { open: 0.0, close: 1.0 });
     builder.environment(Environment::constant(Vec3::ZERO));
     let exact = moving_box(1.0, 1.3, 2.4);
-    Ok(Form::new("E10", "a bar on its way", builder.build()?, exact, &[Effect::Pixel, Effect::Time]))
+    Ok(Form::new("E10", "a moving bar", builder.build()?, exact, &[Effect::Pixel, Effect::Time]))
 }
 
 fn edge() -> Result<Form, SceneError> {
@@ -69,7 +69,7 @@ fn edge() -> Result<Form, SceneError> {
     builder.mesh("half-plane", half_plane(n, c, 0.0), DAffine3::IDENTITY, white);
     builder.environment(Environment::constant(Vec3::ZERO));
     let exact = linear_edge(&n.to_array(), c + 0.5 * (n.x + n.y));
-    // Cells that the edge crosses: at most 2n of n², each wrong by no more than itself.
+    // The edge crosses at most 2n of n² cells, each wrong by at most its own area.
     let grid = Some(2.0);
     Ok(Form {
         grid,
@@ -77,7 +77,7 @@ fn edge() -> Result<Form, SceneError> {
     })
 }
 
-/// Pixel and square lens, both linear in their random numbers.
+/// An edge seen through a pixel and a square lens, both linear in their random numbers.
 fn everything() -> Result<Form, SceneError> {
     let (tan, distance, radius, focus, c) = (0.125, 3.0, 0.4, 4.4, -0.1219);
     let n = DVec2::from_angle(62f64.to_radians());
@@ -100,7 +100,7 @@ fn everything() -> Result<Form, SceneError> {
     ))
 }
 
-/// A metal at the origin that faces +y, seen along its normal from `height`.
+/// A metal plate at the origin that faces +y, seen along its normal from `height`.
 fn plate_of(alpha: f32, height: f64) -> SceneBuilder {
     let mut builder = SceneBuilder::new("check");
     let pose = CameraPose::look_at(DVec3::Y * height, DVec3::ZERO, DVec3::Z, 0.1);
@@ -132,7 +132,7 @@ fn half_mirror() -> Result<Form, SceneError> {
     ))
 }
 
-/// A disk of half angle 20° above a rough plate; the eye is between them.
+/// A disk light of half angle 20° above a rough plate, with the camera between them.
 fn plate() -> Result<Form, SceneError> {
     let theta = 20f64.to_radians();
     let mut builder = plate_of(0.16, 0.5);

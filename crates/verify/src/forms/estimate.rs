@@ -1,4 +1,5 @@
-//! What a tracer with an estimator makes of a scene: value, standard error, and the rate at which the error falls.
+//! Measurements of an integrator with an estimator on a scene: value, standard error, and the rate at which the error
+//! falls.
 
 use super::form::Form;
 use crate::scenes::run;
@@ -6,20 +7,20 @@ use crate::tally::{ERRORS, Outcome};
 use dapple_integrator::sampling::{Moments, Pattern, SampleSet};
 use dapple_integrator::{Effect, MethodKind, SampleSets, Settings};
 
-/// One tracer with one estimator.
+/// The measurement of one integrator with one estimator.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// `path` or `distribution`.
     pub method: &'static str,
-    /// The estimator.
+    /// The sampling pattern.
     pub pattern: Pattern,
-    /// Expected value, mean, standard error, tolerance.
+    /// Expected value, mean, standard error and tolerance.
     pub outcome: Outcome,
-    /// Exponent of the mean squared error against the number of points; None where nothing is left of it.
+    /// Exponent of the mean squared error against the number of points; `None` if no error remains.
     pub rate: Option<f64>,
 }
 
-/// Every tracer with every estimator on one scene, by `replicas` independent renders each.
+/// Measures every integrator with every estimator on one scene, by `replicas` independent renders each.
 pub fn measure(form: &Form, replicas: u64) -> Vec<Measured> {
     let mut all = Vec::new();
     for (method, name) in [(MethodKind::Path, "path"), (MethodKind::Distribution, "distribution")] {
@@ -32,7 +33,7 @@ pub fn measure(form: &Form, replicas: u64) -> Vec<Measured> {
     all
 }
 
-/// `side`² points of every integral that is on.
+/// Settings with `side`² points for every enabled effect.
 fn settings(form: &Form, method: MethodKind, pattern: Pattern, side: u32, seed: u64) -> Settings {
     let mut plans = SampleSets::default();
     for (effect, _) in Effect::ALL {
@@ -54,7 +55,7 @@ fn values(form: &Form, method: MethodKind, pattern: Pattern, side: u32, replicas
     (0..replicas).map(value).collect()
 }
 
-/// Variance and squared bias.
+/// Mean squared error: variance plus squared bias.
 fn mse(m: &Moments, exact: f64) -> f64 {
     m.variance() + (m.mean - exact).powi(2)
 }
@@ -70,7 +71,7 @@ fn estimate(
     let small = values(form, method, pattern, few, replicas);
     let large = values(form, method, pattern, many, replicas);
     let (a, b) = (mse(&small, form.exact), mse(&large, form.exact));
-    // Below rounding there is no rate.
+    // Below the rounding error there is no rate.
     let floor = (1e-6 * form.exact).powi(2);
     let rate =
         (a > floor && b > floor).then(|| (b / a).ln() / (f64::from(many) / f64::from(few)).powi(2).ln());

@@ -1,25 +1,25 @@
-//! A scene of one pixel whose value can be written down.
+//! Closed-form scenes of one pixel.
 
 use dapple_integrator::Effect;
 use dapple_integrator::camera::Lens;
 use dapple_integrator::scene::Scene;
 
-/// One closed-form scene, one pixel wide.
+/// One closed-form scene of one pixel.
 pub struct Form {
-    /// E1 to E18.
+    /// Id, E1 to E18.
     pub id: &'static str,
-    /// What is seen.
+    /// Description of the scene.
     pub title: &'static str,
-    /// Where the formula comes from.
+    /// Source of the formula.
     pub source: &'static str,
     pub(super) scene: Scene,
     pub(super) exact: f64,
-    /// The integrals that are on.
+    /// The enabled effects.
     pub(super) effects: &'static [Effect],
     pub(super) max_bounces: u32,
-    /// Most that n × n midpoints err, times n; only where the grid is the whole estimate.
+    /// Maximum error of n × n midpoints, times n; only if the grid is a complete estimate.
     pub(super) grid: Option<f64>,
-    /// Without any integral, or where the density is the integrand, points do not matter.
+    /// Whether the variance is zero, because there is no integral or the density is proportional to the integrand.
     pub(super) certain: bool,
 }
 
@@ -36,7 +36,7 @@ impl Form {
     }
 }
 
-/// The scene's camera with a lens, lengths in world units.
+/// The scene with a lens in its camera, lengths in world units.
 pub(super) fn with_lens(mut scene: Scene, lens: Lens) -> Scene {
     let render = |length: f32| (f64::from(length) * scene.space.scale) as f32;
     let lens = Lens { radius: render(lens.radius), focus_distance: render(lens.focus_distance), ..lens };

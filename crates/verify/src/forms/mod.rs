@@ -1,5 +1,5 @@
-//! Do both tracers, with every estimator, find the values that can be written down (docs/science.md, "Closed-form scenes")?
-//! Value, error in standard errors, and the rate at which the error falls with the number of points.
+//! Closed-form scenes for both integrators with every estimator (docs/science.md, "Closed-form scenes"): value, error
+//! in standard errors, and the rate at which the error falls with the number of points.
 
 mod catalogue;
 mod effects;

@@ -1,4 +1,4 @@
-//! E6, E7, E15, E16: light that goes to and fro.
+//! Closed-form scenes E6, E7, E15, E16: multiple scattering.
 
 use super::form::Form;
 use crate::closed_form::opposite_faces;
@@ -15,7 +15,7 @@ pub(super) fn forms() -> Result<Vec<Form>, SceneError> {
     Ok(vec![faces()?, integrating_sphere()?, pane()?, mirrors()?])
 }
 
-/// All of a unit square's floor is one pixel; the ceiling of radiance 1 is one above.
+/// The whole floor of a unit square is one pixel; the ceiling of radiance 1 is one unit above.
 fn faces() -> Result<Form, SceneError> {
     let mut builder = SceneBuilder::new("check");
     let pose = CameraPose::look_at(DVec3::Y * 0.5, DVec3::ZERO, DVec3::Z, 0.1);
@@ -37,7 +37,7 @@ fn faces() -> Result<Form, SceneError> {
     ))
 }
 
-/// A white-painted sphere lit by a point: E = E_dir + Φ/4πR²·ρ/(1 − ρ).
+/// A diffuse sphere lit by a point light inside: E = E_dir + Φ/4πR²·ρ/(1 − ρ).
 fn integrating_sphere() -> Result<Form, SceneError> {
     let albedo = 0.5;
     let mut builder = seen(DVec3::new(0.1, 0.2, 0.1), DVec3::NEG_Z, 1e-4);
@@ -53,7 +53,7 @@ fn integrating_sphere() -> Result<Form, SceneError> {
     Ok(Form { max_bounces: 24, ..form })
 }
 
-/// A clear pane in a white sky is not seen.
+/// A clear pane in a white sky is invisible.
 fn pane() -> Result<Form, SceneError> {
     let mut builder = seen(DVec3::new(1.0, 0.5, 1.0), DVec3::ZERO, 1e-3);
     let clear = builder.material(of(Material { thin: true, ..glass(1.5, 0.0) }));
@@ -66,7 +66,7 @@ fn pane() -> Result<Form, SceneError> {
     })
 }
 
-/// Two mirrors face to face; the one that is looked at emits.
+/// Two parallel mirrors; the visible one emits.
 fn mirrors() -> Result<Form, SceneError> {
     let (first, second) = (0.8f32, 0.7f32);
     let mut builder = seen(DVec3::ZERO, DVec3::NEG_Z, 1e-4);

@@ -1,4 +1,4 @@
-//! E1 to E5, E8, E17, E18: irradiance of a floor.
+//! Closed-form scenes E1 to E5, E8, E17, E18: irradiance of a floor.
 
 use super::form::Form;
 use crate::closed_form::{parallel_disk, parallel_rectangle, perpendicular_rectangle, polygon, sphere};
@@ -11,7 +11,7 @@ use dapple_integrator::scene::{Scene, SceneBuilder, SceneError};
 use glam::{DAffine3, DVec3, Vec3};
 use std::f64::consts::FRAC_1_PI;
 
-/// Radiance of every lamp here.
+/// Radiance of every light in these scenes.
 const L: f64 = 2.0;
 
 const LIGHT: &[Effect] = &[Effect::Light];
@@ -30,8 +30,9 @@ pub(super) fn forms() -> Result<Vec<Form>, SceneError> {
     Ok(all)
 }
 
-/// With the bound of its grid: each factor of cosθ·cosθ'/d² rises and falls at most once along a line of the light, so n
-/// midpoints err by at most its largest value over n, on both axes; `most` is area times that.
+/// A scene with the error bound of its grid: each factor of cosθ·cosθ'/d² rises and falls at most once along a line of
+/// the light, so that the error of n midpoints is at most its largest value over n, on both axes; `most` is the area
+/// times that value.
 fn lamp(id: &'static str, title: &'static str, scene: Scene, exact: f64, most: f64) -> Form {
     Form { grid: Some(4.0 * L * most * FRAC_1_PI), ..Form::new(id, title, scene, L * exact, LIGHT) }
 }
@@ -52,7 +53,7 @@ fn wall() -> Result<Form, SceneError> {
     Ok(lamp("E2", "rectangle that stands on the floor", scene, perpendicular_rectangle(1.1, 0.7, 0.6), most))
 }
 
-/// The part of a polygon above the floor; y is up.
+/// Clips a polygon to the part above the floor; y is up.
 fn clipped(corners: &[DVec3]) -> Vec<DVec3> {
     let mut kept = Vec::new();
     for (i, &a) in corners.iter().enumerate() {
@@ -88,18 +89,19 @@ fn ball() -> Result<Form, SceneError> {
     Ok(Form::new("E5", "sphere that the horizon cuts", scene, L * sphere(1.5, cos), LIGHT))
 }
 
-/// A rectangle 0.5 × 0.8 at height 1.5, and at height 0.6 a half-plane whose edge is above the receiver.
+/// A rectangular light 0.5 × 0.8 at height 1.5, and a half-plane at height 0.6 whose edge is near the receiver's
+/// normal.
 fn penumbra() -> Result<Form, SceneError> {
     let p = -0.07;
     let (w, l, height, edge) = (0.5f32, 0.8f32, 1.5f32, 0.6f32);
-    // The eye is below the half-plane.
+    // The camera is below the half-plane.
     let mut builder = crate::scenes::seen(DVec3::new(0.2, 0.4, 0.1), DVec3::ZERO, 1e-4);
     let white = builder.material(matte(1.0, 0.0));
     let floor = quad(Vec3::new(-0.05, 0.0, 0.05), Vec3::X * 0.1, Vec3::Z * -0.1);
     builder.mesh("floor", floor, DAffine3::IDENTITY, white);
     let bright = builder.material(matte(0.0, L as f32));
     let black = builder.material(matte(0.0, 0.0));
-    // All of it moved by −p, so that the receiver stays at the origin.
+    // The scene is moved by −p, so that the receiver stays at the origin.
     let at = |x: f32| x - p as f32;
     let lamp = quad(Vec3::new(at(-0.5 * w), height, -0.5 * l), Vec3::X * w, Vec3::Z * l);
     builder.mesh("lamp", lamp, DAffine3::IDENTITY, bright);
@@ -133,7 +135,7 @@ fn half_sky() -> Result<Form, SceneError> {
     Ok(Form::new("E17", "a tilted floor under half a sky", scene, 0.5 * (1.0 + beta.cos()), SKY))
 }
 
-/// L = 1 + cosθ, by rows that hold its mean.
+/// L = 1 + cosθ; each row of texels holds its mean.
 fn gradient() -> Result<Form, SceneError> {
     let rows = 1024;
     let cos = |row: usize| (std::f64::consts::PI * row as f64 / rows as f64).cos();

@@ -1,4 +1,4 @@
-//! D20: what a picture says of its own error where it cannot know it.
+//! Stress case D20: error bounds when few samples have found the light.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::scenes::{glass, matte, of, quad, run, seen};
@@ -12,13 +12,13 @@ use glam::{DAffine3, DVec3, Vec3};
 
 pub(super) const CASES: &[Case] = &[Case {
     id: "D20",
-    title: "an error bound where hardly a sample has met the light",
-    naive: "the variance of what was seen is taken for the error: a caustic that nothing has met yet is no error",
+    title: "an error bound when few samples have found the light",
+    naive: "the variance of the observed light is taken for the error: a caustic that no sample has found is ignored",
     source: "Chernoff 1952; docs/error.md",
     check: Check::Run(caustic),
 }];
 
-/// A ball of glass and a small lamp above a floor.
+/// A glass sphere and a small emitter above a floor.
 fn scene() -> Option<Scene> {
     let mut builder = seen(DVec3::new(0.0, 3.0, 4.0), DVec3::new(0.0, 0.3, 0.0), 0.7);
     let floor = builder.material(matte(0.7, 0.0));
@@ -37,7 +37,7 @@ fn settings(spp: u32, seed: u64) -> Settings {
     Settings { size: (16, 12), seed, pattern, max_bounces: 8, ..Settings::default() }.with_spp(spp)
 }
 
-/// By the picture's own account after 64 samples, and the picture.
+/// The verdict after 64 samples, and the image.
 fn judged(scene: &Scene, seed: u64) -> Option<(Verdict, Image)> {
     let settings = settings(64, seed);
     let outcome = run(scene, &settings);
@@ -63,12 +63,16 @@ fn caustic(effort: Effort) -> Outcome {
         doubted += u64::from(judged(&room, seed).is_none_or(|(verdict, _)| !verdict.reliable));
     }
     tally.none(format!("bounds stated for a caustic after 64 samples, of {seeds}"), stated);
-    tally.at_most("true errors beyond what unseen light may add", beyond as f64, (0.1 * seeds as f64).ceil());
+    tally.at_most(
+        "true errors above the bound with unseen light",
+        beyond as f64,
+        (0.1 * seeds as f64).ceil(),
+    );
     tally.at_most("bounds not stated for the Cornell box", doubted as f64, (0.1 * seeds as f64).floor());
     tally.finish()
 }
 
-/// Relative RMSE.
+/// The relative RMSE of an image.
 fn error(picture: &Image, reference: &Image) -> f64 {
     let squares =
         picture.pixels.iter().zip(&reference.pixels).map(|(a, b)| (*a - *b).as_dvec3().length_squared());

@@ -1,4 +1,5 @@
-//! C06 to C08, C11, C13, C17: clear matter, every corner of the parameters, and the ends of the unit interval.
+//! Stress cases C06 to C08, C11, C13, C17: clear dielectrics, extremes of the material parameters, and the ends of the
+//! unit interval.
 
 use super::gloss::{albedo, direction};
 use super::{Case, Check, Effort, Outcome};
@@ -18,7 +19,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "C06",
         title: "rough glass keeps its energy",
-        naive: "reflection and refraction are weighted apart: together more than 1",
+        naive: "reflection and refraction are weighted separately: their sum exceeds 1",
         source: "Walter 2007; docs/science.md, \"Clear bodies\"",
         check: Check::Run(rough_glass),
     },
@@ -32,7 +33,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "C08",
         title: "index of refraction towards infinity, and glTF's 0",
-        naive: "η² overflows; 0 is taken for a vacuum",
+        naive: "η² overflows; 0 is interpreted as a vacuum",
         source: "docs/science.md, \"Fresnel\"",
         check: Check::Run(dense),
     },
@@ -46,14 +47,14 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "C13",
         title: "corners of the material's parameters",
-        naive: "layers add up to more than what falls on them",
+        naive: "layers reflect more light than they receive",
         source: "docs/science.md, \"Sums of lobes\"",
         check: Check::Run(corners),
     },
     Case {
         id: "C17",
-        title: "random numbers stay below 1",
-        naive: "u32/2³² rounds to 1 for its top 128 values: an index out of range, a direction in the surface",
+        title: "random numbers are below 1",
+        naive: "u32/2³² rounds to 1 for its top 128 values: an index out of range, a tangent direction",
         source: "docs/science.md, \"Points\"",
         check: Check::Run(ends),
     },
@@ -80,7 +81,7 @@ fn rough_glass(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// Every direction another colour.
+/// An environment with a different colour in every direction.
 fn colourful() -> Option<Environment> {
     let value = |i: usize| Vec3::new((i % 37) as f32, (i % 53) as f32, (i % 71) as f32) * 0.02;
     let picture = Image { width: 256, height: 128, pixels: (0..256 * 128).map(value).collect() };
@@ -119,7 +120,7 @@ fn matched(effort: Effort) -> Outcome {
                 );
                 if ior < 1.00001 && mu.abs() > 0.2 {
                     tally.within(
-                        format!("all goes through at η = {ior}, roughness {roughness}, μ = {mu}"),
+                        format!("full transmission at η = {ior}, roughness {roughness}, μ = {mu}"),
                         m.mean,
                         1.0,
                         1e-4,
@@ -139,7 +140,7 @@ fn dense(effort: Effort) -> Outcome {
     for eta in [1e3f32, 1e6, 1e8] {
         for c in [1.0f32, 0.5, 1e-3, 0.0] {
             let f = f64::from(fresnel::dielectric(c, eta));
-            // F ≥ F0 only beyond Brewster's angle; near a conductor it is between.
+            // F ≥ F0 holds only beyond Brewster's angle; near a conductor F is in between.
             tally.holds(format!("0 ≤ F ≤ 1 at η = {eta}, cos {c}"), (0.0..=1.0).contains(&f));
             let exact = exact_fresnel(f64::from(c), f64::from(eta));
             tally.within(format!("F at η = {eta}, cos {c}"), f, exact, 1e-6);
@@ -163,7 +164,7 @@ fn dense(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// Unpolarised reflectance in f64.
+/// Unpolarised Fresnel reflectance in f64.
 pub(super) fn exact_fresnel(c: f64, eta: f64) -> f64 {
     let squared = (eta - 1.0) * (eta + 1.0) + c * c;
     if squared < 0.0 {
@@ -174,7 +175,7 @@ pub(super) fn exact_fresnel(c: f64, eta: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Sky of radiance 1 around clear bodies.
+/// Clear bodies in an environment of radiance 1.
 fn clear_body(kind: u32, roughness: f32) -> SceneBuilder {
     let mut builder = seen(DVec3::new(0.3, 0.4, 4.0), DVec3::ZERO, 0.6);
     let [crown, flint] = [1.5, 2.4].map(|ior| builder.material(of(glass(ior, roughness))));
@@ -183,7 +184,7 @@ fn clear_body(kind: u32, roughness: f32) -> SceneBuilder {
         1 => builder.mesh("cube", cube(0.8, Vec3::ZERO), DAffine3::from_rotation_y(0.5), flint),
         _ => {
             builder.sphere("outer", DVec3::ZERO, 1.0, crown);
-            // Without smooth normals, which lose light where they disagree with the facets.
+            // Without smooth normals, which lose energy where they differ from the facets.
             builder.mesh(
                 "inner",
                 Mesh { normals: Vec::new(), ..ball(3, 0.6, Vec3::ZERO) },
@@ -200,7 +201,7 @@ fn invisible(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     for (kind, name) in [(0, "ball"), (1, "cube of index 2.4"), (2, "ball in a ball")] {
         for roulette in [false, true] {
-            // Light caught in a corner of a cube never gets out: 0.5^∞ of it is left out at any depth.
+            // Light trapped in a corner of a cube never leaves it: 0.5^∞ of it is lost at any depth.
             let settings =
                 Settings { max_bounces: 1000, ..square(effort.of(8, 16, 64), effort.of(16, 64, 1024)) }
                     .with_path(|p| p.roulette = roulette);
@@ -232,7 +233,7 @@ fn corners(effort: Effort) -> Outcome {
             tally.holds(format!("{what}: not negative"), m.mean >= 0.0);
         }
     }
-    tally.remark("without coat and sheen, which wait for their lobes");
+    tally.remark("without coat and sheen, which are not implemented");
     tally.finish()
 }
 
@@ -250,7 +251,7 @@ fn ends(effort: Effort) -> Outcome {
             below += u64::from(!(x >= 0.0 && p.min_element() >= 0.0));
         }
     }
-    tally.at_most("largest number of any pattern", f64::from(largest), f64::from(LAST));
+    tally.at_most("largest random number of any pattern", f64::from(largest), f64::from(LAST));
     tally.none("numbers below 0", below);
     let mut bad = 0u64;
     for u in [0.0, LAST].into_iter().flat_map(|x| [0.0, LAST].map(|y| Vec2::new(x, y))) {

@@ -1,22 +1,22 @@
-//! One case of the catalogue: what it is about, and how it is run.
+//! A case of the catalogue and how it is run.
 
 use crate::tally::Outcome;
 use std::panic::catch_unwind;
 
-/// How long checks may take.
+/// The effort of the checks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Effort {
-    /// For tests: seconds in all.
+    /// For tests: seconds for the whole catalogue.
     Quick,
-    /// Under three minutes on two cores.
+    /// Under three minutes for the catalogue on two cores.
     #[default]
     Normal,
-    /// As long as it needs.
+    /// Without a time limit.
     Thorough,
 }
 
 impl Effort {
-    /// One of three numbers.
+    /// One of three values by effort.
     pub(crate) fn of<T>(self, quick: T, normal: T, thorough: T) -> T {
         match self {
             Self::Quick => quick,
@@ -26,32 +26,32 @@ impl Effort {
     }
 }
 
-/// What a case does.
+/// The check of a case.
 #[derive(Clone, Copy, Debug)]
 pub enum Check {
-    /// Runs.
+    /// A check that runs.
     Run(fn(Effort) -> Outcome),
-    /// Waits for a feature; the reason.
+    /// A check that requires a missing feature, with the reason.
     Pending(&'static str),
 }
 
-/// One entry of the catalogue.
+/// An entry of the catalogue.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
-    /// A01 to D20.
+    /// Id, A01 to D20.
     pub id: &'static str,
-    /// What it is about.
+    /// Subject of the case.
     pub title: &'static str,
-    /// What goes wrong in naive renderers.
+    /// Typical failure of naive renderers.
     pub naive: &'static str,
-    /// Where the fix or the exact value comes from.
+    /// Source of the remedy or of the exact value.
     pub source: &'static str,
-    /// What is done.
+    /// The check.
     pub check: Check,
 }
 
 impl Case {
-    /// What the first letter of the id means.
+    /// The family that the first letter of the id denotes.
     pub fn family(&self) -> &'static str {
         match self.id.as_bytes()[0] {
             b'A' => "geometry and scale",
@@ -61,17 +61,17 @@ impl Case {
         }
     }
 
-    /// Whether it takes much longer than most: better begun early.
+    /// Whether the case takes much longer than most and should be started early.
     pub fn is_long(&self) -> bool {
         matches!(self.id, "D01" | "D03" | "A12" | "B13")
     }
 
-    /// Whether it compares times, and so wants the machine to itself.
+    /// Whether the case compares times and should run alone on the machine.
     pub fn is_timed(&self) -> bool {
         matches!(self.id, "A15" | "B08" | "D11")
     }
 
-    /// Runs the check; None when it is pending. A check that panics fails.
+    /// Runs the check; `None` if it is pending. A check that panics fails.
     pub fn run(&self, effort: Effort) -> Option<Outcome> {
         let Check::Run(check) = self.check else { return None };
         Some(catch_unwind(|| check(effort)).unwrap_or_else(|_| Outcome {
@@ -80,7 +80,7 @@ impl Case {
             error: 0.0,
             tolerance: 0.0,
             passed: false,
-            note: "the check itself broke off".into(),
+            note: "the check panicked".into(),
         }))
     }
 }

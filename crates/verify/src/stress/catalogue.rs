@@ -1,4 +1,4 @@
-//! All cases of the catalogue, and the choice of some by their ids.
+//! The list of all cases, and selection of cases by id.
 
 use super::case::Case;
 use super::{
@@ -6,7 +6,7 @@ use super::{
     samples, scale, shading, sky, spheres, system, transforms, triangles,
 };
 
-/// All cases, by id.
+/// All cases, sorted by id.
 pub fn catalogue() -> Vec<Case> {
     let families: [&[Case]; 22] = [
         scale::CASES,
@@ -37,8 +37,10 @@ pub fn catalogue() -> Vec<Case> {
     all
 }
 
-/// Cases whose id matches one of the comma-separated patterns, `*` for any ending. The first pattern without a case is
-/// the error.
+/// The cases whose id matches one of the comma-separated patterns; `*` matches any suffix.
+///
+/// # Errors
+/// The first pattern that matches no case.
 pub fn select(patterns: &str) -> Result<Vec<Case>, String> {
     let all = catalogue();
     let mut chosen = vec![false; all.len()];

@@ -1,4 +1,4 @@
-//! D18: trees of rays thousands of bounces deep.
+//! Stress case D18: ray trees thousands of bounces deep.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::scenes::{cube, run, seen};
@@ -12,13 +12,13 @@ use std::time::Duration;
 
 pub(super) const CASES: &[Case] = &[Case {
     id: "D18",
-    title: "ten thousand bounces between mirrors, in both tracers",
-    naive: "a tree of rays that grows by recursion overflows its stack, on some threads only",
+    title: "ten thousand bounces between mirrors, in both integrators",
+    naive: "a recursive ray tree overflows the stack, on some threads only",
     source: "docs/science.md, \"Parallel mirrors\"",
     check: Check::Run(deep),
 }];
 
-/// Mirrors that reflect `kr` and shine by `emission`.
+/// A room of mirrors of reflectance `kr` that emit `emission`.
 fn hall(kr: f32, emission: f32) -> Result<Scene, SceneError> {
     let mut builder = seen(DVec3::new(0.3, 0.1, 0.2), DVec3::new(-1.0, 0.4, -0.7), 0.8);
     let mirror = builder.material(TexturedMaterial {

@@ -1,4 +1,4 @@
-//! C09, C10: reflection at smooth interfaces, against f64 and exact averages.
+//! Stress cases C09, C10: Fresnel reflection at smooth interfaces, compared with f64 and with exact averages.
 
 use super::bsdf::exact_fresnel;
 use super::gloss::albedo;
@@ -12,8 +12,8 @@ use glam::{Vec2, Vec3};
 pub(super) const CASES: &[Case] = &[
     Case {
         id: "C09",
-        title: "edge of total internal reflection",
-        naive: "the root of a small negative number: a ring of NaN pixels",
+        title: "critical angle of total internal reflection",
+        naive: "the square root of a small negative number: a ring of NaN pixels",
         source: "docs/science.md, \"Fresnel\"",
         check: Check::Run(edge),
     },
@@ -30,7 +30,7 @@ fn edge(_: Effort) -> Outcome {
     let mut tally = Tally::default();
     for ior in [1.01f32, 1.5, 2.4] {
         let eta = 1.0 / ior;
-        // sin θ within some ulp of 1/n, from inside.
+        // sin θ within a few ulp of 1/n, from inside.
         let critical = f64::from(eta).asin().cos() as f32;
         let mut last = 1.0f32;
         let mut c = critical;
@@ -39,10 +39,10 @@ fn edge(_: Effort) -> Outcome {
         }
         for step in -200..=200 {
             let f = fresnel::dielectric(c, eta);
-            let what = format!("n = {ior}, {step} ulp from the edge");
+            let what = format!("n = {ior}, {step} ulp from the critical angle");
             tally.holds(format!("{what}: 0 ≤ F ≤ 1"), (0.0..=1.0).contains(&f));
             tally.holds(format!("{what}: F falls"), f <= last + 1e-6);
-            // √ behaviour: f32 knows the angle to one ulp, so F only to its root.
+            // F behaves as a square root: f32 resolves the angle to one ulp, and hence F only to the root of that.
             tally.within(
                 format!("{what}: F"),
                 f64::from(f),
@@ -62,7 +62,7 @@ fn edge(_: Effort) -> Outcome {
     tally.finish()
 }
 
-/// Mean of F over a hemisphere weighted by the cosine: x = cos² is even.
+/// Cosine-weighted mean of F over a hemisphere: x = cos² is uniform.
 fn mean(eta: f32, n: u32) -> f64 {
     let at =
         |i: u32| f64::from(fresnel::dielectric(((f64::from(i) + 0.5) / f64::from(n)).sqrt() as f32, eta));
@@ -78,7 +78,7 @@ fn averages(effort: Effort) -> Outcome {
         let inside = 1.0 - (1.0 - outside) / f64::from(ior).powi(2);
         tally.within(format!("from inside, n = {ior}"), mean(1.0 / ior, n), inside, 2e-5);
     }
-    // Both faces of a pane: R = 2F/(1 + F), T = (1 − F)/(1 + F).
+    // Both interfaces of a pane: R = 2F/(1 + F), T = (1 − F)/(1 + F).
     let pane = Material { thin: true, ..glass(1.5, 0.0) };
     let through: f64 = (0..10_000)
         .filter_map(|i| {
@@ -87,6 +87,6 @@ fn averages(effort: Effort) -> Outcome {
         .map(|s| if s.lobe.is_transmission() { f64::from(s.weight.x) / 10_000.0 } else { 0.0 })
         .sum();
     tally.within("transmittance of a pane along its normal", through, 0.923_077, 1e-4);
-    tally.within("a pane keeps everything", albedo(&pane, Vec3::Z, 1024, 4).mean, 1.0, 1e-5);
+    tally.within("a pane conserves energy", albedo(&pane, Vec3::Z, 1024, 4).mean, 1.0, 1e-5);
     tally.finish()
 }

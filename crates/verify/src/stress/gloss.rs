@@ -1,4 +1,4 @@
-//! C01 to C05, C12: rough surfaces from smooth to rough, from the normal to the horizon.
+//! Stress cases C01 to C05, C12: microfacet surfaces from smooth to rough, from the normal to the horizon.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
@@ -14,14 +14,14 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "C01",
         title: "white furnace table of GGX",
-        naive: "energy appears at grazing angles, or disappears in the sampling",
+        naive: "energy is created at grazing angles, or lost in the sampling",
         source: "Heitz 2014; docs/science.md, \"GGX\"",
         check: Check::Run(furnace_table),
     },
     Case {
         id: "C02",
         title: "α towards 0",
-        naive: "1 − cos² in f32: D is off by 12 % at α = 1e-3 and by 300 % at 1e-4",
+        naive: "1 − cos² in f32: D is wrong by 12 % at α = 1e-3 and by 300 % at 1e-4",
         source: "Walter 2007; docs/science.md, \"GGX\"",
         check: Check::Run(smooth_limit),
     },
@@ -35,7 +35,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "C04",
         title: "samples, density and value agree",
-        naive: "a wrong Jacobian gives a picture that looks right",
+        naive: "an image with a wrong Jacobian looks plausible",
         source: "Pharr, Jakob & Humphreys 2023, §9; docs/science.md, \"GGX\"",
         check: Check::Run(consistent),
     },
@@ -51,17 +51,17 @@ pub(super) const CASES: &[Case] = &[
         title: "energy compensation of multiple scattering",
         naive: "rough metals are 60 % too dark",
         source: "Kulla & Conty 2017; docs/science.md, \"Compensation\"",
-        check: Check::Pending("waits for multiple-scattering compensation: lobes scatter once"),
+        check: Check::Pending("multiple-scattering compensation is not implemented: lobes scatter once"),
     },
 ];
 
-/// A direction with cosine `mu` (may be negative), turned by `phi` about z.
+/// A direction with cosine `mu` (may be negative), rotated by `phi` about z.
 pub(super) fn direction(mu: f32, phi: f32) -> Vec3 {
     let s = ((1.0 - mu) * (1.0 + mu)).sqrt();
     Vec3::new(s * phi.cos(), s * phi.sin(), mu)
 }
 
-/// Mean of the samples' weights, without the radiance scaling of refraction: moments over independent sets.
+/// Mean of the samples' weights without the radiance scaling of refraction: moments over independent sets.
 pub(super) fn albedo(material: &Material, wo: Vec3, points: u32, sets: u64) -> Moments {
     let bsdf = Bsdf::new(material, wo);
     let set = |seed: u64| {
@@ -76,7 +76,7 @@ pub(super) fn albedo(material: &Material, wo: Vec3, points: u32, sets: u64) -> M
     (0..sets).map(set).collect()
 }
 
-/// E(μ, α) of docs/science.md, "GGX", at μ = 1, 0.75, 0.5, 0.25, 0.1, 0.01; known to 5e-5.
+/// E(μ, α) of docs/science.md, "GGX", at μ = 1, 0.75, 0.5, 0.25, 0.1, 0.01, accurate to 5e-5.
 const TABLE: [(f32, [f64; 6]); 5] = [
     (0.10, [0.98830, 0.98315, 0.96921, 0.92161, 0.88346, 0.97653]),
     (0.25, [0.91581, 0.89153, 0.85726, 0.84008, 0.89162, 0.98196]),
@@ -110,8 +110,8 @@ fn furnace_table(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// ∫ G1 D (wo·m)₊/cos dm by the midpoint rule over x = tan²/(tan² + α²), which makes D·cos even; x = 1 − y², which
-/// takes the pole at the horizon away.
+/// ∫ G1 D (wo·m)₊/cos dm by the midpoint rule over x = tan²/(tan² + α²), which makes D·cos uniform; x = 1 − y² removes
+/// the pole at the horizon.
 fn visible_normals(ggx: &Ggx, wo: Vec3, alpha: f64) -> f64 {
     let (rings, sectors) = (400, 400);
     let mut sum = 0.0;
@@ -135,7 +135,7 @@ fn visible_normals(ggx: &Ggx, wo: Vec3, alpha: f64) -> f64 {
 
 fn smooth_limit(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
-    // D against f64 inside the lobe.
+    // D compared with f64 inside the lobe.
     for alpha in [1.0f32, 0.1, 0.03, 1e-2, 3e-3, 1e-3] {
         let Some(ggx) = Ggx::isotropic(alpha) else { continue };
         let (mut noise, mut worst) = (Noise(41), 0.0f64);
@@ -150,7 +150,7 @@ fn smooth_limit(effort: Effort) -> Outcome {
         }
         tally.within(format!("relative error of D at α = {alpha}"), worst, 0.0, 2e-6);
     }
-    // A step in the environment 0.2 rad from the mirror direction: a rough mirror comes to see what a mirror sees.
+    // A step in the environment 0.2 rad from the mirror direction: as α → 0, the result approaches that of a mirror.
     for alpha in [1e-1f32, 3e-2, 1e-2, 3e-3, 1.1e-3, 9e-4, 1e-6] {
         let wo = direction(0.8, 0.0);
         let mirrored = Vec3::new(-wo.x, -wo.y, wo.z);
@@ -160,7 +160,7 @@ fn smooth_limit(effort: Effort) -> Outcome {
             let s = bsdf.sample_f(noise.unit(), noise.point(), Lobes::ALL);
             lit.add(s.map_or(0.0, |s| if s.wi.dot(mirrored) > 0.98 { f64::from(s.weight.x) } else { 0.0 }));
         }
-        // Along the normal the share beyond 2δ is α²/(α² + tan²δ) ≤ α/2δ; the lobe is 1/μ times as wide at μ.
+        // Along the normal the part beyond 2δ is α²/(α² + tan²δ) ≤ α/2δ; the lobe is 1/μ times as wide at μ.
         let most = 1.0 / (2.0 * 0.1 * 0.8);
         tally.at_most(format!("|L(α) − L(0)|/α at α = {alpha}"), (1.0 - lit.mean) / f64::from(alpha), most);
     }
@@ -192,7 +192,7 @@ fn grazing(effort: Effort) -> Outcome {
             let what = format!("α = {alpha}, metallic {}, transmission {}", base.metallic, base.transmission);
             tally.none(format!("not finite or negative: {what}"), bad);
             tally.none(format!("value without density: {what}"), unsure);
-            // A pure lobe's weight is F·G2/G1; a mixture's may be larger, but has no pole.
+            // The weight of a single lobe is F·G2/G1; that of a mixture may be larger, but has no pole.
             tally.at_most(
                 format!("largest weight: {what}"),
                 most,
@@ -203,7 +203,7 @@ fn grazing(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// What is compared: a name, a material, cosines of the view.
+/// The materials that are compared, with their names.
 fn materials(roughness: f32) -> Vec<(&'static str, Material)> {
     let metal = Material { base_color: Vec3::new(1.0, 0.8, 0.4), roughness, ..Material::default() };
     let plastic = Material { metallic: 0.0, ..metal };
@@ -218,7 +218,7 @@ fn materials(roughness: f32) -> Vec<(&'static str, Material)> {
     ]
 }
 
-/// Cells of the sphere: even in angle and azimuth.
+/// Number of cells of the sphere, uniform in polar angle and azimuth.
 const CELLS: [usize; 2] = [16, 32];
 
 fn cell(w: Vec3) -> usize {
@@ -227,8 +227,8 @@ fn cell(w: Vec3) -> usize {
     (z as usize).min(CELLS[0] - 1) * CELLS[1] + (phi as usize).min(CELLS[1] - 1)
 }
 
-/// ∫ pdf over each cell to `tolerance`, by halving where two rules disagree: densities end in a step where a facet turns its
-/// back, and a fixed grid takes its error there for agreement.
+/// ∫ pdf over each cell to `tolerance`, with adaptive subdivision where two rules disagree. Densities have a step where
+/// a facet turns away, and a fixed grid would treat the error there as agreement.
 fn expected(bsdf: &Bsdf, tolerance: f64) -> Vec<f64> {
     let [rows, columns] = CELLS;
     let density = |a: f64, b: f64| {
@@ -240,9 +240,9 @@ fn expected(bsdf: &Bsdf, tolerance: f64) -> Vec<f64> {
     cells.map(|(i, j)| halving(&density, (i, j), 1.0, tolerance / area, 0) * area).collect()
 }
 
-/// ∫ over the square at `corner` by Simpson's rule, or over its quarters where those come to something else. The rule looks
-/// at corners, so that a step through the square has points on both its sides. The tolerance falls by half with every
-/// halving of the side: along a curve the pieces are twice as many.
+/// ∫ over the square at `corner` by Simpson's rule, or over its quarters if their sum differs. The rule samples the
+/// corners, so that a step through the square has points on both sides. The tolerance is halved with every halving of
+/// the side, because the number of pieces along a curve doubles.
 fn halving(f: &impl Fn(f64, f64) -> f64, corner: (f64, f64), side: f64, tolerance: f64, depth: u32) -> f64 {
     let quarters = [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)]
         .map(|(a, b)| (corner.0 + a * side, corner.1 + b * side));
@@ -254,7 +254,7 @@ fn halving(f: &impl Fn(f64, f64) -> f64, corner: (f64, f64), side: f64, toleranc
     quarters.iter().map(|&c| halving(f, c, 0.5 * side, 0.5 * tolerance, depth + 1)).sum()
 }
 
-/// Most halvings.
+/// Maximum depth of subdivision.
 const DEEPEST: u32 = 9;
 
 fn simpson(f: &impl Fn(f64, f64) -> f64, (x, y): (f64, f64), side: f64) -> f64 {
@@ -289,8 +289,8 @@ fn consistent(effort: Effort) -> Outcome {
                 }
                 tally.none(format!("samples without density: {what}"), none);
                 tally.within(format!("f·cos/pdf against the weight: {what}"), apart, 0.0, 1e-4);
-                tally.within(format!("the same at the edge of total reflection: {what}"), at_edge, 0.0, 5e-3);
-                // A tenth of what the counts of the rarest cells scatter by.
+                tally.within(format!("the same near the critical angle: {what}"), at_edge, 0.0, 5e-3);
+                // A tenth of the standard deviation of the counts in the rarest cells.
                 let z = chi(&counts, &expected(&bsdf, 0.3 / f64::from(n)), f64::from(n));
                 tally.within(format!("(χ² − k)/√2k: {what}"), z, 0.0, 5.0);
             }
@@ -299,8 +299,8 @@ fn consistent(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// Whether the facet between the two reflects nearly or barely all: F has a vertical tangent at that edge, so that a rounding
-/// of the direction, 2⁻²⁴, moves it by up to 2⁻¹² times its slope.
+/// Whether the facet between the two directions is near the critical angle: F has a vertical tangent there, so that a
+/// rounding of the direction by 2⁻²⁴ changes F by up to 2⁻¹² times its slope.
 fn is_at_edge(material: &Material, wo: Vec3, wi: Vec3) -> bool {
     let eta = f64::from(if wo.z > 0.0 { material.ior } else { 1.0 / material.ior });
     let (a, b) = (wo.as_dvec3(), wi.as_dvec3());
@@ -309,7 +309,7 @@ fn is_at_edge(material: &Material, wo: Vec3, wi: Vec3) -> bool {
     (1.0 - (1.0 - cosine * cosine) / (eta * eta)).abs() < 0.02
 }
 
-/// (χ² − k)/√2k over the cells, rare ones together. The last cell is what was rejected.
+/// (χ² − k)/√2k over the cells, with rare cells merged. The last cell contains the rejected samples.
 fn chi(counts: &[u32], expected: &[f64], n: f64) -> f64 {
     let drawn: u32 = counts.iter().sum();
     let mass: f64 = expected.iter().sum();
@@ -353,7 +353,7 @@ fn reciprocal(effort: Effort) -> Outcome {
                 }
                 one += u64::from((left.max_element() > 1e-6) != (right.max_element() > 1e-6) && size > 1e-4);
             }
-            tally.none(format!("light one way only: {name}, roughness {roughness}"), one);
+            tally.none(format!("light in one direction only: {name}, roughness {roughness}"), one);
             tally.within(format!("f(a, b) against f(b, a): {name}, roughness {roughness}"), worst, 0.0, 1e-3);
         }
     }

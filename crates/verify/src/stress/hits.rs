@@ -1,4 +1,4 @@
-//! A03 to A06: does every ray find what it must, and nothing else?
+//! Stress cases A03 to A06: intersection tests find every hit, and no false ones.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
@@ -16,7 +16,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "A03",
         title: "watertight closed mesh",
-        naive: "9 % of rays aimed at edges and vertices slip between two triangles",
+        naive: "9 % of rays aimed at edges and vertices pass between two triangles",
         source: "Woop 2013; docs/science.md, \"Triangles\"",
         check: Check::Run(watertight),
     },
@@ -29,8 +29,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         id: "A05",
-        title: "boxes never lose what is in them",
-        naive: "the slab test's own rounding skips flat boxes that the ray goes through",
+        title: "boxes never miss their contents",
+        naive: "rounding in the slab test skips flat boxes that the ray passes through",
         source: "Ize 2013; docs/science.md, \"Boxes\"",
         check: Check::Run(boxes),
     },
@@ -43,7 +43,7 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-/// A closed ball, lumpy so that no symmetry hides an error, wound outward.
+/// A closed, irregular ball whose lack of symmetry cannot hide errors, with outward faces.
 pub(super) fn lump(level: u32) -> Mesh {
     let mut mesh = ball(level, 1.0, Vec3::ZERO);
     let lumpy = |p: Vec3| p * (1.0 + 0.1 * (p.x * 7.0).sin() * (p.y * 5.0).cos());
@@ -56,7 +56,7 @@ fn triangles(mesh: &Mesh) -> Vec<[Vec3; 3]> {
     (0..mesh.triangles.len() as u32).map(|t| mesh.corners(t)).collect()
 }
 
-/// From inside: a tenth even, the others aimed at points of edges, vertices, or along axes through vertices.
+/// Rays from inside: a tenth uniform, the others aimed at points on edges, at vertices, or along axes through vertices.
 fn outward(noise: &mut Noise, corners: &[[Vec3; 3]], i: u64) -> Ray {
     let [a, b, _] = corners[noise.below(corners.len())];
     let o = noise.cube() * 0.4;
@@ -90,7 +90,8 @@ fn watertight(effort: Effort) -> Outcome {
         let leaks: u64 = (0..10).map(|seed| along_faces(kernel, seed, n / 20)).sum();
         tally.none(format!("leaks of {} rays in the planes of faces, {}", n / 2, kernel.name()), leaks);
     }
-    for (name, accel) in [("shared by instances", instanced(&mesh)), ("turning and moving", turning(&mesh))] {
+    for (name, accel) in [("shared by instances", instanced(&mesh)), ("rotating and moving", turning(&mesh))]
+    {
         let mut noise = Noise(2);
         let leaks = (0..n / 10).filter(|i| {
             let time = noise.unit();
@@ -105,8 +106,8 @@ fn watertight(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// Of `rays` along an axis and past no edge of a closed box, those that miss it: a third each runs in the plane of the
-/// lower face, in that of the upper one, and between them, in both other axes.
+/// Number of rays along an axis, within the outline of a closed box, that miss it. In both other axes, a third each of
+/// the rays runs in the plane of the lower face, in that of the upper face, and between them.
 fn along_faces(kernel: Kernel, seed: u64, rays: u64) -> u64 {
     let mut noise = Noise(40 + seed);
     let (r, offset) = (0.1 + noise.unit(), noise.cube() * 10.0);
@@ -129,7 +130,7 @@ fn along_faces(kernel: Kernel, seed: u64, rays: u64) -> u64 {
     missed.count() as u64
 }
 
-/// The mesh here and, out of the way, once more, so that it is not flattened.
+/// The mesh as an instance, and a second instance far away that prevents flattening.
 fn instanced(mesh: &Mesh) -> Accel {
     let mesh = Arc::new(mesh.clone());
     let mut builder = AccelBuilder::default();
@@ -157,7 +158,7 @@ fn turning(mesh: &Mesh) -> Accel {
     builder.build_for(0.0, 1.0)
 }
 
-/// Notes every candidate and takes none.
+/// Records every candidate hit and accepts none.
 struct All(RefCell<Vec<Hit>>);
 
 impl HitFilter<Hit> for All {
@@ -187,8 +188,8 @@ fn parity(effort: Effort) -> Outcome {
         hits.sort_by(|a, b| a.t.total_cmp(&b.t));
         let side = |h: &Hit| accel.surface(&ray, 0.0, h).ng.dot(ray.d) > 0.0;
         if aimed {
-            // A test that includes edges reports one from both sides: what is met at one place counts once.
-            // Where two triangles meet at an outline, seen nearly edge-on, t is known to some ulp over the cosine.
+            // A test that includes edges reports an edge hit for both triangles: hits at one point count once. Where
+            // two triangles meet at a silhouette seen nearly edge-on, t is accurate to a few ulp over the cosine.
             let steep = |h: &Hit| accel.surface(&ray, 0.0, h).ng.dot(ray.d).abs().max(1e-3);
             let together =
                 |a: &Hit, b: &Hit| (a.t - b.t).abs() * steep(a).min(steep(b)) <= 8.0 * f32::EPSILON * a.t;
@@ -201,7 +202,7 @@ fn parity(effort: Effort) -> Outcome {
         }
     }
     tally.none("rays with an odd number of hits", odd);
-    tally.none("hits from the wrong side", out_of_turn);
+    tally.none("hits on the wrong side", out_of_turn);
     tally.none("rays aimed at edges that begin or end inside", at_edges);
     tally.finish()
 }
@@ -234,14 +235,14 @@ fn boxes(effort: Effort) -> Outcome {
             let across = if i % 4 == 0 { normal } else { noise.direction().as_dvec3() + normal * 0.3 };
             let o = (target + across.normalize() * far).as_vec3();
             let way = target - o.as_dvec3();
-            // Rounding of the origin and of the direction must leave the ray well inside the triangle.
+            // The ray must remain well inside the triangle despite rounding of its origin and direction.
             let slack = o.abs().max_element() as f64 * 3e-7 + way.length() * 3e-7;
             let least = (b - a).length().min((c - a).length()) * 0.05;
             if slack * 20.0 / way.normalize().dot(normal).abs() > least {
                 continue;
             }
             let hit = tree.intersect(&Ray::new(o, way.normalize().as_vec3()), &Opaque);
-            // The distance to a sliver is known less well than its box: being found is what counts.
+            // The distance to a sliver is less accurate than its box; only finding it matters here.
             let other =
                 |h: TriangleHit| h.triangle as usize != t && f64::from(h.t) > way.length() + slack * 40.0;
             lost += u64::from(hit.is_none_or(other));
@@ -271,7 +272,7 @@ fn directions(effort: Effort) -> Outcome {
                     Some(hit) => {
                         let t = f64::from(hit.t) * f64::from(length);
                         worst = worst.max((t / f64::from(expected.t) - 1.0).abs());
-                        // Components below 1e-38 are rounded: only whole directions keep the triangle.
+                        // Components below 1e-38 are rounded: only accurate directions must hit the same triangle.
                         let whole = (d * length).abs().min_element() > 1e-37;
                         other += u64::from(whole && hit.triangle != expected.triangle);
                     }

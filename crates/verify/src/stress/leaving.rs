@@ -1,4 +1,4 @@
-//! A11, A13: does a ray that leaves a surface leave it?
+//! Stress cases A11, A13: rays that leave a surface do not hit it again.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
@@ -13,21 +13,21 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "A11",
         title: "a convex body does not shadow itself",
-        naive: "a fixed offset is too small far away (acne) and too large nearby (missed walls)",
+        naive: "a fixed offset is too small far from the origin (shadow acne) and too large near it (missed walls)",
         source: "Pharr, Jakob & Humphreys 2023, §6.8; docs/science.md, \"Leaving a surface\"",
         check: Check::Run(convex),
     },
     Case {
         id: "A13",
         title: "grazing hits lie on their plane",
-        naive: "o + t·d is off by t·2⁻²⁴, many times its height over the plane",
+        naive: "o + t·d is wrong by t·2⁻²⁴, many times its height above the plane",
         source: "Pharr, Jakob & Humphreys 2023, §6.8; docs/science.md, \"Leaving a surface\"",
         check: Check::Run(grazing),
     },
 ];
 
-/// Radius and offset; a body of less than 1e5 ulp of its coordinates is left out: there the error bound itself reaches
-/// through it.
+/// Radius and offset. Bodies smaller than 1e5 ulp of their coordinates are excluded, because the error bound itself
+/// exceeds their size.
 const BODIES: [(f32, f32); 7] =
     [(1e-3, 0.0), (1.0, 0.0), (1e3, 0.0), (1.0, 1e3), (1e3, 1e3), (1.0, 1e5), (1e3, 1e5)];
 
@@ -37,8 +37,8 @@ fn accel_of(mesh: Mesh) -> Accel {
     builder.build()
 }
 
-/// Leaving from a hit outward, grazing (1e-6) to perpendicular, and inward: outgoing rays that hit, and ingoing ones that
-/// do not hit exactly once.
+/// Shoots rays from a hit, outward and inward, from grazing (cosine 1e-6) to perpendicular. Returns the number of
+/// outgoing rays that hit, and of ingoing rays that do not hit exactly once.
 fn leave(accel: &Accel, noise: &mut Noise, ray: &Ray, hit: &Hit, rays: usize) -> [u64; 2] {
     let s = accel.surface(ray, 0.0, hit);
     let mut wrong = [0; 2];
@@ -49,8 +49,8 @@ fn leave(accel: &Accel, noise: &mut Noise, ray: &Ray, hit: &Hit, rays: usize) ->
         let into = Ray::new(s.origin_towards(-d), -d);
         let once = accel.intersect(&into, 0.0, &Opaque).is_some_and(|hit| {
             let far = accel.surface(&into, 0.0, &hit);
-            // Left half along the normal: a ray that has slid along the neighbouring face passes its edge nearer than any
-            // f32 test can tell.
+            // The body is left along the mean of ray and normal: a ray along the neighbouring face passes its edge at a
+            // distance that f32 cannot resolve.
             let d = far.ng - d;
             far.ng.dot(d) > 0.0 && !accel.occluded(&Ray::new(far.origin_towards(d), d), 0.0, &Opaque)
         });
@@ -88,7 +88,7 @@ fn convex(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// Points a few ulp from the edges of a cube: inward rays must hit a wall, outward ones none.
+/// From points a few ulp from the edges of a cube, inward rays must hit a wall and outward rays none.
 pub(super) fn beside_edges(tally: &mut Tally, points: u32) {
     for (r, shift) in BODIES {
         let offset = Vec3::new(shift, -shift, shift);
@@ -110,8 +110,8 @@ pub(super) fn beside_edges(tally: &mut Tally, points: u32) {
     }
 }
 
-/// A closed prism of length 2, turned and moved, of which two walls of width 1 meet in an edge at `angle`. Triangles 3 and 6
-/// have that edge.
+/// A closed prism of length 2, rotated and moved, of which two walls of width 1 meet at `angle` in an edge, which
+/// belongs to triangles 3 and 6.
 fn prism(angle: f64, noise: &mut Noise, away: f64) -> Mesh {
     let turn =
         DQuat::from_axis_angle(noise.direction().as_dvec3().normalize(), 6.0 * f64::from(noise.unit()));
@@ -134,7 +134,7 @@ fn prism(angle: f64, noise: &mut Noise, away: f64) -> Mesh {
     }
 }
 
-/// From points a few ulp from a sharp edge of a closed body, rays into it must hit a wall.
+/// From points a few ulp from a sharp edge of a closed body, inward rays must hit a wall.
 pub(super) fn in_sharp_edges(tally: &mut Tally, points: u32) {
     for degrees in [90, 60, 45, 30, 20] {
         let (mut noise, mut leaks) = (Noise(77), 0);
@@ -142,13 +142,13 @@ pub(super) fn in_sharp_edges(tally: &mut Tally, points: u32) {
             let accel = accel_of(prism(f64::from(degrees).to_radians(), &mut noise, away));
             for i in 0..points {
                 let (tiny, s) = (f32::EPSILON * (i % 8) as f32, 0.05 + 0.9 * noise.unit());
-                // Corner 1 of triangle 3 and corner 0 of triangle 6 lie opposite to the edge.
+                // Corner 1 of triangle 3 and corner 0 of triangle 6 are opposite to the edge.
                 let (primitive, u, v) =
                     if i % 2 == 0 { (3, tiny, s) } else { (6, s * (1.0 - tiny), (1.0 - s) * (1.0 - tiny)) };
                 let hit = Hit { t: 1.0, u, v, primitive, object: 0 };
                 let surface = accel.surface(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, &hit);
                 let d = noise.direction();
-                // A direction within the wall, as f32 has it, leads neither in nor out.
+                // A direction exactly in the plane of the wall, as represented in f32, leads neither in nor out.
                 if d.dot(surface.ng) == 0.0 {
                     continue;
                 }
@@ -161,7 +161,7 @@ pub(super) fn in_sharp_edges(tally: &mut Tally, points: u32) {
     }
 }
 
-/// A square of side 1e6 under a tilted horizon, seen from height 1 at down to 1e-4 rad.
+/// A square of side 1e6, rotated against the axes, seen from height 1 at angles down to 1e-4 rad.
 fn grazing(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     let (x, z) = (Vec3::new(0.96, 0.28, 0.0), Vec3::new(-0.168, 0.576, 0.8));
@@ -191,6 +191,6 @@ fn grazing(effort: Effort) -> Outcome {
     }
     tally.none("rays aimed at the plane that miss it", missed);
     tally.none("grazing rays that hit it again", again);
-    tally.at_most("distance of a hit from its plane over its bound", worst, 1.0);
+    tally.at_most("distance of a hit from its plane over its error bound", worst, 1.0);
     tally.finish()
 }

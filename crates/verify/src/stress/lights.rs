@@ -1,4 +1,4 @@
-//! B01 to B06, B15, B16, B20: one light, from too small to too near.
+//! Stress cases B01 to B06, B15, B16, B20: single lights, from very small and distant to very large and close.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::closed_form::{parallel_rectangle, polygon, sphere};
@@ -21,22 +21,22 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         id: "B02",
-        title: "sphere light from near, on it, inside",
-        naive: "sample and pdf disagree about which side a point is on",
+        title: "sphere light from nearby, from its surface, from inside",
+        naive: "sample and pdf disagree about the side of a point",
         source: "docs/science.md, \"Sphere lights\"",
         check: Check::Run(near_sphere),
     },
     Case {
         id: "B03",
         title: "triangle light from size/distance 1 to 3e-6",
-        naive: "the sum of angles minus π keeps no digit below 3e-4",
+        naive: "the sum of angles minus π has no correct digit below 3e-4",
         source: "Van Oosterom & Strackee 1983; docs/science.md, \"Polygons\"",
         check: Check::Run(small_triangle),
     },
     Case {
         id: "B04",
         title: "quad light, tiny and oblique",
-        naive: "the spherical rectangle's angles are off by 390 % at half side 1e-3, 3 to the side",
+        naive: "the angles of the spherical rectangle are wrong by 390 % at half side 1e-3, 3 to the side",
         source: "Ureña, Fajardo & King 2013; Van Oosterom & Strackee 1983; docs/science.md, \"Polygons\"",
         check: Check::Run(small_quad),
     },
@@ -56,8 +56,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         id: "B15",
-        title: "point and spot lights from 1e-6 away, and exactly there",
-        naive: "1/d² overflows, and 0/0 is not a number",
+        title: "point and spot lights at distance 1e-6 and at distance 0",
+        naive: "1/d² overflows, and 0/0 is NaN",
         source: "docs/science.md, \"Point and spot lights\"",
         check: Check::Run(points),
     },
@@ -70,8 +70,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         id: "B20",
-        title: "spot cones from 1e-4 rad to a right angle, hard ones too",
-        naive: "a difference of cosines held above 0.001 leaves 2e-6 of a cone of 0.1°; in f32 it is 0 below 3e-4 rad",
+        title: "spot cones from 1e-4 rad to a right angle, including hard edges",
+        naive: "a difference of cosines clamped to 0.001 leaves 2e-6 of a cone of 0.1°; in f32 it is 0 below 3e-4 rad",
         source: "KHR_lights_punctual; I on the axis, I·2π(h₁ + (h₂ − h₁)/3) in all, h = 1 − cosθ",
         check: Check::Run(cones),
     },
@@ -106,7 +106,7 @@ fn near_sphere(effort: Effort) -> Outcome {
     for q in [2.0, 1.001, 1.0001] {
         for degrees in [0.0f64, 30.0, 80.0, 100.0, 150.0] {
             let (sin, cos) = degrees.to_radians().sin_cos();
-            // The receiver's distance is what f32 makes of it.
+            // The exact distance of the receiver is that of the centre rounded to f32.
             let centre = (DVec3::new(sin, 0.0, cos) * q).as_vec3();
             let light = ball(centre.as_dvec3(), 1.0, true);
             let m = irradiance(&light, Vec3::ZERO, Vec3::Z, 4096, sets);
@@ -122,7 +122,7 @@ fn near_sphere(effort: Effort) -> Outcome {
         let dark = irradiance(&ball(DVec3::Z * inside, 1.0, false), Vec3::ZERO, Vec3::Z, 64, 2);
         tally.exactly(format!("inside a one-sided sphere, d/R = {inside}"), dark.mean, 0.0);
     }
-    // A density of 0 where sample gives a direction, or the reverse, is energy lost or doubled.
+    // A density of 0 for a sampled direction, or the reverse, loses or doubles energy.
     let (mut noise, mut apart) = (Noise(6), 0u64);
     for i in 0..effort.of(1_000, 20_000, 1_000_000) {
         let d = 1.0 + f64::from(i % 3 - 1) * 10f64.powf(-7.0 * f64::from(noise.unit()));
@@ -134,11 +134,11 @@ fn near_sphere(effort: Effort) -> Outcome {
             apart += u64::from(!close);
         }
     }
-    tally.none("samples whose density is not that of pdf", apart);
+    tally.none("samples whose density differs from pdf", apart);
     tally.finish()
 }
 
-/// Of a triangle seen from the origin, in f64 and from edges.
+/// Solid angle of a triangle seen from the origin, in f64 and computed from edges.
 fn omega([a, b, c]: [DVec3; 3]) -> f64 {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let numerator = a.dot((b - a).cross(c - a)).abs();
@@ -180,11 +180,12 @@ fn small_quad(effort: Effort) -> Outcome {
             let (e1, e2) = (Vec3::Y * (2.0 * half), Vec3::X * (2.0 * half));
             let light = area(AreaShape::Quad { corner, e1, e2 }, false);
             let m = irradiance(&light, Vec3::ZERO, Vec3::Z, 1024, effort.of(8, 64, 1024));
-            // In f64, as the light adds them.
+            // The corners in f64, added as the light does.
             let [c, a, b] = [corner, e1, e2].map(|v| v.as_dvec3());
             let corners = [c, c + a, c + a + b, c + b];
             let exact = PI * polygon(&corners.map(|p| p.to_array()));
-            // The contour of a tiny far polygon cancels in f64 as well; there the middle is exact to (size/distance)².
+            // The contour integral of a tiny distant polygon cancels in f64 as well; there the centre is accurate to
+            // (size/distance)².
             let d = c + (a + b) * 0.5;
             let small = f64::from(4.0 * half * half) * d.z * d.z / d.length().powi(4);
             let exact = if f64::from(half) < 1e-3 * d.length() { small } else { exact };
@@ -227,7 +228,7 @@ fn coplanar(_: Effort) -> Outcome {
     for (name, shape) in [("quad", quad), ("triangle", triangle), ("disk", disk)] {
         for two_sided in [false, true] {
             let light = area(shape, two_sided);
-            // The light faces −z: one step above its plane is behind.
+            // The light faces −z: above its plane is behind it.
             for z in [0.0, 1e-38, -1e-38, 1e-7, -1e-7] {
                 let m = irradiance(&light, Vec3::new(0.0, 0.0, z), Vec3::new(0.0, 0.6, 0.8), 256, 4);
                 tally.within(format!("{name} from z = {z}"), m.mean, 0.0, 1e-6);
@@ -260,7 +261,7 @@ fn points(_: Effort) -> Outcome {
             let m = irradiance(light, Vec3::ZERO, Vec3::Z, 1, 2);
             tally.within(format!("at distance {d}"), m.mean / exact, 1.0, 1e-6);
             tally.holds(
-                "exactly there: skipped",
+                "at distance 0: skipped",
                 light.sample(p, Vec2::ZERO, 0.0).is_none_or(|s| s.radiance.is_finite()),
             );
         }
@@ -282,7 +283,7 @@ fn cones(effort: Effort) -> Outcome {
             let light = Light::Spot(Spot { p, axis, intensity, inner, outer: Spot::height(outer), range });
             let seen = |at: Vec3| light.sample(at, Vec2::ZERO, 0.0).map_or(0.0, |s| f64::from(s.radiance.x));
             tally.within(format!("on the axis of {outer} rad"), seen(axis), 1.0, 1e-4);
-            // Rings about the axis, at their true angle after rounding.
+            // Rings about the axis, at their exact angle after rounding.
             let side = axis.any_orthonormal_vector().as_dvec3();
             let (rings, mut flux) = (2000, 0.0);
             for i in 0..rings {
@@ -291,7 +292,7 @@ fn cones(effort: Effort) -> Outcome {
                 flux += seen(at.as_vec3()) * angle.sin() * outer / f64::from(rings);
             }
             let power = f64::from(light.power(1.0).x);
-            tally.within(format!("all of {outer} rad, inner {share}"), 2.0 * PI * flux / power, 1.0, 2e-3);
+            tally.within(format!("flux of {outer} rad, inner {share}"), 2.0 * PI * flux / power, 1.0, 2e-3);
         }
     }
     tally.finish()

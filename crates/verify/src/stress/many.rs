@@ -1,4 +1,4 @@
-//! B07 to B10, B18: many lights, and contrasts between them.
+//! Stress cases B07 to B10, B18: many lights, and high contrast between them.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::closed_form::parallel_rectangle;
@@ -18,42 +18,42 @@ use std::f64::consts::{FRAC_1_PI, PI};
 pub(super) const CASES: &[Case] = &[
     Case {
         id: "B07",
-        title: "a dim light in view beside a hidden one 1e12 times brighter",
-        naive: "choice by power never picks the dim light: variance 1e12",
+        title: "a visible dim light beside an occluded one 1e12 times brighter",
+        naive: "selection by power never picks the dim light: variance 1e12",
         source: "Conty Estevez & Kulla 2018; docs/science.md, \"Choosing lights\"",
         check: Check::Run(hidden),
     },
     Case {
         id: "B08",
         title: "a field of point lights, and a plane of small quads",
-        naive: "one light in a million is picked evenly: nothing but noise",
+        naive: "one light in a million is picked uniformly: nothing but noise",
         source: "Conty Estevez & Kulla 2018; docs/science.md, \"Choosing lights\"",
         check: Check::Run(field),
     },
     Case {
         id: "B09",
         title: "a light cut into k² pieces",
-        naive: "the picture gets noisier, or brighter, with the tessellation of the lamp",
+        naive: "noise or brightness depend on the tessellation of the light",
         source: "docs/science.md, \"Choosing lights\"",
         check: Check::Run(pieces),
     },
     Case {
         id: "B10",
-        title: "probabilities of the light choice",
-        naive: "pmfs that do not add up, that MIS computes otherwise, or that depend on the unit of length",
+        title: "probabilities of light selection",
+        naive: "probabilities that do not add up to 1, that differ in MIS, or that depend on the unit of length",
         source: "Conty Estevez & Kulla 2018; docs/science.md, \"Choosing lights\"",
         check: Check::Run(probabilities),
     },
     Case {
         id: "B18",
         title: "an emissive texture with one hot texel",
-        naive: "even points on the lamp miss the texel: fireflies",
+        naive: "uniform points on the light miss the texel: fireflies",
         source: "docs/science.md, \"Choosing lights\"",
         check: Check::Run(hot_texel),
     },
 ];
 
-/// Irradiance at the origin, +z, of many lights by the light choice: moments over independent sets.
+/// Irradiance at the origin with normal +z from many lights by light selection: moments over independent sets.
 fn chosen(lights: &[Light], sampler: &LightSampler, points: u32, sets: u64) -> Moments {
     let set = |seed: u64| {
         let pixel = Key::pixel(seed, 0, 0);
@@ -69,7 +69,7 @@ fn chosen(lights: &[Light], sampler: &LightSampler, points: u32, sets: u64) -> M
     (0..sets).map(set).collect()
 }
 
-/// A floor under point lights.
+/// A floor lit by point lights.
 fn lit_by(lights: &[Light]) -> Result<Scene, SceneError> {
     let mut builder = irradiance_meter();
     for light in lights {
@@ -89,7 +89,7 @@ fn two_lights(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     let black = builder.material(matte(0.0, 0.0));
     builder.mesh("dim", lamp(-0.6, 0.7), DAffine3::IDENTITY, dim);
     builder.mesh("bright", lamp(0.9, 0.9), DAffine3::IDENTITY, bright);
-    // A closed box around the bright one.
+    // A closed box around the bright light.
     builder.mesh("cover", crate::scenes::cube(0.4, Vec3::new(0.9, 0.9, 0.0)), DAffine3::IDENTITY, black);
     let settings = Settings { max_bounces: 1, ..square(effort.of(2, 8, 32), 4096) };
     let m = pixels(builder, &settings)?;
@@ -107,7 +107,7 @@ fn hidden(effort: Effort) -> Outcome {
 
 fn field(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
-    // n points per unit area on a disk of radius 1 at height 0.2.
+    // A regular grid of point lights on a disk of radius 1 at height 0.2.
     let side = effort.of(100, 400, 1128i32);
     let (h, intensity) = (0.2f32, 1.0);
     let mut lights = Vec::new();
@@ -128,7 +128,11 @@ fn field(effort: Effort) -> Outcome {
     }
     let start = std::time::Instant::now();
     let Some(sampler) = LightSampler::new(&lights, 2.0) else { return tally.finish() };
-    tally.remark(format!("{} lights sorted in {:.1} s", lights.len(), start.elapsed().as_secs_f64()));
+    tally.remark(format!(
+        "light sampler of {} lights built in {:.1} s",
+        lights.len(),
+        start.elapsed().as_secs_f64()
+    ));
     let density = f64::from(side / 2).powi(2);
     let exact = 2.0 * PI * density * (1.0 - f64::from(h) / (f64::from(h).powi(2) + 1.0).sqrt());
     tally.within("sum over the lights over its integral", sum / exact, 1.0, 1e-3);
@@ -139,7 +143,7 @@ fn field(effort: Effort) -> Outcome {
     {
         let settings = Settings { max_bounces: 1, ..square(32, 64) };
         let slower = crate::clock::ratio(|| run(&many, &settings), || run(&few, &settings));
-        tally.at_most("time of a picture over that with 10 lights", slower, 3.0);
+        tally.at_most("render time over that with 10 lights", slower, 3.0);
     }
     let tiles = tiled(effort.of(30, 200, 1000));
     if let Some(sampler) = LightSampler::new(&tiles, 2.0) {
@@ -154,7 +158,7 @@ fn field(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// The unit square at height ½, radiance 1 downward, in k² pieces.
+/// A unit square light at height ½ with radiance 1 downward, in k² pieces.
 fn tiled(k: u32) -> Vec<Light> {
     let at = |i: u32| i as f32 / k as f32 - 0.5;
     let tile = |i: u32, j: u32| {
@@ -190,7 +194,7 @@ fn pieces(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// Lights of many kinds, sizes and powers about the origin, lengths times `unit`.
+/// Lights of many kinds, sizes and powers about the origin, with lengths multiplied by `unit`.
 fn assortment(unit: f32, n: usize) -> Vec<Light> {
     let mut noise = Noise(77);
     let mut light = |i: usize| {
@@ -199,7 +203,7 @@ fn assortment(unit: f32, n: usize) -> Vec<Light> {
         let (a, b) = (noise.direction(), noise.direction());
         let size = 10f32.powf(noise.unit() * -3.0) * unit;
         match i % 4 {
-            // An intensity grows with the square of lengths for the same irradiances.
+            // For equal irradiances, an intensity is proportional to the square of lengths.
             0 => Light::Point(Point { p, intensity: power * (unit * unit), range: f32::INFINITY }),
             1 => area(AreaShape::Sphere { centre: p, radius: size }, power),
             2 => area(AreaShape::Triangle([p, p + a * size, p + b * size]), power),
@@ -238,13 +242,13 @@ fn probabilities(effort: Effort) -> Outcome {
         }
         tally.none(format!("probabilities of {n} lights that change with the unit of length"), differ);
         tally.none(format!("lights of {n} that are never chosen"), none);
-        tally.none(format!("choices of {n} lights with another pmf than pmf()"), apart);
+        tally.none(format!("selections of {n} lights whose probability differs from pmf()"), apart);
         frequencies(&mut tally, &sampler, n, effort);
     }
     tally.finish()
 }
 
-/// How often each light is chosen, as z = (χ² − k)/√2k.
+/// Compares the selection frequencies of the lights with their probabilities, as z = (χ² − k)/√2k.
 fn frequencies(tally: &mut Tally, sampler: &LightSampler, n: usize, effort: Effort) {
     let (p, normal) = (Vec3::new(0.1, -0.2, 0.3), Vec3::Z);
     let tries = effort.of(20_000u32, 1_000_000, 100_000_000);
@@ -273,7 +277,7 @@ fn frequencies(tally: &mut Tally, sampler: &LightSampler, n: usize, effort: Effo
 }
 
 fn texel(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
-    // 32 × 32 texels on a lamp of 32 × 32 × 2 triangles, one of them at full strength.
+    // 32 × 32 texels on an emitter of 32 × 32 × 2 triangles, one of them at full strength.
     let n = 32usize;
     let mut texels = vec![[0u8, 0, 0, 255]; n * n];
     let (column, row) = (20, 9);
@@ -289,7 +293,7 @@ fn texel(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     for j in 0..=n {
         for i in 0..=n {
             let (u, v) = (i as f32 / n as f32, j as f32 / n as f32);
-            // Beside the line of sight.
+            // Outside the line of sight of the camera.
             mesh.positions.push(Vec3::new(u * 0.4 - 0.6, 0.9, v * 0.4 - 0.2));
             mesh.uv[0].push(Vec2::new(u, v));
         }

@@ -1,4 +1,4 @@
-//! D19: bodies within bodies, bodies that overlap or touch, a camera inside, and lights behind panes.
+//! Stress case D19: nested, overlapping and touching bodies, a camera inside bodies, and lights behind panes.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::scenes::{glass, irradiance_meter, matte, of, pixels, quad, seen_in_parallel, square};
@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 pub(super) const CASES: &[Case] = &[Case {
     id: "D19",
     title: "media within media, and lights behind panes",
-    naive: "leaving an inner body leaves all of them; which of two overlapping ones counts depends on the way through; a pane of index 1 casts a shadow",
+    naive: "leaving an inner body leaves all bodies; the dominant one of two overlapping bodies depends on the order of hits; a pane of index 1 casts a shadow",
     source: "Schmidt & Budge 2002; docs/science.md, \"Nested bodies\"",
     check: Check::Run(nested),
 }];
@@ -35,10 +35,11 @@ fn block(r: f32, a: f32, b: f32) -> Mesh {
     }
 }
 
-/// Half size, start, end, optical depth per unit and priority of a block.
+/// Half size, start, end, absorption per unit length and priority of a block.
 type Block = (f32, f32, f32, f32, f64);
 
-/// A wall of radiance 1 seen along the z axis from `z` through blocks; turned half round, from the other side.
+/// A wall of radiance 1 seen along the z axis from `z` through blocks. `turned` rotates the blocks by a half turn, so
+/// that they are passed from the other side.
 fn through(z: f64, turned: bool, blocks: &[Block]) -> SceneBuilder {
     let mut builder = seen_in_parallel(DVec3::new(0.11, 0.07, z), 0.01);
     builder.environment(Environment::constant(Vec3::ZERO));
@@ -75,12 +76,12 @@ fn nested(effort: Effort) -> Outcome {
             3.0,
         ),
         (
-            "the stronger of two that overlap",
+            "the higher priority of two that overlap",
             10.0,
             &[(3.0, -1.0, 0.5, 1.0, 1.0), (2.0, -0.5, 1.0, 3.0, 0.0)],
             3.0,
         ),
-        ("a camera inside of both", 0.0, &[(3.0, -1.5, 1.5, 1.0, 0.0), (2.0, -1.0, 1.0, 2.0, 0.0)], 2.5),
+        ("a camera inside both", 0.0, &[(3.0, -1.5, 1.5, 1.0, 0.0), (2.0, -1.0, 1.0, 2.0, 0.0)], 2.5),
     ];
     for method in [MethodKind::Path, MethodKind::Distribution] {
         let settings = Settings { max_bounces: 64, ..square(side, 4) }
@@ -100,7 +101,7 @@ fn nested(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// A floor under a sun, behind panes of index 1.
+/// A floor lit by a distant light through panes of index 1.
 fn lit(thin: bool) -> SceneBuilder {
     let mut builder = irradiance_meter();
     builder.environment(Environment::constant(Vec3::ZERO));

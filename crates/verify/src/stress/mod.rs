@@ -1,7 +1,7 @@
-//! Which stiff and extreme cases does this build get right? The catalogue: every case with the one thing that goes wrong in
-//! naive renderers, its source, and a check that runs on the user's machine.
+//! The catalogue of stiff and extreme cases: every case states the typical failure of naive renderers, its source, and
+//! a check that runs on the user's machine.
 //!
-//! A case that waits for a feature is pending, with the reason; it neither passes nor fails.
+//! A case that requires a missing feature is pending, with the reason; it neither passes nor fails.
 
 mod bounds;
 mod bsdf;

@@ -1,4 +1,4 @@
-//! A16 to A18: edges that are smoothed, moved and turned.
+//! Stress cases A16 to A18: the shadow terminator, linear motion, and rotation.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::closed_form::moving_box;
@@ -26,14 +26,14 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "A17",
         title: "linear motion from none to 1e7 pixels",
-        naive: "boxes for one instant lose what moves; a(1 − t) + bt in the wrong form does not arrive",
+        naive: "boxes at one instant miss moving objects; the wrong form of a(1 − t) + bt does not reach b at t = 1",
         source: "docs/science.md, \"Moving box\"",
         check: Check::Run(streak),
     },
     Case {
         id: "A18",
         title: "rotation beyond 180° in the shutter",
-        naive: "interpolated matrices collapse at 180°, quaternions take the short way round",
+        naive: "interpolated matrices collapse at 180°, quaternions take the shorter arc",
         source: "docs/science.md, \"Turning wedge\"",
         check: Check::Run(turns),
     },
@@ -55,7 +55,8 @@ fn lit(triangles: u32) -> Result<Scene, SceneError> {
     builder.build()
 }
 
-/// Pictures of the ball against the exact sphere, away from its outline, with the facets' own terminator and softened.
+/// Compares images of the tessellated ball with the exact sphere, away from the silhouette, with the hard terminator of
+/// the facets and with the softened one.
 fn terminator(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     let side = effort.of(64, 128, 512);
@@ -72,48 +73,48 @@ fn terminator(effort: Effort) -> Outcome {
     };
     let off = |soft| [2, 3, 4, 5].map(|level| Off::of(&exact, &picture(level, soft), side as usize, inside));
     let (hard, soft) = (off(false), off(true));
-    for (how, off) in [("as facets are", &hard), ("softened", &soft)] {
+    for (how, off) in [("hard", &hard), ("softened", &soft)] {
         refined(&mut tally, how, off);
         tally.remark(format!("{how}: {off:.5?}"));
     }
     for (hard, soft) in hard.iter().zip(&soft) {
-        tally.at_most("mean error, softened over as facets are", soft.mean / hard.mean, 0.9);
-        tally.at_most("largest step of the error, softened over as facets are", soft.step / hard.step, 0.25);
+        tally.at_most("mean error, softened over hard", soft.mean / hard.mean, 0.9);
+        tally.at_most("largest step of the error, softened over hard", soft.step / hard.step, 0.25);
     }
     tally.finish()
 }
 
-/// Facets twice as small, three times over. n⁻² is a factor of 64 in the mean error, n⁻¹ one of 8.
+/// Checks the error when the facet size is halved three times. n⁻² is a factor of 64 in the mean error, n⁻¹ one of 8.
 fn refined(tally: &mut Tally, how: &str, off: &[Off; 4]) {
     let [first, .., last] = off;
     let name = |what: &str| format!("{how}: {what}, finest over coarsest");
     tally.at_most(name("mean error over the lit side"), last.mean / first.mean, 1.0 / 16.0);
     tally.at_most(format!("{how}: mean error over the lit side, finest"), last.mean, 1e-3);
     tally.at_most(name("largest difference near the terminator"), last.worst / first.worst, 0.5);
-    // Facets stand where the sphere is not, and that alone may add light: n⁻².
+    // Facets have another shape than the sphere, which alone may add light of order n⁻².
     tally.at_most(name("light gained"), last.gain / first.gain, 1.0 / 16.0);
 }
 
-/// No picture, which compares as not a number and fails.
+/// An empty image, whose comparison yields NaN and fails.
 fn nothing() -> Image {
     Image { width: 0, height: 0, pixels: Vec::new() }
 }
 
-/// How far a picture of facets is from that of the sphere, in means of the latter.
+/// The deviation of an image of facets from that of the sphere, relative to the mean of the latter.
 #[derive(Debug)]
 struct Off {
-    /// Of all |differences|.
+    /// Mean absolute difference.
     mean: f64,
-    /// Light that is too much or, below 0, lost.
+    /// Mean difference: light gained or, if negative, lost.
     gain: f64,
-    /// The largest difference of a pixel.
+    /// The largest absolute difference of a pixel.
     worst: f64,
-    /// The largest step of the difference from a pixel to its right or lower neighbour: an edge that is not there.
+    /// The largest step of the difference from a pixel to its right or lower neighbour: a false edge.
     step: f64,
 }
 
 impl Off {
-    /// Of the pixels `inside`.
+    /// The deviation over the pixels for which `inside` is true.
     fn of(exact: &Image, image: &Image, side: usize, inside: impl Fn(usize) -> bool) -> Self {
         let pairs = exact.pixels.iter().zip(&image.pixels).enumerate();
         let off: Vec<Option<f64>> =
@@ -132,7 +133,8 @@ impl Off {
     }
 }
 
-/// A bar `w` pixels wide that moves by `delta` pixels to the right while the shutter is open; its right edge starts at 0.
+/// A bar `w` pixels wide that moves by `delta` pixels to the right while the shutter is open; its right edge starts at
+/// 0.
 fn bar(w: f64, delta: f64) -> Result<Scene, SceneError> {
     let mut builder = seen_in_parallel(DVec3::new(0.0, 0.0, 1.0), 0.5);
     let white = builder.material(shadeless(1.0));
@@ -163,11 +165,12 @@ fn streak(effort: Effort) -> Outcome {
         }
         for (i, m) in columns.iter().enumerate() {
             let x = i as f64 - 4.0;
-            // G of docs/science.md, "Moving box", runs along the streak, which begins w behind the edge that starts at 0.
+            // G of docs/science.md, "Moving box", is measured along the streak, which begins w behind the edge that
+            // starts at 0.
             let exact = if delta > 100.0 { plateau(x, w, delta) } else { moving_box(x + w, w, delta) };
             let what = format!("pixel {i}, moved by {delta}");
             let error = m.standard_error();
-            // Where every sample agrees nothing is known of the spread: one in all could differ.
+            // If all samples agree, the variance is unknown: one of all samples could differ.
             let floor = 4.0 / (replicas as f64 * f64::from(spp));
             tally.within(&*what, m.mean, exact, 4.0 * error + floor + 1e-6);
         }
@@ -175,7 +178,7 @@ fn streak(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// Of a pixel [x, x + 1] in the rising part or on the plateau of a streak much longer than the bar.
+/// The coverage of a pixel [x, x + 1] in the rising part or on the plateau of a streak much longer than the bar.
 fn plateau(x: f64, w: f64, delta: f64) -> f64 {
     // Point coverage clamp(x + w, 0, w)/Δ.
     let area = |a: f64| {
@@ -190,7 +193,7 @@ fn plateau(x: f64, w: f64, delta: f64) -> f64 {
     (area(x + w + 1.0) - area(x + w)) / delta
 }
 
-/// A wedge of 40° about the view axis that turns by `total` in steps of less than 180°.
+/// A wedge of 40° about the view axis that rotates by `total` in steps of less than 180°.
 fn wedge(total: f64) -> Result<Scene, SceneError> {
     let mut builder = seen_in_parallel(DVec3::new(0.0, 0.0, 1.0), 1.0);
     let white = builder.material(shadeless(1.0));
@@ -228,7 +231,7 @@ fn turns(effort: Effort) -> Outcome {
     for degrees in [90.0, 180.0, 360.0, 1080.0, 1e5, 360_000.0] {
         let total = f64::to_radians(degrees);
         let Ok(scene) = wedge(total) else {
-            tally.holds(format!("the wedge that turns by {degrees}° is built"), false);
+            tally.holds(format!("the wedge that rotates by {degrees}° is built"), false);
             continue;
         };
         let mut moments = [Moments::default(); 64];
@@ -242,9 +245,10 @@ fn turns(effort: Effort) -> Outcome {
         for (i, m) in moments.iter().enumerate() {
             let (x, y) = ((i % 8) as f64 - 3.5, 3.5 - (i / 8) as f64);
             let exact = covered(y.atan2(x), total);
-            // The spread of few sets is not well known; one in all of independent times is no more than this.
+            // The variance of few sets is uncertain; the standard error is assumed to be at least half that of
+            // independent times.
             let floor = 0.5 * (exact * (1.0 - exact) / (128.0 * m.n as f64)).sqrt();
-            let what = format!("pixel {i} of a wedge turned by {degrees}°");
+            let what = format!("pixel {i} of a wedge rotated by {degrees}°");
             tally.within(what, m.mean, exact, 4.0 * m.standard_error().max(floor) + 1e-6);
         }
     }

@@ -1,4 +1,4 @@
-//! D01 to D03, D11, D12, D15: long paths, dark paths, and the end of paths.
+//! Stress cases D01 to D03, D11, D12, D15: long paths, faint paths, Russian roulette, and absorption.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::closed_form::roulette_variance;
@@ -30,7 +30,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "D03",
         title: "roulette changes noise, not means",
-        naive: "the survivors are not weighted by their chance, or coloured light is judged by one channel",
+        naive: "survivors are not weighted by their probability, or coloured light survives by one channel",
         source: "Arvo & Kirk 1990; docs/science.md, \"Russian roulette\"",
         check: Check::Run(unbiased),
     },
@@ -44,7 +44,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "D12",
         title: "a sample that is not finite",
-        naive: "one NaN turns the pixel, then the filtered picture, black",
+        naive: "one NaN turns the pixel, and then the filtered image, black",
         source: "docs/science.md, \"Samples that are not numbers\"",
         check: Check::Run(contained),
     },
@@ -64,7 +64,7 @@ fn furnace(albedo: f32) -> Result<Scene, SceneError> {
     builder.build()
 }
 
-/// Aiming at lights would add its own noise to the roulette's.
+/// BSDF sampling only, because light sampling would add its own noise to that of the roulette.
 fn alone(side: u32, spp: u32) -> Settings {
     Settings {
         max_bounces: u32::MAX - 1,
@@ -96,8 +96,8 @@ fn variance(effort: Effort) -> Outcome {
         let outcome = run(&scene, &alone(effort.of(16, 64, 64), spp));
         let variances: Moments =
             outcome.film.variance().pixels.iter().map(|p| f64::from(p.x) * f64::from(spp)).collect();
-        // The first roulette, after four reflections, survives with ρ⁴ and leaves a throughput of 1; every later one
-        // with q = ρ, the law's own case: the number of vertices is geometric.
+        // The first roulette, after four reflections, survives with probability ρ⁴ and leaves a throughput of 1; every
+        // later one with q = ρ, the case of the law in which the number of vertices is geometric.
         let rho = f64::from(albedo);
         let later = roulette_variance(rho, rho);
         let (alive, mean) = (rho.powi(4), 1.0 / (1.0 - rho));
@@ -106,7 +106,7 @@ fn variance(effort: Effort) -> Outcome {
         tally.mean(&*what, &variances, exact, effort.of(0.2, 0.0125, 0.005));
         tally.mean(format!("mean at albedo {albedo}"), &moments(&outcome), mean, effort.of(0.2, 0.02, 0.01));
     }
-    tally.holds("survival by the throughput keeps q > ρ²", roulette_variance(0.99, 0.99).is_finite());
+    tally.holds("survival by throughput satisfies q > ρ²", roulette_variance(0.99, 0.99).is_finite());
     tally.remark(
         "a cap of 0.95 would be infinite at 0.99: ".to_owned() + &roulette_variance(0.99, 0.95).to_string(),
     );
@@ -168,12 +168,12 @@ fn subnormal(effort: Effort) -> Outcome {
     } else {
         tally.at_most("time under a sky of 1e-40 over that of 1", slower, 1.2);
     }
-    // Paths in a black room of albedo 1e-12 end: what they could still bring is below 1e-30.
+    // Paths in a nearly black room of albedo 1e-12 end, because their remaining contribution is below 1e-30.
     if let Ok(scene) = furnace(1e-12) {
         let settings = alone(8, 16).with_path(|p| p.roulette = false);
         let outcome = run(&scene, &settings);
         let rays = outcome.stats.rays as f64 / outcome.stats.samples as f64;
-        tally.at_most("rays of a path that carries nothing any more", rays, 5.0);
+        tally.at_most("rays of a path without remaining throughput", rays, 5.0);
         tally.within("light in a room of albedo 1e-12", moments(&outcome).mean, 1.0, 1e-6);
     }
     tally.finish()
@@ -191,7 +191,7 @@ fn contained(effort: Effort) -> Outcome {
         told += u32::from(!film.add(0, 0, Vec3::splat(value), 1.0));
     }
     let bad = n.div_ceil(1_000_000);
-    tally.exactly("bad samples told", f64::from(told), f64::from(bad));
+    tally.exactly("bad samples reported", f64::from(told), f64::from(bad));
     tally.exactly("samples counted", film.count(0, 0) as f64, f64::from(n));
     tally.within("mean", film.mean_at(0, 0).x, 1.0 - f64::from(bad) / f64::from(n), 1e-9);
     let built = overflowing(&mut tally, effort);
@@ -199,8 +199,8 @@ fn contained(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// A sky of 2e38 with a speck in it that emits as much and reflects all: what leaves the speck is no f32. The rest of the
-/// picture, and every other sample of those pixels, must not know.
+/// An environment of radiance 2e38 and a speck that emits as much and reflects everything: its radiance overflows f32.
+/// The rest of the image, and all other samples of those pixels, must be unaffected.
 fn overflowing(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     let (sky, side, spp) = (2e38f32, effort.of(32, 128, 512), 64);
     let mut builder = seen(DVec3::Z * 4.0, DVec3::ZERO, 0.5);
@@ -215,7 +215,7 @@ fn overflowing(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     let film = &outcome.film;
     let pixels = || (0..side).flat_map(|y| (0..side).map(move |x| (x, y)));
     let uncounted = pixels().filter(|&(x, y)| film.count(x, y) != u64::from(spp)).count();
-    tally.none("pixels in which a sample that is not finite does not count", uncounted as u64);
+    tally.none("pixels in which a sample that is not finite is not counted", uncounted as u64);
     let unclean = film.mean().pixels.iter().filter(|p| !p.is_finite()).count();
     tally.none("pixels that are not finite", unclean as u64);
     let mean = pixels().map(|(x, y)| film.mean_at(x, y).x).sum::<f64>() / f64::from(side).powi(2);
@@ -225,14 +225,14 @@ fn overflowing(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
         let (path, value) = dapple_integrator::replay(&scene, camera, &settings, (b.x, b.y), b.sample);
         value.is_finite() || path.first().is_none_or(|vertex| vertex.object != "speck")
     });
-    tally.none("of those told, samples that replay shows to be finite", well.count() as u64);
+    tally.none("reported samples that are finite in replay", well.count() as u64);
     Ok(())
 }
 
 fn absorption(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     for depth in [1e-6f32, 0.1, 1.0, 1e2, 1e4] {
-        // Seen straight through a cube of side 2 that bends nothing.
+        // Seen through a cube of side 2 that does not refract.
         let mut builder = seen(DVec3::Z * 500.0, DVec3::ZERO, 1e-4);
         let filled = TexturedMaterial { sigma_a: Vec3::splat(0.5 * depth), ..of(glass(1.0, 0.0)) };
         let filled = builder.material(filled);
@@ -247,6 +247,6 @@ fn absorption(effort: Effort) -> Outcome {
             2e-6 * exact.max(1e-30) * f64::from(depth).max(1.0),
         );
     }
-    tally.remark("without scattering media, which wait for their integrator");
+    tally.remark("without scattering media, which are not implemented");
     tally.finish()
 }

@@ -1,4 +1,4 @@
-//! B19: surfaces in one place.
+//! Stress case B19: coincident surfaces.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::scenes::{matte, quad, run, seen, square};
@@ -12,29 +12,30 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 pub(super) const CASES: &[Case] = &[Case {
     id: "B19",
-    title: "lamps in the plane of a wall, and in one another",
-    naive: "light samples pass what lies in the lamp's error box, rays meet whichever is nearer by rounding: a lamp shines twice, or not at all, or speckled",
+    title: "emitters coincident with a wall and with one another",
+    naive: "light samples ignore occluders within the emitter's error bound, and rays hit the surface that is nearer by rounding: an emitter counts twice, not at all, or is speckled",
     source: "Pharr, Jakob & Humphreys 2023, §6.8 (error bounds); Veach & Guibas 1995 (both strategies must see the same)",
     check: Check::Run(shared_places),
 }];
 
 const METHODS: [MethodKind; 2] = [MethodKind::Path, MethodKind::Distribution];
 
-/// Turned by `i` steps that no axis shares.
+/// A rotation by `i` steps about an axis that is not a coordinate axis.
 fn turn(i: u32) -> DQuat {
     let half = 0.35 * f64::from(i);
     let v = DVec3::new(1.0, 2.0, 3.0).normalize() * libm::sin(half);
     DQuat::from_xyzw(v.x, v.y, v.z, libm::cos(half))
 }
 
-/// A square in the plane z = `z`, of corners turned and rounded, whose front faces −z.
+/// A square in the plane z = `z`, with rotated and rounded corners, whose front faces −z.
 fn panel(turn: DQuat, z: f64, centre: f64, half: f64) -> Mesh {
     let at = |x: f64, y: f64| (turn * DVec3::new(centre + x * half, centre + y * half, z)).as_vec3();
     let positions = vec![at(-1.0, -1.0), at(-1.0, 1.0), at(1.0, 1.0), at(1.0, -1.0)];
     Mesh { positions, ..quad(Vec3::ZERO, Vec3::X, Vec3::Y) }
 }
 
-/// A floor at z = 0 under a roof at 3; a ceiling at 2 + `gap` and `lamps` lamps at 2 are added in the order asked for.
+/// A floor at z = 0 below a roof at z = 3; a ceiling at z = 2 + `gap` and `lamps` emitters at z = 2 are added in the
+/// given order.
 struct Place {
     turn: DQuat,
     gap: f64,
@@ -95,15 +96,15 @@ fn shared_places(effort: Effort) -> Outcome {
                 let direct = settings(method, 1, 16);
                 let raised = values(Place { gap: 1e-3, ..place }.of_floor(), &direct);
                 let expected = mean(&raised);
-                tally.exactly(format!("{what}: something is lit"), f64::from(u8::from(expected > 0.01)), 1.0);
+                tally.exactly(format!("{what}: the floor is lit"), f64::from(u8::from(expected > 0.01)), 1.0);
                 for lamps in [1, 3] {
                     let seen = values(Place { lamps, ..place }.of_floor(), &direct);
-                    let what = format!("{what}, {lamps} in the ceiling");
+                    let what = format!("{what}, {lamps} emitters in the ceiling");
                     tally.within(what, mean(&seen), expected, 1e-4 * expected);
                 }
                 let looked_at = values(place.of_lamp(), &settings(method, 0, 4));
                 for x in looked_at {
-                    tally.exactly(format!("{what}, looked at"), x, 5.0);
+                    tally.exactly(format!("{what}, seen directly"), x, 5.0);
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! D04 to D07, D13, D14: sums and points, very many of them.
+//! Stress cases D04 to D07, D13, D14: accumulation, sampling patterns and pixel filters with very many samples.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
@@ -31,7 +31,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         id: "D06",
-        title: "dimensions of a path a thousand vertices long",
+        title: "sample dimensions of a path with a thousand vertices",
         naive: "dimensions run out and repeat: correlated decisions",
         source: "Burley 2020, §4; docs/science.md, \"Points\"",
         check: Check::Run(dimensions),
@@ -39,14 +39,14 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "D07",
         title: "any number of samples",
-        naive: "good points at powers of two, worse than random in between",
+        naive: "good points at powers of two, worse than random points in between",
         source: "docs/science.md, \"Points\"",
         check: Check::Run(any_count),
     },
     Case {
         id: "D13",
-        title: "pixel filters keep a constant picture constant",
-        naive: "weights that do not add up to 1",
+        title: "pixel filters keep a constant image constant",
+        naive: "filter weights that do not add up to 1",
         source: "Ernst 2006; docs/science.md, \"Pixel filters\"",
         check: Check::Run(filters),
     },
@@ -65,7 +65,7 @@ fn accumulation(effort: Effort) -> Outcome {
     let mut film = Film::new(PixelRect { x0: 0, y0: 0, x1: 1, y1: 1 });
     let (mut noise, mut exact) = (Noise(71), 0u64);
     for _ in 0..n {
-        // A multiple of 2⁻²⁴ and one: their sum is exact in integers.
+        // A multiple of 2⁻²⁴, whose sum is exact in integers, and one.
         let steps = noise.bits() >> 40;
         exact += steps;
         film.add(0, 0, Vec3::new(steps as f32 / 16_777_216.0, 1.0, 1e6), 1.0);
@@ -84,7 +84,7 @@ fn accumulation(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// Mean of e^(x+y) over n points, less the integral.
+/// Mean of e^(x+y) over n points minus the integral.
 fn smooth_error(pattern: Pattern, n: u32, seed: u64) -> f64 {
     let key = Key::pixel(seed, 3, 9).at(0, Dimension::Pixel);
     let value = |s: u32| {
@@ -94,7 +94,7 @@ fn smooth_error(pattern: Pattern, n: u32, seed: u64) -> f64 {
     (0..n).map(value).sum::<f64>() / f64::from(n) - (E - 1.0).powi(2)
 }
 
-/// Mean squared error of the quarter disk x² + y² < 0.64.
+/// Mean squared error of the estimated area of the quarter disk x² + y² < 0.64.
 fn edge_mse(pattern: Pattern, n: u32, replicas: u64) -> f64 {
     let error = |seed: u64| {
         let key = Key::pixel(seed, 5, 7).at(0, Dimension::Pixel);
@@ -113,7 +113,7 @@ fn length(effort: Effort) -> Outcome {
     let first = edge_mse(Pattern::Sobol, 1 << low, replicas);
     let last = edge_mse(Pattern::Sobol, 1 << high, replicas);
     let slope = (last / first).log2() / f64::from(high - low);
-    // A ratio of two mean squares: its logarithm is known to √(2·2/replicas).
+    // The relative standard deviation of a ratio of two mean squares is √(2·2/replicas).
     let error = (4.0 / replicas as f64).sqrt() / std::f64::consts::LN_2 / f64::from(high - low);
     tally.within("rate of a quarter disk beyond 2¹⁶", slope, -1.53, 0.1 + 4.0 * error);
     let key = Key::pixel(1, 2, 3).at(0, Dimension::Lobe);
@@ -123,8 +123,8 @@ fn length(effort: Effort) -> Outcome {
     };
     let block: HashSet<(u32, u32)> = (0..65_536).map(bits).collect();
     let again = (65_536..131_072).filter(|&s| block.contains(&bits(s))).count();
-    // Of 2⁴⁸ places a few may coincide.
-    tally.at_most("points of the second 65 536 that were there before", again as f64, 2.0);
+    // Of 2⁴⁸ positions a few may coincide.
+    tally.at_most("points of the second 65 536 that occur in the first", again as f64, 2.0);
     tally.finish()
 }
 
@@ -155,8 +155,9 @@ fn dimensions(effort: Effort) -> Outcome {
             before = Some(now);
         }
     }
-    // Correlations times √N of independent pads: mean 0. Pads pair the points of blocks of 16 at random, without replacement,
-    // and k values with the mean of their block, paired so, have k/(k − 1) times the variance of independent ones.
+    // Correlations times √N of independent paddings have mean 0. Padding pairs the points of blocks of 16 at random
+    // without replacement; k values that share the mean of their block, paired in this way, have k/(k − 1) times the
+    // variance of independent ones.
     tally.within("mean of the scaled correlations", sums / pairs, 0.0, 4.0 * f64::sqrt(1.07 / pairs));
     tally.within(
         "their mean square",
@@ -178,7 +179,7 @@ fn any_count(effort: Effort) -> Outcome {
             let mse = (0..replicas).map(|seed| smooth_error(pattern, n, seed).powi(2)).sum::<f64>()
                 / replicas as f64;
             let ratio = mse / (variance / f64::from(n));
-            tally.at_most(format!("{pattern}, {n} points: MSE over that of independent ones"), ratio, 2.0);
+            tally.at_most(format!("{pattern}, {n} points: MSE over that of independent points"), ratio, 2.0);
             if pattern == Pattern::Sobol && n.is_power_of_two() {
                 tally.at_most(
                     format!("{pattern}, {n} points: MSE over that of half as many"),

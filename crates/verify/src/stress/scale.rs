@@ -1,4 +1,4 @@
-//! A01, A02, A12, A15: does the size of a scene, or its place, change what is seen?
+//! Stress cases A01, A02, A12, A15: independence of the image from the size and position of the scene.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::closed_form::furnace;
@@ -16,14 +16,14 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "A01",
         title: "closed furnace, sizes 1e-12 to 1e12",
-        naive: "an absolute ray epsilon leaks rays out of small rooms (too dark) or hits them again (too bright)",
+        naive: "with an absolute ray epsilon, rays leak out of small rooms (too dark) or hit them again (too bright)",
         source: "Pharr, Jakob & Humphreys 2023, §6.8; docs/science.md, \"Closed room\"",
         check: Check::Run(sizes),
     },
     Case {
         id: "A02",
         title: "closed furnace far from the origin",
-        naive: "f32 coordinates have steps of 0.06 at 1e6 and of 1 at 1e7: walls and eye are rounded apart",
+        naive: "f32 coordinates have steps of 0.06 at 1e6 and of 1 at 1e7: walls and camera are rounded differently",
         source: "Pharr, Jakob & Humphreys 2023, §5.1.1; docs/science.md, \"Render space\" and \"Rounding\"",
         check: Check::Run(far),
     },
@@ -37,13 +37,13 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "A15",
         title: "teapot in a stadium",
-        naive: "tolerances that grow with the scene's box swallow the small object",
+        naive: "tolerances proportional to the scene's bounding box hide the small object",
         source: "docs/science.md, \"Leaving a surface\"",
         check: Check::Run(stadium),
     },
 ];
 
-/// A closed room of half side (or radius) `scale` about `centre`; every wall emits 1 and reflects half.
+/// A closed room of half side (or radius) `scale` about `centre`. Every wall emits 1 and reflects half.
 fn room(scale: f64, centre: DVec3, baked: f32, round: bool) -> SceneBuilder {
     let place = |v: DVec3| centre + (v + DVec3::splat(f64::from(baked))) * scale;
     let eye = DVec3::new(0.3125, -0.21875, 0.40625);
@@ -58,7 +58,8 @@ fn room(scale: f64, centre: DVec3, baked: f32, round: bool) -> SceneBuilder {
     builder
 }
 
-/// Without roulette and light sampling every path brings 2 − 2⁻⁴⁰ exactly, whatever it meets: any leak shows.
+/// Without roulette and light sampling every path contributes exactly 2 − 2⁻⁴⁰, whatever it hits, so that any leak is
+/// visible.
 fn certain(side: u32) -> Settings {
     Settings { max_bounces: 40, strategy: Strategy::BsdfOnly, ..square(side, 4) }
         .with_path(|p| p.roulette = false)
@@ -82,7 +83,7 @@ fn each_size(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
             tally.within(format!("{shape} of size 1e{k}, worst pixel"), worst, exact, 2e-5);
             let noisy = moments(&run(&scene, &both(effort.of(4, 12, 32), effort.of(4, 16, 256))));
             tally.mean(
-                format!("{shape} of size 1e{k}, with aiming"),
+                format!("{shape} of size 1e{k}, with light sampling"),
                 &noisy,
                 exact,
                 effort.of(0.2, 0.02, 0.01),
@@ -99,16 +100,16 @@ fn sizes(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// The room at home and away, with light that is aimed at, and by certain paths alone.
+/// Compares the room at the origin and elsewhere, with light sampling, and by deterministic paths alone.
 fn each_place(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
-    // A pixel keeps the rounding of its samples, less the more they are: up to 1.4e-6 at 4.
+    // The mean of a pixel retains the rounding of its samples, which decreases with their number: up to 1.4e-6 at 4.
     let aimed = both(16, effort.of(4, 64, 256));
     let pictures = |centre: DVec3| -> Result<_, SceneError> {
         let scene = room(1.0, centre, 0.0, false).build()?;
         Ok([&aimed, &certain(16)].map(|settings| run(&scene, settings).film.mean()))
     };
     let home = pictures(DVec3::ZERO)?;
-    // Multiples of the grid on which scenes are centred, then others.
+    // Multiples of the grid on which scenes are centred, then other values.
     for t in [1024.0, 131_072.0, 8_388_608.0, 1e3, 1e4, 1e5, 1e6, 1e7, 1234.567, 7_654_321.1] {
         let away = pictures(DVec3::new(t, -t, t))?;
         for (how, home, away) in [("aimed", &home[0], &away[0]), ("certain", &home[1], &away[1])] {
@@ -140,7 +141,7 @@ fn each_place(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Root of the mean square, and the largest, of relative changes between two pictures.
+/// The root mean square and the largest of the relative changes between two images.
 fn changes(a: &Image, b: &Image) -> (f64, f64) {
     let off: Vec<f64> =
         a.pixels.iter().zip(&b.pixels).map(|(a, b)| f64::from((a.x - b.x) / a.x).abs()).collect();
@@ -155,7 +156,7 @@ fn far(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// A narrow view along an edge and into a corner of the closed cube: every pixel must be lit by both walls.
+/// A narrow view along edges and into a corner of the closed cube: every pixel must receive light from all walls.
 fn along_edges(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     let (exact, side) = (furnace(1.0, 0.5, 40), effort.of(16, 48, 256));
     for (scale, shift) in [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 1e5)] {
@@ -186,7 +187,7 @@ fn concave_edges(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// A ball of radius 5e-4 on a floor of side 1e6, and alone.
+/// A ball of radius 5e-4, on a floor of side 1e6 or alone.
 fn teapot(with_floor: bool) -> Result<Scene, SceneError> {
     let mut builder = seen(DVec3::new(0.0, 1e-3, 4e-3), DVec3::new(0.0, 5e-4, 0.0), 0.3);
     let body = builder.material(matte(0.5, 0.0));
@@ -217,16 +218,16 @@ fn compare(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
                 furthest = furthest.max((a - b).length() / 5e-4);
             }
             (None, None) => {}
-            // On the silhouette a rounding of the eye's place decides.
+            // On the silhouette the rounding of the camera position decides.
             _ => lost += 1,
         }
     }
     tally.at_most(
-        "share of the object's pixels that come or go with the floor",
+        "share of the object's pixels that appear or disappear with the floor",
         lost as f64 / seen as f64,
         2e-3,
     );
-    tally.within("largest move of a visible point, in radii of the object", furthest, 0.0, 2e-3);
+    tally.within("largest displacement of a visible point, in radii of the object", furthest, 0.0, 2e-3);
     let rays = rays_at_object(&alone, side);
     let hits =
         |scene: &Scene| rays.iter().filter(|ray| scene.accel.intersect(ray, 0.0, &Opaque).is_some()).count();

@@ -1,4 +1,4 @@
-//! C14 to C16, C18: normals that are not those of the surface.
+//! Stress cases C14 to C16, C18: shading normals that differ from the geometric normals.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
@@ -18,35 +18,35 @@ use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 pub(super) const CASES: &[Case] = &[
     Case {
         id: "C14",
-        title: "normal maps that turn away from the viewer",
-        naive: "black pixels, or more light than there is",
+        title: "normal maps that turn away from the camera",
+        naive: "black pixels, or created energy",
         source: "docs/science.md, \"Normals that lean\"",
         check: Check::Run(turned_away),
     },
     Case {
         id: "C15",
         title: "degenerate tangents",
-        naive: "0/0 in the tangent frame: NaN in the picture",
+        naive: "0/0 in the tangent frame: NaN in the image",
         source: "Duff et al. 2017; Mikkelsen 2008; docs/science.md, \"Normals that lean\"",
         check: Check::Run(tangents),
     },
     Case {
         id: "C16",
-        title: "smooth normals gain no energy",
-        naive: "the cosine to the shading normal exceeds that to the surface: albedo above 1",
+        title: "smooth normals create no energy",
+        naive: "the cosine to the shading normal exceeds that to the geometric normal: albedo above 1",
         source: "Veach 1997, §5.3; docs/science.md, \"Normals that lean\"",
         check: Check::Run(smooth),
     },
     Case {
         id: "C18",
-        title: "normal maps keep the light",
-        naive: "what is reflected below the surface is dropped: steep maps turn metals black",
+        title: "normal maps conserve energy",
+        naive: "light reflected below the surface is dropped: steep maps turn metals black",
         source: "Schüßler et al. 2017; ARCHITECTURE, integrator/src/normals.rs",
         check: Check::Run(kept),
     },
 ];
 
-/// One texel.
+/// A normal map of constant direction.
 fn normal_map(n: Vec3) -> Texture {
     let byte = |x: f32| ((x * 0.5 + 0.5) * 255.0).round() as u8;
     let image = Rgba8 {
@@ -65,8 +65,8 @@ fn with_uv(mesh: Mesh, uv: [Vec2; 4]) -> Mesh {
 
 const UV: [Vec2; 4] = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
 
-/// A floor whose normal map tilts by `tilt` towards the azimuth `azimuth` from +x, seen from +x, `view` from the normal, in
-/// a white sky.
+/// A floor in a white sky whose normal map tilts by `tilt` towards the azimuth `azimuth` from +x, seen from +x at the
+/// angle `view` from the normal.
 fn tilted(material: TexturedMaterial, tilt: f32, azimuth: f32, view: f64) -> Result<Scene, SceneError> {
     let mut builder = seen(DVec3::new(view.sin(), view.cos(), 0.0) * 3.0, DVec3::ZERO, 0.02);
     let across = Vec2::from_angle(azimuth) * tilt.sin();
@@ -79,14 +79,14 @@ fn tilted(material: TexturedMaterial, tilt: f32, azimuth: f32, view: f64) -> Res
     builder.build()
 }
 
-/// A pane of this roughness that sends on all light.
+/// A pane of the given roughness that absorbs nothing.
 fn pane(roughness: f32) -> TexturedMaterial {
     let glass = matte(1.0, 0.0).base;
     of(Material { specular: 1.0, transmission: 1.0, roughness, ..glass })
 }
 
-/// In a white sky, a surface that loses nothing is white, however its normal leans. Of roughness 0.1, single scattering
-/// loses up to 1.6 % at 85° (2.1 % with what goes through).
+/// In a white sky, a surface that absorbs nothing is white for any shading normal. At roughness 0.1, single scattering
+/// loses up to 1.6 % at 85° (2.1 % with transmission).
 fn kept(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     let coated = Material { specular: 1.0, ..matte(1.0, 0.0).base };
@@ -112,8 +112,8 @@ fn kept(effort: Effort) -> Outcome {
                         let base = square(4, effort.of(64, 1024, 16_384));
                         let settings = Settings { max_bounces: 3, ..base }.with_method(method);
                         let (mean, error) = mean_of(&run(&scene, &settings).film.mean());
-                        tally.at_most(format!("{what}: light lost"), 1.0 - mean - 4.0 * error, loss);
-                        tally.at_most(format!("{what}: light kept"), mean - 4.0 * error, 1.0 + 1e-3);
+                        tally.at_most(format!("{what}: energy lost"), 1.0 - mean - 4.0 * error, loss);
+                        tally.at_most(format!("{what}: energy retained"), mean - 4.0 * error, 1.0 + 1e-3);
                     }
                 }
             }
@@ -122,7 +122,7 @@ fn kept(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// Mean of the pixels, and its standard error.
+/// Mean of the pixels and its standard error.
 fn mean_of(image: &Image) -> (f64, f64) {
     let moments: Moments = image.pixels.iter().map(|p| f64::from(p.x)).collect();
     (moments.mean, moments.standard_error())
@@ -181,7 +181,7 @@ fn tangents(effort: Effort) -> Outcome {
             let what = format!("uv {name}, tangent {given:?}");
             match builder.build() {
                 Ok(scene) => frames(&mut tally, &scene, &what, effort),
-                // Refusing what is no number is right as well.
+                // An error for values that are not finite is correct as well.
                 Err(_) => tally.holds(
                     format!("{what}: refused"),
                     name == "not a number" || name == "infinite" || given.is_some_and(|t| t.is_nan()),
@@ -189,7 +189,7 @@ fn tangents(effort: Effort) -> Outcome {
             }
         }
     }
-    tally.remark("without anisotropy, which waits for its lobe");
+    tally.remark("without anisotropy, which is not implemented");
     tally.finish()
 }
 
@@ -210,7 +210,7 @@ fn frames(tally: &mut Tally, scene: &Scene, what: &str, effort: Effort) {
             f.y.dot(f.z),
             f.z.dot(f.x),
         ];
-        // `max` would lose what is not a number.
+        // `max` would ignore NaN.
         for x in off {
             worst = if x.is_nan() { f64::NAN } else { worst.max(f64::from(x.abs())) };
         }
@@ -218,7 +218,7 @@ fn frames(tally: &mut Tally, scene: &Scene, what: &str, effort: Effort) {
     tally.within(format!("frame: {what}"), worst, 0.0, 1e-5);
     let image: Image = run(scene, &square(4, 16)).film.mean();
     tally.holds(
-        format!("picture: {what}"),
+        format!("image: {what}"),
         image.pixels.iter().all(|p| p.is_finite() && p.max_element() <= 0.501),
     );
 }

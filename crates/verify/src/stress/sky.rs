@@ -1,4 +1,4 @@
-//! B11 to B14, B17: light from everywhere, and from one texel of it.
+//! Stress cases B11 to B14, B17: environment maps, sampling tables, and the sun.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
@@ -17,41 +17,41 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "B11",
         title: "environment with a one-texel sun, 1e3 to 1e12 times brighter",
-        naive: "directions that do not know the sun find it once in a million: fireflies or no sun",
+        naive: "sampling that ignores the sun finds it once in a million: fireflies or no sun",
         source: "Pharr, Jakob & Humphreys 2023, §12.5; docs/science.md, \"Skies\"",
         check: Check::Run(sun),
     },
     Case {
         id: "B12",
         title: "poles of the environment, any orientation",
-        naive: "1/sinθ at the poles; texels weighted as if all were of one size",
+        naive: "1/sinθ at the poles; texels weighted as if their solid angles were equal",
         source: "docs/science.md, \"Skies\"",
         check: Check::Run(poles),
     },
     Case {
         id: "B13",
         title: "tables of more than 2²⁴ bins",
-        naive: "f32 sums stall at 16 777 216, and ⌊ξn⌋ of an f32 ξ reaches no odd bin",
+        naive: "f32 sums stall at 16 777 216, and ⌊ξn⌋ of an f32 ξ never reaches an odd bin",
         source: "docs/science.md, \"Tables\"",
         check: Check::Run(tables),
     },
     Case {
         id: "B14",
-        title: "constant environment leaves nothing to aim at",
-        naive: "MIS compensation subtracts the mean, and the table that is left is 0/0",
+        title: "constant environment with an empty sampling table",
+        naive: "MIS compensation subtracts the mean, and the remaining table is 0/0",
         source: "Karlík 2019; docs/science.md, \"Skies\"",
         check: Check::Run(constant),
     },
     Case {
         id: "B17",
-        title: "the sun through a hole",
-        naive: "clamped fireflies take the sun's patch with them",
+        title: "sunlight through a hole",
+        naive: "clamping of fireflies removes the sunlit patch",
         source: "docs/science.md, \"Skies\"",
         check: Check::Run(hole),
     },
 ];
 
-/// A floor that faces +y under an environment and nothing else.
+/// Irradiance of a floor that faces +y under an environment alone.
 fn under(environment: Environment, settings: &Settings) -> Result<Moments, SceneError> {
     let mut builder = irradiance_meter();
     builder.environment(environment);
@@ -99,7 +99,7 @@ fn poles(effort: Effort) -> Outcome {
         let settings = Settings { max_bounces: 1, ..square(effort.of(8, 16, 64), 256) };
         let m = under(sky.clone(), &settings).unwrap_or_default();
         let cap = (PI / 64.0).sin().powi(2);
-        tally.mean(format!("a bright row at the pole, turned by {turn}"), &m, 1.0 + 4.0 * cap, 0.01);
+        tally.mean(format!("a bright row at the pole, rotated by {turn}"), &m, 1.0 + 4.0 * cap, 0.01);
         for pole in [Vec3::Y, Vec3::NEG_Y] {
             tally.holds(
                 "radiance and density at the pole",
@@ -108,10 +108,10 @@ fn poles(effort: Effort) -> Outcome {
         }
         let aimed = Light::Environment(sky.without_compensation());
         for n in [Vec3::Y, Vec3::X, Vec3::new(0.36, -0.48, 0.8)] {
-            // ∫ L cos over the hemisphere, bright part by quadrature of the cap.
+            // ∫ L cos over the hemisphere, with the bright part by quadrature over the cap.
             let m = irradiance(&aimed, Vec3::ZERO, n, 1024, effort.of(16, 64, 512));
             tally.mean(
-                format!("aiming alone, facing {n}"),
+                format!("light sampling alone, facing {n}"),
                 &m,
                 PI + 4.0 * cap_irradiance(n.as_dvec3()),
                 0.01,
@@ -160,7 +160,7 @@ fn tables(effort: Effort) -> Outcome {
         }
     }
     let deviation = (exact * (1.0 - exact) * f64::from(tries)).sqrt();
-    tally.within("choices of the heavy bin", f64::from(heavy), exact * f64::from(tries), 4.0 * deviation);
+    tally.within("selections of the heavy bin", f64::from(heavy), exact * f64::from(tries), 4.0 * deviation);
     let even = f64::from(tries - heavy) / 1000.0;
     let chi: f64 = cells.iter().map(|&c| (f64::from(c) - even).powi(2) / even).sum();
     tally.within(
@@ -184,7 +184,7 @@ fn tables(effort: Effort) -> Outcome {
 fn constant(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     let same = Environment::picture(picture(64, 32, |_, _| 1.0), 0.3, 1.0, false);
-    // Of two values that differ by an ulp: a table remains, with next to nothing in it.
+    // Two values that differ by an ulp: a table remains, with nearly zero weights.
     let nearly = Environment::picture(
         picture(64, 32, |x, _| if x == 0 { 1.0 + f32::EPSILON } else { 1.0 }),
         0.0,
@@ -193,7 +193,7 @@ fn constant(effort: Effort) -> Outcome {
     );
     let skies = [
         ("constant", Ok(Environment::constant(Vec3::ONE))),
-        ("picture of one colour", same),
+        ("image of one colour", same),
         ("nearly of one colour", nearly),
     ];
     for (name, sky) in skies {
@@ -204,7 +204,7 @@ fn constant(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// A sun of half angle 0.265° and radiance 1e9 as a far disk, and a screen with a hole above the floor.
+/// A sun of half angle 0.265° and radiance 1e9 as a distant disk, and a screen with a hole above the floor.
 fn sun_scene(hole: f64, eye: DVec3) -> SceneBuilder {
     let mut builder = seen(eye + DVec3::new(0.02, 0.05, 0.03), eye, 1e-3);
     let white = builder.material(TexturedMaterial::lambert("white", Vec3::ONE));
@@ -238,13 +238,13 @@ fn screen(hole: f64) -> Mesh {
 fn hole(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     let settings = Settings { max_bounces: 1, ..square(effort.of(8, 16, 64), 64) };
-    // The screen is 1.25 away along the sun's direction: the patch of the whole sun is 0.0116 smaller than the hole.
+    // The screen is 1.25 away along the direction of the sun: the fully lit patch is smaller than the hole by 0.0116.
     for (x, whole) in [(0.0, true), (0.02, true), (0.2, false), (-0.2, false)] {
         let m = sun_scene(0.1, DVec3::X * x).build().map(|scene| moments(&run(&scene, &settings)));
         let exact = if whole { 1e9 * 0.265f64.to_radians().sin().powi(2) * 0.8 } else { 0.0 };
         let m = m.unwrap_or_default();
         if whole {
-            // The floor's points differ by 1e-5 of the sun's distance.
+            // The distances of floor points differ by 1e-5 of the distance of the sun.
             let close = 4.0 * m.standard_error() + 1e-4 * exact;
             tally.within(format!("at {x}: πL·sin²θ·cos, over π"), m.mean, exact, close);
         } else {

@@ -1,4 +1,4 @@
-//! A14: spheres from tiny to huge, far away and under the eye.
+//! Stress case A14: intersection with tiny, huge and distant spheres.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
@@ -13,12 +13,12 @@ use glam::{DVec3, Vec3};
 pub(super) const CASES: &[Case] = &[Case {
     id: "A14",
     title: "tiny and huge spheres",
-    naive: "b² − 4ac cancels: at a distance of 1e4 radii nothing is left",
+    naive: "b² − 4ac cancels: at a distance of 1e4 radii no digit is correct",
     source: "Haines, Günther, Akenine-Möller 2019; docs/science.md, \"Spheres\"",
     check: Check::Run(spheres),
 }];
 
-/// Nearest root in f64 of |o + t·d − c| = r in the form that does not cancel.
+/// The nearest root of |o + t·d − c| = r in f64, in the form without cancellation.
 fn root(ray: &Ray, sphere: &Sphere) -> Option<f64> {
     let (d, f) = (ray.d.as_dvec3(), (ray.o - Vec3::ZERO).as_dvec3() - sphere.centre.as_dvec3());
     let (a, b) = (d.dot(d), -f.dot(d));

@@ -1,4 +1,4 @@
-//! D08 to D10, D16, D17: the render loop: threads, limits, crops, and pictures that are no light.
+//! Stress cases D08 to D10, D16, D17: threads, stopping, crops, and invalid environment texels.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::scenes::{irradiance_meter, moments, run, square};
@@ -16,36 +16,36 @@ use std::ops::ControlFlow;
 pub(super) const CASES: &[Case] = &[
     Case {
         id: "D08",
-        title: "the same bits at any number of threads",
+        title: "identical bits with any number of threads",
         naive: "random numbers drawn in sequence, sums in the order of arrival",
         source: "docs/science.md, \"Reproducible pictures\"",
         check: Check::Run(threads),
     },
     Case {
         id: "D09",
-        title: "when to stop is not decided by what was seen",
-        naive: "a pixel that stops at a small variance has not seen its rare bright samples: mean 0.03 in place of 1",
+        title: "stopping does not depend on the sample values",
+        naive: "a pixel that stops at a small variance has missed its rare bright samples: mean 0.03 instead of 1",
         source: "Kirk & Arvo 1991; docs/science.md, \"When to stop\"",
         check: Check::Run(stopping),
     },
     Case {
         id: "D10",
-        title: "environment texels that are no radiance",
-        naive: "one NaN texel makes the table, and everything lit by it, black",
+        title: "invalid environment texels: NaN, infinite, negative",
+        naive: "one NaN texel invalidates the table and turns everything it lights black",
         source: "docs/science.md, \"Samples that are not numbers\"",
         check: Check::Run(texels),
     },
     Case {
         id: "D16",
-        title: "stopped at any moment, every pixel has the same samples",
-        naive: "what takes long is missing: the picture depends on the clock",
+        title: "all pixels have the same samples wherever a render is stopped",
+        naive: "slow samples are missing: the image depends on the clock",
         source: "docs/science.md, \"Reproducible pictures\"",
         check: Check::Run(stopped),
     },
     Case {
         id: "D17",
-        title: "a crop is a part of the picture",
-        naive: "state left over from the pixel before",
+        title: "a crop equals that part of the full image",
+        naive: "state left over from the previous pixel",
         source: "docs/science.md, \"Reproducible pictures\"",
         check: Check::Run(crops),
     },
@@ -56,8 +56,8 @@ fn rooms() -> Vec<(&'static str, Scene)> {
     names.into_iter().filter_map(|n| Some((n, builtin::builtin(n)?.build().ok()?))).collect()
 }
 
-/// Every way to render, small.
-fn ways(side: u32, spp: u32) -> Vec<(String, Settings)> {
+/// Small settings for every method and pattern, with their names.
+fn methods(side: u32, spp: u32) -> Vec<(String, Settings)> {
     let mut all = Vec::new();
     for pattern in [Pattern::Sobol, Pattern::Stratified, Pattern::Random] {
         all.push((format!("path, {pattern}"), Settings { pattern, ..square(side, spp) }));
@@ -78,7 +78,7 @@ fn bits(picture: &Image) -> Vec<[u32; 3]> {
 fn threads(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     for (room, scene) in rooms() {
-        for (way, settings) in ways(effort.of(20, 40, 128), effort.of(2, 4, 16)) {
+        for (way, settings) in methods(effort.of(20, 40, 128), effort.of(2, 4, 16)) {
             let image = |threads| bits(&run(&scene, &settings.clone().with_threads(threads)).film.mean());
             let one = image(1);
             for n in [1, 2, 7, 64] {
@@ -90,7 +90,7 @@ fn threads(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// A floor under a sky whose light comes from a cap that a cosine-weighted direction meets once in a thousand.
+/// A floor under an environment whose light comes from a cap that a cosine-weighted direction hits once in a thousand.
 fn rare() -> Option<Scene> {
     let (w, h) = (64, 64);
     let mut pixels = vec![Vec3::ZERO; w * h];
@@ -113,7 +113,7 @@ fn stopping(effort: Effort) -> Outcome {
     let share = (std::f64::consts::PI / 64.0).sin().powi(2);
     let m = moments(&run(&scene, &settings));
     tally.mean("rare bright samples, over their share", &m, share, 0.05);
-    // Stopped after whichever pass the clock allows: the same samples in every pixel.
+    // Stopped after any pass, every pixel has the same number of samples.
     for passes in 1..4 {
         let camera = &scene.cameras[0].camera;
         let outcome = render(&scene, camera, &settings, &|p| {
@@ -128,7 +128,7 @@ fn stopping(effort: Effort) -> Outcome {
             uneven as u64,
         );
     }
-    tally.remark("no pixel is ever given fewer samples than another");
+    tally.remark("no pixel receives fewer samples than another");
     tally.finish()
 }
 
@@ -141,18 +141,21 @@ fn texels(effort: Effort) -> Outcome {
     };
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0] {
         let refused = with(bad).is_err_and(|e| (e.x, e.y) == (9, 5) && e.to_string().contains("(9, 5)"));
-        tally.holds(format!("a texel of {bad} is refused by its place"), refused);
+        tally.holds(format!("a texel of {bad} is an error that names its position"), refused);
     }
     for good in [65_504.0, 1e30, 1e-40] {
         let Ok(sky) = with(good) else {
-            tally.holds(format!("a texel of {good} is taken"), false);
+            tally.holds(format!("a texel of {good} is accepted"), false);
             continue;
         };
         let mut builder = irradiance_meter();
         builder.environment(sky);
         let Ok(scene) = builder.build() else { continue };
         let outcome = run(&scene, &Settings { max_bounces: 2, ..square(8, effort.of(16, 64, 256)) });
-        tally.none(format!("samples not finite with a texel of {good}"), outcome.stats.bad_sample_count);
+        tally.none(
+            format!("samples that are not finite with a texel of {good}"),
+            outcome.stats.bad_sample_count,
+        );
         let dark = outcome.film.mean().pixels.iter().filter(|p| p.x <= 0.3).count();
         tally.none(format!("pixels that a texel of {good} darkens"), dark as u64);
     }
@@ -168,7 +171,7 @@ fn stopped(effort: Effort) -> Outcome {
             let outcome = render(&scene, camera, &square(side, 64), &|p| {
                 if p.rays >= after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             });
-            // The same as a render of so many samples from the start: of one set of 64, its first ones.
+            // All pixels have as many samples as the render reports, the first of a set of 64.
             let uneven = (0..side * side)
                 .filter(|i| outcome.film.count(i % side, i / side) != u64::from(outcome.stats.spp));
             tally.none(
@@ -183,7 +186,7 @@ fn stopped(effort: Effort) -> Outcome {
 fn crops(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     for (room, scene) in rooms() {
-        for (way, settings) in ways(effort.of(20, 40, 128), 2) {
+        for (way, settings) in methods(effort.of(20, 40, 128), 2) {
             let side = settings.size.0;
             let whole = run(&scene, &settings).film.mean();
             for (x, y, w, h) in [(0, 0, 1, 1), (13, 7, 1, 1), (3, 5, 9, 11), (side - 1, side - 1, 1, 1)] {

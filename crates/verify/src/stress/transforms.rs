@@ -1,4 +1,4 @@
-//! A19 to A21: mirrored, flattened, instanced; and an eye in the wrong place.
+//! Stress cases A19 to A21: singular transforms, instances, and a camera on a surface or inside glass.
 
 use super::{Case, Check, Effort, Outcome};
 use crate::noise::Noise;
@@ -16,28 +16,28 @@ use std::sync::Arc;
 pub(super) const CASES: &[Case] = &[
     Case {
         id: "A19",
-        title: "negative, uneven and singular transforms",
-        naive: "normals by the inverse transpose: a flattened object (scale 1, 1, 0) turns black",
+        title: "negative, non-uniform and singular transforms",
+        naive: "with normals by the inverse transpose, a flattened object (scale 1, 1, 0) turns black",
         source: "Turkowski 1990; docs/science.md, \"Transforms\"",
         check: Check::Run(singular),
     },
     Case {
         id: "A20",
         title: "instanced and flattened geometry agree",
-        naive: "a direction made unit in object space changes t",
+        naive: "normalising the direction in object space changes t",
         source: "docs/science.md, \"Transforms\"",
         check: Check::Run(instances),
     },
     Case {
         id: "A21",
-        title: "eye on a surface, and inside glass",
-        naive: "a near plane, or the first hit at t = 0, makes the picture black or not a number",
+        title: "camera on a surface, and inside glass",
+        naive: "a near plane, or a first hit at t = 0, turns the image black or NaN",
         source: "docs/science.md, \"Transforms\"",
         check: Check::Run(eye),
     },
 ];
 
-/// A body of albedo ½ in a white sky, moved by `matrix`: 0.5 wherever it is seen, for it is convex.
+/// A convex body of albedo ½ in a white sky, transformed by `matrix`: its radiance is 0.5 everywhere.
 fn body(matrix: DMat3, from: DVec3, round: bool) -> SceneBuilder {
     let mut builder = seen(from, DVec3::ZERO, 0.02);
     let grey = builder.material(matte(0.5, 0.0));
@@ -54,7 +54,7 @@ fn each(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     let scaled = |x, y, z| DMat3::from_diagonal(DVec3::new(x, y, z));
     for (name, matrix) in [
         ("mirrored", scaled(-1.0, 1.0, 1.0)),
-        ("uneven", scaled(1.0, 1e6, 1e-6)),
+        ("non-uniform", scaled(1.0, 1e6, 1e-6)),
         ("sheared", shear),
         ("flattened", scaled(1.0, 1.0, 0.0)),
         ("nearly flattened", scaled(1.0, 1.0, 1e-20)),
@@ -64,13 +64,13 @@ fn each(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
             tally.mean(format!("{name} cube seen from z = {z}"), &m, 0.5, 0.02);
         }
         if !name.contains("flattened") {
-            // Smooth normals of a coarse ball lose light at grazing angles; from the front they do not.
+            // Smooth normals of a coarse ball lose energy at grazing angles, but not from the front.
             let m = pixels(body(matrix, DVec3::new(0.01, 0.02, 8.0), true), &square(8, spp))?;
             tally.within(format!("{name} ball"), m.mean, 0.5, 0.01);
         }
     }
     let m = pixels(body(DMat3::ZERO, DVec3::Z * 4.0, false), &square(8, 4))?;
-    tally.exactly("an object scaled to nothing is not seen", m.mean, 1.0);
+    tally.exactly("an object of scale 0 is invisible", m.mean, 1.0);
     Ok(())
 }
 
@@ -106,7 +106,7 @@ fn instances(effort: Effort) -> Outcome {
             let [a, b] = [&one, &two].map(|w| w.intersect(&ray, 0.0, &Opaque));
             match (a, b) {
                 (Some(a), Some(b)) if a.primitive == b.primitive => {
-                    // A triangle seen edge-on moves far along the ray when it is rounded.
+                    // Rounding moves the intersection with a triangle seen edge-on far along the ray.
                     let steep = one.surface(&ray, 0.0, &a).ng.dot(ray.d).abs();
                     worst = worst.max(f64::from((a.t / b.t - 1.0).abs() * steep));
                 }
@@ -123,7 +123,7 @@ fn instances(effort: Effort) -> Outcome {
 fn eyes(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     let settings =
         Settings { max_bounces: 200, ..square(8, effort.of(8, 64, 1024)) }.with_path(|p| p.roulette = false);
-    // Exactly on a wall of the furnace, looking in: 2, and along the wall.
+    // Exactly on a wall of the furnace, looking inward, where the radiance is 2, and along the wall.
     for (from, at) in
         [(DVec3::new(1.0, 0.25, 0.5), DVec3::ZERO), (DVec3::new(1.0, 0.25, 0.5), DVec3::new(1.0, 0.3, -1.0))]
     {
@@ -132,10 +132,10 @@ fn eyes(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
         builder.mesh("room", cube(1.0, Vec3::ZERO), DAffine3::IDENTITY, wall);
         let settings = Settings { strategy: Strategy::BsdfOnly, ..settings.clone() };
         let image = run(&builder.build()?, &settings);
-        tally.none("samples not finite, eye on a wall", image.stats.bad_sample_count);
-        // Rays that start in the wall may go out through it: what they see is black or 2, never anything else.
+        tally.none("samples that are not finite, camera on a wall", image.stats.bad_sample_count);
+        // Rays that start in the wall may leave through it: their radiance is 0 or 2, never anything else.
         let odd = image.film.mean().pixels.iter().filter(|p| !(p.x >= 0.0 && p.x <= 2.0001)).count();
-        tally.none("pixels that are no mixture of room and outside", odd as u64);
+        tally.none("pixels that are not a mixture of room and outside", odd as u64);
     }
     let mut builder = seen(DVec3::new(0.2, 0.1, -0.3), DVec3::new(0.9, 0.4, 0.1), 1.2);
     let clear = builder.material(of(glass(1.5, 0.0)));
@@ -153,7 +153,7 @@ fn eyes(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
     );
     builder.environment(Environment::constant(Vec3::ONE));
     let image = run(&builder.build()?, &settings);
-    tally.none("samples not finite, eye in a plane", image.stats.bad_sample_count);
+    tally.none("samples that are not finite, camera in a plane", image.stats.bad_sample_count);
     Ok(())
 }
 
@@ -161,7 +161,7 @@ fn eye(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     let built = eyes(&mut tally, effort);
     tally.holds("every scene is built", built.is_ok());
-    // A chain of nodes that scales its content to nothing half way through the exposure.
+    // A chain of nodes whose scale is 0 half way through the exposure.
     let keys = vec![DVec3::ONE, DVec3::ZERO, DVec3::ONE];
     if let Ok(scale) = Track::new(vec![0.0, 0.5, 1.0], keys, Interpolation::Linear) {
         let trs = Trs { scale: Channel::Track(Arc::new(scale)), ..Trs::default() };
@@ -171,7 +171,7 @@ fn eye(effort: Effort) -> Outcome {
         let accel = builder.build_for(0.0, 1.0);
         let hit = accel.intersect(&Ray::new(Vec3::ZERO, Vec3::X), 0.5, &Opaque);
         tally.holds(
-            "an object shrunk to the eye's place is not hit, or at a finite distance",
+            "an object shrunk to the position of the camera is not hit, or at a finite distance",
             hit.is_none_or(|h| h.t.is_finite()),
         );
     }

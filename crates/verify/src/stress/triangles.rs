@@ -1,4 +1,4 @@
-//! A07 to A10: meshes of slivers, of invalid triangles, of the same triangle many times.
+//! Stress cases A07 to A10: meshes of slivers, of invalid triangles, and of duplicate triangles.
 
 use super::hits::lump;
 use super::{Case, Check, Effort, Outcome};
@@ -14,28 +14,28 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "A07",
         title: "slivers of aspect 1e5",
-        naive: "a determinant below a fixed 1e-6 is taken for a parallel ray: slivers vanish",
+        naive: "a determinant below a fixed 1e-6 counts as a parallel ray: slivers vanish",
         source: "Woop 2013; docs/science.md, \"Triangles\"",
         check: Check::Run(slivers),
     },
     Case {
         id: "A08",
         title: "degenerate and invalid triangles",
-        naive: "a NaN box poisons the tree, or the build does not end",
+        naive: "a NaN box corrupts the acceleration structure, or its build does not terminate",
         source: "docs/science.md, \"Triangles\"",
         check: Check::Run(invalid),
     },
     Case {
         id: "A09",
-        title: "duplicates",
-        naive: "equal centroids cannot be split: depth and time explode",
+        title: "duplicate triangles",
+        naive: "equal centroids cannot be split: depth and build time explode",
         source: "docs/science.md, \"Triangles\"",
         check: Check::Run(duplicates),
     },
     Case {
         id: "A10",
-        title: "coplanar surfaces have one winner",
-        naive: "whichever thread or tree comes first decides: the picture flickers",
+        title: "the hit on coplanar surfaces is unambiguous",
+        naive: "the order of threads or nodes decides: the image flickers",
         source: "docs/science.md, \"Triangles\"",
         check: Check::Run(coplanar),
     },
@@ -52,7 +52,7 @@ fn slivers(effort: Effort) -> Outcome {
     tally.finish()
 }
 
-/// A disk of `n` slivers that all meet in the middle, seen along its axis.
+/// A disk of `n` slivers that meet at the centre, seen along its axis.
 fn fan(tally: &mut Tally, noise: &mut Noise, n: u32, rays: u64) {
     let rim = |i: u32| {
         let angle = std::f64::consts::TAU * f64::from(i % n) / f64::from(n);
@@ -136,8 +136,8 @@ fn invalid(effort: Effort) -> Outcome {
         let ray = Ray::new(noise.cube() * 2.0, noise.direction());
         bits(a.intersect(&ray, 0.0, &Opaque)) != bits(b.intersect(&ray, 0.0, &Opaque))
     });
-    tally.none("rays that see the invalid triangles", differ.count() as u64);
-    // A triangle with edges of 1e-40 is small, not invalid: it must neither stop the build nor be hit from afar.
+    tally.none("rays whose hit the invalid triangles change", differ.count() as u64);
+    // A triangle with edges of 1e-40 is small, but valid: it must neither prevent the build nor be hit from a distance.
     dirty.triangles.push([zero, sub_x, sub_y]);
     let c = build(&dirty);
     tally.holds(
@@ -179,7 +179,7 @@ fn duplicates(effort: Effort) -> Outcome {
         let o = noise.direction() * 0.1;
         tree.intersect(&Ray::new(o, (target - o).normalize()), &Opaque).is_none_or(|h| h.t > 0.101)
     });
-    tally.none("of 100 of them not found", lost.count() as u64);
+    tally.none("of 100 triangles of one centroid not hit", lost.count() as u64);
     tally.finish()
 }
 
