@@ -14,8 +14,8 @@ pub struct Motion {
 
 impl Motion {
     /// Creates the motion of an object. `chain` has the nodes from the root to the object's node, and `space` maps
-    /// world space to render space. Tracks are evaluated `offset` seconds (the time of the image) after the time of a
-    /// query.
+    /// world space to render space. Tracks are evaluated at `offset` (the animation time at which the shutter
+    /// opens) plus the time of a query, in seconds.
     pub fn new(chain: Vec<Node>, space: DAffine3, offset: f64) -> Self {
         let mut motion = Self { links: Vec::new(), offset };
         motion.push_still(space, Pose::of(&space));
