@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Cases of `dapple stress` in Mitsuba 3 and Cycles: what they make of scenes whose exact value is known.
+"""Renders cases of `dapple stress`, whose exact values are known, with Mitsuba 3 and Cycles.
 
     python3 -m pip install --target PACKAGES mitsuba bpy      # as published in the Python package index
     PYTHONPATH=PACKAGES python3 tools/compare_stress.py [path to dapple]
 
-Prints a table as Markdown. A renderer that is not installed is left out. Nothing here is needed to build or test dapple.
+Prints a table as Markdown. Renderers that are not installed are skipped. The tool is not needed to build or test
+dapple.
 """
 
 import json
@@ -23,14 +24,14 @@ def mean(values):
 
 
 def error(values):
-    """Mean and its standard error."""
+    """Returns the mean and its standard error."""
     m = mean(values)
     var = sum((v - m) ** 2 for v in values) / (len(values) - 1)
     return m, math.sqrt(var / len(values))
 
 
 class Mitsuba:
-    """Every case returns the values of the picture's pixels."""
+    """Renders the cases with Mitsuba. Every case returns the values of the pixels of its image."""
 
     name = "Mitsuba 3"
 
@@ -218,7 +219,7 @@ class Cycles:
     def tiny_sphere(self, radius):
         scene = self.begin(depth=1)
         self.add(scene, "primitive_plane_add", self.material(1.0), size=0.2)
-        # Power of a spherical lamp: 4π²R² times its radiance.
+        # The power of a spherical lamp is 4π²R² times its radiance.
         lamp = self.bpy.data.lights.new("l", "POINT")
         lamp.shadow_soft_size, lamp.energy = radius, 4 * math.pi**2
         body = self.bpy.data.objects.new("l", lamp)
@@ -228,18 +229,18 @@ class Cycles:
 
 
 def cases():
-    """Id, what, exact, how, of whom."""
+    """Yields the id, description, exact value and render function of every case."""
     yield "A01", "furnace, cube of size 1e-3", 2.0, lambda r: r.furnace(1e-3)
     yield "A01", "furnace, cube of size 1e-6", 2.0, lambda r: r.furnace(1e-6)
     yield "A01", "furnace, sphere of size 1", 2.0, lambda r: r.furnace(1.0, shape="sphere")
     for shift in (1e4, 1e5, 1e6):
-        yield "A02", f"furnace, cube moved by {shift:.0e}", 2.0, lambda r, shift=shift: r.furnace(1.0, shift)
-    yield "A19", "cube flattened to nothing in a white sky", 0.5, lambda r: r.flat(0.0)
+        yield "A02", f"furnace, cube translated by {shift:.0e}", 2.0, lambda r, shift=shift: r.furnace(1.0, shift)
+    yield "A19", "cube flattened to a plane in a white environment", 0.5, lambda r: r.flat(0.0)
     yield "A19", "cube flattened to 1e-20", 0.5, lambda r: r.flat(1e-20)
     for radius in (1e-2, 1e-3, 2e-4, 1e-4):
         yield "B01", f"irradiance/π of a sphere light, R/d = {radius:.0e}", 1.0, lambda r, q=radius: r.tiny_sphere(q)
-    yield "D10", "floor under a sky with one NaN texel", None, lambda r: r.texel(float("nan"))
-    yield "D10", "floor under a sky with one infinite texel", None, lambda r: r.texel(float("inf"))
+    yield "D10", "floor in an environment of 0.5 with one NaN texel", None, lambda r: r.texel(float("nan"))
+    yield "D10", "floor in an environment of 0.5 with one infinite texel", None, lambda r: r.texel(float("inf"))
     for seed in (0, 1, 2):
         yield "D02", f"furnace of albedo 0.99 with roulette, seed {seed}", 100.0, lambda r, seed=seed: r.furnace(
             albedo=0.99, side=64, spp=16, depth=2000, rr=5, seed=seed
@@ -249,13 +250,13 @@ def cases():
 def cell(renderer, case, exact, how):
     if case == "D10" and renderer.name == "Cycles":
         return "–", True
-    # Blender's cameras see nothing nearer than 1e-6.
+    # The near plane of Blender's cameras is at least 1e-6, and `Cycles.furnace` is always a cube.
     unfit = ("sphere of size", "size 1e-6")
     if (case == "D02" or any(what in how[0] for what in unfit)) and renderer.name == "Cycles":
         return "–", True
     try:
         values = how[1](renderer)
-    except Exception as e:  # a renderer may refuse
+    except Exception as e:  # a renderer may refuse the scene
         return f"refused: {str(e).splitlines()[0][:60]}", True
     bad = sum(not math.isfinite(v) for v in values)
     if bad:
@@ -271,15 +272,15 @@ def main():
         try:
             renderers.append(kind())
         except ImportError as e:
-            print(f"{kind.name} is left out: {e}", file=sys.stderr)
-    print("| case | what | exact | " + " | ".join(f"{r.name} {r.version}" for r in renderers) + " |")
+            print(f"{kind.name} is skipped: {e}", file=sys.stderr)
+    print("| case | scene | exact | " + " | ".join(f"{r.name} {r.version}" for r in renderers) + " |")
     print("|---|---|---|" + "---|" * len(renderers))
     for case, what, exact, how in cases():
         cells = [cell(r, case, exact, (what, how))[0] for r in renderers]
         print(f"| {case} | {what} | {'refusal' if exact is None else exact} | " + " | ".join(cells) + " |", flush=True)
     for r in renderers:
         if isinstance(r, Mitsuba):
-            print(f"| A22 | distinct directions of 1000 pixels, 0.001°, turned | 1000 | **{r.directions()}** | – |")
+            print(f"| A22 | distinct directions of 1000 pixels, 0.001°, rotated | 1000 | **{r.directions()}** | – |")
     if len(sys.argv) > 1:
         ids = "A01,A02,A19,A22,B01,D02,D10"
         run = subprocess.run([sys.argv[1], "stress", "--case", ids, "--json"], capture_output=True, text=True)
