@@ -43,7 +43,7 @@ class Mitsuba:
         self.mi, self.np = mi, np
         self.version = mi.__version__
 
-    def picture(self, scene, eye, at, fov, side=16, spp=SPP, depth=60, rr=1000, up=(0, 0.96, 0.28), seed=0):
+    def render(self, scene, eye, at, fov, side=16, spp=SPP, depth=60, rr=1000, up=(0, 0.96, 0.28), seed=0):
         mi, np = self.mi, self.np
         film = {"type": "hdrfilm", "width": side, "height": side, "rfilter": {"type": "box"}}
         distance = math.dist(eye, at)
@@ -76,7 +76,7 @@ class Mitsuba:
         }
         eye = [shift + scale * x for x in (0.3125, -0.21875, 0.40625)]
         at = [shift + scale * x for x in (-0.3125, 0.09375, -0.28125)]
-        return self.picture({"wall": wall}, eye, at, 90, **how)
+        return self.render({"wall": wall}, eye, at, 90, **how)
 
     def flat(self, depth):
         t = self.mi.ScalarTransform4f()
@@ -84,7 +84,7 @@ class Mitsuba:
             "body": {"type": "cube", "to_world": t.scale([1, 1, depth]), "bsdf": self.diffuse(0.5)},
             "sky": {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}},
         }
-        return self.picture(scene, (0, 0, 5), (0, 0, 0), 10)
+        return self.render(scene, (0, 0, 5), (0, 0, 0), 10)
 
     def tiny_sphere(self, radius):
         t = self.mi.ScalarTransform4f()
@@ -98,7 +98,7 @@ class Mitsuba:
                 "emitter": {"type": "area", "radiance": radiance},
             },
         }
-        return self.picture(scene, (0.3, 0.2, 0.8), (0, 0, 0), 0.01, depth=2)
+        return self.render(scene, (0.3, 0.2, 0.8), (0, 0, 0), 0.01, depth=2)
 
     def texel(self, value):
         np, mi = self.np, self.mi
@@ -109,7 +109,7 @@ class Mitsuba:
             "floor": {"type": "rectangle", "to_world": t.scale(0.1), "bsdf": self.diffuse(0.5)},
             "sky": {"type": "envmap", "bitmap": mi.Bitmap(sky)},
         }
-        return self.picture(scene, (0.3, 0.2, 0.8), (0, 0, 0), 0.01, depth=2)
+        return self.render(scene, (0.3, 0.2, 0.8), (0, 0, 0), 0.01, depth=2)
 
     def directions(self):
         mi = self.mi
@@ -169,7 +169,7 @@ class Cycles:
         tree.links.new(add.outputs[0], out.inputs[0])
         return m
 
-    def picture(self, scene, eye, at, fov):
+    def render(self, scene, eye, at, fov):
         from mathutils import Vector
 
         bpy = self.bpy
@@ -206,7 +206,7 @@ class Cycles:
         body.scale, body.location = [scale] * 3, [shift] * 3
         eye = [shift + scale * x for x in (0.3125, -0.21875, 0.40625)]
         at = [shift + scale * x for x in (-0.3125, 0.09375, -0.28125)]
-        return self.picture(scene, eye, at, 90)
+        return self.render(scene, eye, at, 90)
 
     def flat(self, depth):
         scene = self.begin()
@@ -214,7 +214,7 @@ class Cycles:
         scene.world.node_tree.nodes["Background"].inputs[1].default_value = 1.0
         body = self.add(scene, "primitive_cube_add", self.material(0.5), size=2)
         body.scale = (1, 1, depth)
-        return self.picture(scene, (0, 0, 5), (0, 0, 0), 10)
+        return self.render(scene, (0, 0, 5), (0, 0, 0), 10)
 
     def tiny_sphere(self, radius):
         scene = self.begin(depth=1)
@@ -225,7 +225,7 @@ class Cycles:
         body = self.bpy.data.objects.new("l", lamp)
         body.location = (0, 0, 1)
         scene.collection.objects.link(body)
-        return self.picture(scene, (0.3, 0.2, 0.8), (0, 0, 0), 1.0)
+        return self.render(scene, (0.3, 0.2, 0.8), (0, 0, 0), 1.0)
 
 
 def cases():
