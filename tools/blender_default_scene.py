@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Exports Blender's default scene, renders it by Cycles and by dapple, and compares the faces of the cube.
+"""Exports Blender's default scene, renders it with Cycles and with dapple, and compares the faces of the cube.
 
-Development only; needs the Python packages bpy (Blender as a module), numpy and OpenEXR.
+This is a development tool. It needs the Python packages bpy (Blender as a module), numpy and OpenEXR.
 
     python3 tools/blender_default_scene.py target/release/dapple FOLDER
 
-The world is black, the lamp and the camera are those of the start-up file, and nothing is exposed: linear EXR against
-linear EXR. The exporter writes candela, which dapple divides by 683 lm/W because the file names its generator.
+The world is black, and the lamp and the camera are those of the start-up file. No exposure is applied: the compared
+images are linear EXR files. The exporter writes candela, which dapple divides by 683 lm/W because the file names its
+generator.
 """
 import math
 import subprocess
@@ -19,7 +20,7 @@ import OpenEXR
 
 SIZE = (480, 270)
 SAMPLES = 256
-# Diffuse and specular bounces do not matter: the cube is convex and alone.
+# The number of bounces has no effect, because the cube is convex and the only object.
 NORMALS = "x y z".split()
 
 
@@ -53,7 +54,8 @@ def green(path):
 
 
 def faces(scene):
-    """Which face of the cube from -1 to 1 each pixel shows wholly: 0, 1, 2 for the one across x, y, z; -1 for none."""
+    """Returns the face of the cube from -1 to 1 that covers each pixel: 0, 1 or 2 for the one perpendicular to x, y or
+    z, or -1 if no face covers the whole pixel."""
     camera = scene.camera
     turn = np.array(camera.matrix_world.to_3x3())
     origin = np.array(camera.matrix_world.translation)
@@ -80,7 +82,7 @@ def main(dapple, folder):
     size = f"{SIZE[0]}x{SIZE[1]}"
     subprocess.run([dapple, "render", model, "--env", "none", "--size", size, "--spp", str(SAMPLES), "-o", ours], check=True)
     which, a, b = faces(scene), green(theirs), green(ours)
-    rows = [("cube", which >= 0)] + [(f"face across {n}", which == i) for i, n in enumerate(NORMALS)]
+    rows = [("cube", which >= 0)] + [(f"face normal {n}", which == i) for i, n in enumerate(NORMALS)]
     for name, mask in rows:
         x, y = a[mask].mean(), b[mask].mean()
         ratio = f"{y / x:.4f}" if x > 0 else "-"

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Compares a render with block means of other renderers.
+"""Compares an image with block means of other renderers.
 
-Development only; needs the Python packages numpy and OpenEXR.
+This is a development tool. It needs the Python packages numpy and OpenEXR.
 
     dapple render SCENE.glb --size WxH --max-bounces 15 --spp 256 --aov variance -o ours.exr
     python3 tools/compare_blocks.py ours.exr SCENE.blocks.json
 
-A block agrees when it differs by at most 1 % or 4 standard errors (ours and theirs together), whichever is larger.
+A block agrees if the difference is at most 1 % or 4 standard errors (of both images combined), whichever is larger.
 """
 import json
 import sys
@@ -16,7 +16,7 @@ import OpenEXR
 
 
 def load(path):
-    """Mean and variance of the mean, height × width × 3."""
+    """Returns the mean and the variance of the mean, each height × width × 3."""
     part = OpenEXR.File(path, separate_channels=True).parts[0]
     stack = lambda prefix: np.stack([part.channels[prefix + c].pixels for c in "RGB"], axis=-1).astype(np.float64)
     return stack(""), stack("variance.")

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Cases of `dapple stress` in Mitsuba 3 and Cycles: what they make of scenes whose exact value is known.
+"""Renders cases of `dapple stress`, whose exact values are known, with Mitsuba 3 and Cycles.
 
     python3 -m pip install --target PACKAGES mitsuba bpy      # as published in the Python package index
     PYTHONPATH=PACKAGES python3 tools/compare_stress.py [path to dapple]
 
-Prints a table as Markdown. A renderer that is not installed is left out. Nothing here is needed to build or test dapple.
+Prints a table as Markdown. Renderers that are not installed are skipped. The tool is not needed to build or test
+dapple.
 """
 
 import json
@@ -23,14 +24,14 @@ def mean(values):
 
 
 def error(values):
-    """Mean and its standard error."""
+    """Returns the mean and its standard error."""
     m = mean(values)
     var = sum((v - m) ** 2 for v in values) / (len(values) - 1)
     return m, math.sqrt(var / len(values))
 
 
 class Mitsuba:
-    """Every case returns the values of the picture's pixels."""
+    """Renders the cases with Mitsuba. Every case returns the values of the pixels of its image."""
 
     name = "Mitsuba 3"
 
@@ -42,7 +43,7 @@ class Mitsuba:
         self.mi, self.np = mi, np
         self.version = mi.__version__
 
-    def picture(self, scene, eye, at, fov, side=16, spp=SPP, depth=60, rr=1000, up=(0, 0.96, 0.28), seed=0):
+    def render(self, scene, eye, at, fov, side=16, spp=SPP, depth=60, rr=1000, up=(0, 0.96, 0.28), seed=0):
         mi, np = self.mi, self.np
         film = {"type": "hdrfilm", "width": side, "height": side, "rfilter": {"type": "box"}}
         distance = math.dist(eye, at)
@@ -75,7 +76,7 @@ class Mitsuba:
         }
         eye = [shift + scale * x for x in (0.3125, -0.21875, 0.40625)]
         at = [shift + scale * x for x in (-0.3125, 0.09375, -0.28125)]
-        return self.picture({"wall": wall}, eye, at, 90, **how)
+        return self.render({"wall": wall}, eye, at, 90, **how)
 
     def flat(self, depth):
         t = self.mi.ScalarTransform4f()
@@ -83,7 +84,7 @@ class Mitsuba:
             "body": {"type": "cube", "to_world": t.scale([1, 1, depth]), "bsdf": self.diffuse(0.5)},
             "sky": {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}},
         }
-        return self.picture(scene, (0, 0, 5), (0, 0, 0), 10)
+        return self.render(scene, (0, 0, 5), (0, 0, 0), 10)
 
     def tiny_sphere(self, radius):
         t = self.mi.ScalarTransform4f()
@@ -97,7 +98,7 @@ class Mitsuba:
                 "emitter": {"type": "area", "radiance": radiance},
             },
         }
-        return self.picture(scene, (0.3, 0.2, 0.8), (0, 0, 0), 0.01, depth=2)
+        return self.render(scene, (0.3, 0.2, 0.8), (0, 0, 0), 0.01, depth=2)
 
     def texel(self, value):
         np, mi = self.np, self.mi
@@ -108,7 +109,7 @@ class Mitsuba:
             "floor": {"type": "rectangle", "to_world": t.scale(0.1), "bsdf": self.diffuse(0.5)},
             "sky": {"type": "envmap", "bitmap": mi.Bitmap(sky)},
         }
-        return self.picture(scene, (0.3, 0.2, 0.8), (0, 0, 0), 0.01, depth=2)
+        return self.render(scene, (0.3, 0.2, 0.8), (0, 0, 0), 0.01, depth=2)
 
     def directions(self):
         mi = self.mi
@@ -168,7 +169,7 @@ class Cycles:
         tree.links.new(add.outputs[0], out.inputs[0])
         return m
 
-    def picture(self, scene, eye, at, fov):
+    def render(self, scene, eye, at, fov):
         from mathutils import Vector
 
         bpy = self.bpy
@@ -205,7 +206,7 @@ class Cycles:
         body.scale, body.location = [scale] * 3, [shift] * 3
         eye = [shift + scale * x for x in (0.3125, -0.21875, 0.40625)]
         at = [shift + scale * x for x in (-0.3125, 0.09375, -0.28125)]
-        return self.picture(scene, eye, at, 90)
+        return self.render(scene, eye, at, 90)
 
     def flat(self, depth):
         scene = self.begin()
@@ -213,33 +214,33 @@ class Cycles:
         scene.world.node_tree.nodes["Background"].inputs[1].default_value = 1.0
         body = self.add(scene, "primitive_cube_add", self.material(0.5), size=2)
         body.scale = (1, 1, depth)
-        return self.picture(scene, (0, 0, 5), (0, 0, 0), 10)
+        return self.render(scene, (0, 0, 5), (0, 0, 0), 10)
 
     def tiny_sphere(self, radius):
         scene = self.begin(depth=1)
         self.add(scene, "primitive_plane_add", self.material(1.0), size=0.2)
-        # Power of a spherical lamp: 4π²R² times its radiance.
+        # The power of a spherical lamp is 4π²R² times its radiance.
         lamp = self.bpy.data.lights.new("l", "POINT")
         lamp.shadow_soft_size, lamp.energy = radius, 4 * math.pi**2
         body = self.bpy.data.objects.new("l", lamp)
         body.location = (0, 0, 1)
         scene.collection.objects.link(body)
-        return self.picture(scene, (0.3, 0.2, 0.8), (0, 0, 0), 1.0)
+        return self.render(scene, (0.3, 0.2, 0.8), (0, 0, 0), 1.0)
 
 
 def cases():
-    """Id, what, exact, how, of whom."""
+    """Yields the id, description, exact value and render function of every case."""
     yield "A01", "furnace, cube of size 1e-3", 2.0, lambda r: r.furnace(1e-3)
     yield "A01", "furnace, cube of size 1e-6", 2.0, lambda r: r.furnace(1e-6)
     yield "A01", "furnace, sphere of size 1", 2.0, lambda r: r.furnace(1.0, shape="sphere")
     for shift in (1e4, 1e5, 1e6):
-        yield "A02", f"furnace, cube moved by {shift:.0e}", 2.0, lambda r, shift=shift: r.furnace(1.0, shift)
-    yield "A19", "cube flattened to nothing in a white sky", 0.5, lambda r: r.flat(0.0)
+        yield "A02", f"furnace, cube translated by {shift:.0e}", 2.0, lambda r, shift=shift: r.furnace(1.0, shift)
+    yield "A19", "cube flattened to a plane in a white environment", 0.5, lambda r: r.flat(0.0)
     yield "A19", "cube flattened to 1e-20", 0.5, lambda r: r.flat(1e-20)
     for radius in (1e-2, 1e-3, 2e-4, 1e-4):
         yield "B01", f"irradiance/π of a sphere light, R/d = {radius:.0e}", 1.0, lambda r, q=radius: r.tiny_sphere(q)
-    yield "D10", "floor under a sky with one NaN texel", None, lambda r: r.texel(float("nan"))
-    yield "D10", "floor under a sky with one infinite texel", None, lambda r: r.texel(float("inf"))
+    yield "D10", "floor in an environment of 0.5 with one NaN texel", None, lambda r: r.texel(float("nan"))
+    yield "D10", "floor in an environment of 0.5 with one infinite texel", None, lambda r: r.texel(float("inf"))
     for seed in (0, 1, 2):
         yield "D02", f"furnace of albedo 0.99 with roulette, seed {seed}", 100.0, lambda r, seed=seed: r.furnace(
             albedo=0.99, side=64, spp=16, depth=2000, rr=5, seed=seed
@@ -249,13 +250,13 @@ def cases():
 def cell(renderer, case, exact, how):
     if case == "D10" and renderer.name == "Cycles":
         return "–", True
-    # Blender's cameras see nothing nearer than 1e-6.
+    # The near plane of Blender's cameras is at least 1e-6, and `Cycles.furnace` is always a cube.
     unfit = ("sphere of size", "size 1e-6")
     if (case == "D02" or any(what in how[0] for what in unfit)) and renderer.name == "Cycles":
         return "–", True
     try:
         values = how[1](renderer)
-    except Exception as e:  # a renderer may refuse
+    except Exception as e:  # a renderer may refuse the scene
         return f"refused: {str(e).splitlines()[0][:60]}", True
     bad = sum(not math.isfinite(v) for v in values)
     if bad:
@@ -271,15 +272,15 @@ def main():
         try:
             renderers.append(kind())
         except ImportError as e:
-            print(f"{kind.name} is left out: {e}", file=sys.stderr)
-    print("| case | what | exact | " + " | ".join(f"{r.name} {r.version}" for r in renderers) + " |")
+            print(f"{kind.name} is skipped: {e}", file=sys.stderr)
+    print("| case | scene | exact | " + " | ".join(f"{r.name} {r.version}" for r in renderers) + " |")
     print("|---|---|---|" + "---|" * len(renderers))
     for case, what, exact, how in cases():
         cells = [cell(r, case, exact, (what, how))[0] for r in renderers]
         print(f"| {case} | {what} | {'refusal' if exact is None else exact} | " + " | ".join(cells) + " |", flush=True)
     for r in renderers:
         if isinstance(r, Mitsuba):
-            print(f"| A22 | distinct directions of 1000 pixels, 0.001°, turned | 1000 | **{r.directions()}** | – |")
+            print(f"| A22 | distinct directions of 1000 pixels, 0.001°, rotated | 1000 | **{r.directions()}** | – |")
     if len(sys.argv) > 1:
         ids = "A01,A02,A19,A22,B01,D02,D10"
         run = subprocess.run([sys.argv[1], "stress", "--case", ids, "--json"], capture_output=True, text=True)

@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""Rays per second of dapple's traversal against Embree 4 on the same rays: one thread, CPU time, passes in turns on one CPU.
+"""Compares the rays per second of dapple and Embree 4 on the same rays, in CPU time of one thread. The two programs
+alternate on the same CPU.
 
-Development only. Needs a C compiler and the Python package `embreex` (4.4), of which only the Embree library is used:
+This is a development tool. It needs a C compiler and the Python package `embreex` (4.4), of which only the Embree
+library is used:
 
     python3 -m pip download --no-deps -d wheels embreex==4.4.0.post1
     python3 tools/embree_compare.py wheels [FILE.glb ...]
 
-Beside the meshes of the bench, those of the files are timed.
+The meshes of the files are timed in addition to those of the benchmark.
 """
 import ctypes
 import glob
@@ -23,11 +25,11 @@ KINDS, ROUNDS = ["primary", "diffuse", "shadow"], 9
 
 
 def embree(wheels, work):
-    """The Embree library out of the wheel, behind the small C timer."""
+    """Loads the Embree library from the wheel and returns the C timer, which calls it."""
     with zipfile.ZipFile(glob.glob(os.path.join(wheels, "embreex*.whl"))[0]) as wheel:
         wheel.extractall(work)
     libraries = glob.glob(os.path.join(work, "embreex.libs", "*.so*"))
-    # Dependencies of the library first.
+    # The dependencies of the library are loaded first.
     for path in sorted(libraries, key=lambda p: "embree" in os.path.basename(p)):
         ctypes.CDLL(path, mode=ctypes.RTLD_GLOBAL)
     timer = os.path.join(work, "timer.so")
@@ -69,7 +71,7 @@ def main():
 
 
 def compare(process, library, scenes, rays):
-    """For every set of rays, rounds of ((Mrays/s, hits) of dapple's, of Embree's)."""
+    """Returns, for every set of rays, the rounds of ((Mrays/s, hits) of dapple, (Mrays/s, hits) of Embree)."""
 
     def ours(mesh, kind):
         print(mesh, kind, file=process.stdin, flush=True)
@@ -82,12 +84,12 @@ def compare(process, library, scenes, rays):
         seconds = library.pass_(scenes[mesh][0], buffer, n // 7, kind == "shadow", ctypes.byref(hits))
         return n / 7e6 / seconds, hits.value
 
-    # The first round warms up.
+    # The first round is for warming up and is not counted.
     return {key: [in_turns(ours, theirs, key, turn) for turn in range(ROUNDS + 1)][1:] for key in rays}
 
 
 def in_turns(a, b, key, turn):
-    """What a and b say about `key`; every other turn, b is asked first."""
+    """Returns the results of a and b for `key`. In every second turn, b is measured first."""
     if turn % 2:
         second = b(*key)
         return a(*key), second
@@ -95,7 +97,7 @@ def in_turns(a, b, key, turn):
 
 
 def report(scenes, results):
-    """The table, by medians over rounds; ratios are those within a round."""
+    """Prints the table of medians over rounds. A ratio is the median of the ratios within the rounds."""
     ratios = []
     print("| mesh | triangles | rays | dapple Mrays/s | Embree Mrays/s | ratio | hits dapple / Embree |")
     print("|---|---|---|---|---|---|---|")

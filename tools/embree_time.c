@@ -1,5 +1,5 @@
-/* Times Embree 4's single-ray queries on rays given as o, d, t_max: compiled and called by embree_compare.py.
-   The declarations are the few of Embree's public C interface that are needed, so that no header must be installed. */
+/* Times Embree 4's single-ray queries on rays given as o, d, t_max. It is compiled and called by embree_compare.py.
+   It declares the part of Embree's public C interface that it uses, so that no header has to be installed. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,7 +45,7 @@ static double now(void) {
   return t.tv_sec + 1e-9 * t.tv_nsec;
 }
 
-/* Seconds of one pass over n rays of 7 floats; counts hits. */
+/* Returns the seconds of one pass over n rays of 7 floats and counts the hits. */
 double pass(void *scene, const float *rays, size_t n, int shadow, size_t *hits) {
   size_t found = 0;
   double start = now();

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""What does a choice of features take? Other people's crates, processor seconds of a release build from nothing, and bytes of
-the program without debug information, as the table in README.md. From the root, on Linux:
+"""Measures the cost of sets of Cargo features, for the table in README.md: the number of third-party crates, the CPU
+seconds of a release build from scratch, and the size of the program without debug information. Run it from the root, on
+Linux:
 
-    python3 tools/feature_table.py [FEATURES ...]        # such as "" gltf,parallel; without arguments the table's rows
+    python3 tools/feature_table.py [FEATURES ...]        # such as "" gltf,parallel; default: the rows of the table
 """
 
 import os
@@ -17,7 +18,7 @@ TARGET = pathlib.Path("target/feature_table").resolve()
 
 
 def crates(features):
-    """How many crates that are not ours."""
+    """Returns the number of third-party crates."""
     command = ["cargo", "tree", "--locked", "-e", "normal", "--prefix", "none", "-p", "dapple"]
     command += ["--no-default-features", "--features", features]
     lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
@@ -25,7 +26,7 @@ def crates(features):
 
 
 def build(features):
-    """Processor seconds and bytes."""
+    """Returns the CPU seconds of the build and the size of the program in bytes."""
     shutil.rmtree(TARGET, ignore_errors=True)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = ["cargo", "build", "--release", "--locked", "--bin", "dapple", "--no-default-features"]

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Sizes of source files and functions, as a table: one row per crate and one for all.
+"""Prints the sizes of source files and functions as a table, with one row per crate and one for all crates.
 
     python3 tools/sizes.py [ROOT ...] [--rustfmt-defaults] [--longest N]
 
-Several roots (checkouts) give one table each, for comparisons between commits. Lines of a file are all of its lines but
-its tests; lines of a function run from its signature to its closing brace. With --rustfmt-defaults a copy is formatted
-at rustfmt's default settings first. Needs only Python 3 (and rustfmt for that option).
+Several roots (checkouts) give one table each, for comparisons between commits. The lines of a file do not include its
+tests. The lines of a function are those from its signature to its closing brace. With --rustfmt-defaults, a copy is
+formatted with rustfmt's default settings first. It needs only Python 3 (and rustfmt for that option).
 """
 import argparse
 import os
@@ -20,7 +20,7 @@ FUNCTION = re.compile(r"^\s*(?:pub(?:\([^)]*\))? )?(?:default )?(?:const )?(?:as
 
 
 def blanked(line):
-    """The line without strings, characters and comments, so that braces count."""
+    """Returns the line without strings, characters and comments, so that its braces can be counted."""
     line = re.sub(r'"(?:\\.|[^"\\])*"', '""', line)
     line = re.sub(r"'(?:\\.|[^'\\])'", "' '", line)
     return line.split("//")[0]
@@ -34,7 +34,7 @@ def without_tests(lines):
 
 
 def functions(lines):
-    """(name, lines) of every function with a body, nested ones included."""
+    """Returns (name, lines) of every function with a body, including nested functions."""
     found = []
     for start, line in enumerate(lines):
         match = FUNCTION.match(line)
@@ -124,7 +124,7 @@ def main():
     parser.add_argument("--longest", type=int, default=0, metavar="N")
     arguments = parser.parse_args()
     for root in arguments.roots:
-        print(f"\n{root}" + (", at rustfmt's default settings" if arguments.rustfmt_defaults else "") + "\n")
+        print(f"\n{root}" + (", with rustfmt's default settings" if arguments.rustfmt_defaults else "") + "\n")
         place = formatted(root) if arguments.rustfmt_defaults else root
         table(place, arguments.longest)
         if place != root:

@@ -1,4 +1,4 @@
-//! Draws in letters what a point far behind the plane in focus becomes, through a lens of five blades.
+//! Prints the image of a point far behind the plane in focus, seen through a lens with five blades, in characters.
 //! `cargo run --release --example aperture -p dapple-camera`
 
 use dapple_camera::{Aperture, Camera, Lens, Projection};

@@ -1,63 +1,65 @@
-//! Pixel to ray: where does a point of the picture look?
+//! Perspective and orthographic cameras: rays through points of the image.
 //!
-//! Conventions: the camera looks along −z of its frame with +y up (glTF); pixels are square; the picture's height spans
-//! the vertical field of view and its width follows from the size in pixels; film coordinates start at the top left.
+//! Conventions: the camera looks along −z of its frame with +y up (glTF); pixels are square; the height of the image
+//! spans the vertical field of view and its width follows from the size in pixels; film coordinates start at the top
+//! left.
 use crate::Lens;
 use dapple_math::{Motion, Ray};
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::sync::Arc;
 
-/// How the film plane is projected into the scene.
+/// The projection of the film plane into the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// `tan_half` = tan(yfov/2): spans the image height.
+    /// Perspective projection, where yfov is the angle that the image height spans.
     Perspective {
         /// tan(yfov/2), > 0.
         tan_half: f32,
     },
-    /// Parallel rays; glTF's `ymag`.
+    /// Orthographic projection with parallel rays.
     Orthographic {
-        /// Half height of the view in scene units.
+        /// Half height of the view in scene units; glTF's `ymag`.
         half_height: f32,
     },
 }
 
-/// Looks along −z of its frame, +y up (glTF). Units: render space.
+/// A camera that looks along −z of its frame, with +y up (glTF), in render-space units.
 #[derive(Clone, Debug)]
 pub struct Camera {
-    /// The eye (centre of the lens); like the axes, when the shutter opens.
+    /// Position of the pinhole or lens centre. Like the axes, it is that at the time when the shutter opens.
     pub origin: Vec3,
-    /// Unit +x of the frame.
+    /// Unit +x axis of the frame.
     pub right: Vec3,
-    /// Unit +y of the frame.
+    /// Unit +y axis of the frame.
     pub up: Vec3,
-    /// Unit +z of the frame: away from the scene.
+    /// Unit +z axis of the frame, which points away from the scene.
     pub backward: Vec3,
-    /// Perspective or orthographic.
+    /// Perspective or orthographic projection.
     pub projection: Projection,
-    /// `None` is a pinhole.
+    /// Thin lens, or `None` for a pinhole.
     pub lens: Option<Lens>,
-    /// From the camera's own space to render space while the shutter is open, scale and shear ignored. `None` stands
-    /// still.
+    /// Motion from camera space to render space while the shutter is open, whose scale and shear are ignored. `None` if
+    /// the camera does not move.
     pub motion: Option<Arc<Motion>>,
-    /// Width / height of the frame that the view has to show whole (see [`Camera::fitted`]). `None`: the height alone.
+    /// Width / height of the frame that has to be visible entirely (see [`Camera::fitted`]). If `None`, only the height
+    /// is given.
     pub aspect: Option<f32>,
-    /// Planes before and beyond which camera rays see nothing. `None`: there are none.
+    /// Near and far plane of camera rays, or `None` for no clipping.
     pub clip: Option<Clip>,
 }
 
 /// Clipping planes, as distances along the view axis from the camera's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clip {
-    /// What lies nearer is not seen; 0 = everything in front of the camera is.
+    /// Nearer surfaces are not visible. 0 makes everything in front of the camera visible.
     pub near: f32,
-    /// What lies farther is not seen; may be infinite.
+    /// Farther surfaces are not visible. May be infinite.
     pub far: f32,
 }
 
 impl Camera {
-    /// The camera as it stands `time` seconds after the shutter opened. A transform that leaves no direction of view
-    /// then keeps the axes of the opening.
+    /// Returns the camera at `time` seconds after the shutter opens. If its transform at that time has no direction of
+    /// view, the position and axes of the time when the shutter opens are kept.
     pub fn at(&self, time: f32) -> Self {
         let Self { origin, right, up, backward, projection, lens, aspect, clip, .. } = *self;
         let still = Self { origin, right, up, backward, projection, lens, motion: None, aspect, clip };
@@ -68,9 +70,9 @@ impl Camera {
         Self { origin: placed.translation.as_vec3(), right, up, backward, ..still }
     }
 
-    /// The camera whose view of a picture of `size` pixels holds the whole frame of its aspect ratio: a picture that is
-    /// narrower than the frame shows more above and below it, a wider one more on both sides. A frame that fits to within
-    /// half a pixel is left as it is.
+    /// Returns the camera whose image of `size` pixels contains the whole frame of its aspect ratio. An image that is
+    /// narrower than the frame shows more above and below it; a wider one shows more on both sides. The projection is
+    /// not changed if the frame fits to within half a pixel.
     pub fn fitted(mut self, size: (u32, u32)) -> Self {
         let (width, height) = (f64::from(size.0.max(1)), f64::from(size.1.max(1)));
         let Some(aspect) = self.aspect.map(f64::from).filter(|a| *a > 0.0 && a.is_finite()) else {
@@ -90,27 +92,29 @@ impl Camera {
         self
     }
 
-    /// How far along a camera ray its near plane lies, in lengths of the ray's direction; 0 without one. `self`: as it
-    /// stands at the ray's time.
+    /// Returns the distance of the near plane along a camera ray, in units of the length of the ray's direction. It is
+    /// 0 without a near plane. `self` is the camera at the time of the ray.
     pub fn near(&self, ray: &Ray) -> f32 {
         let near = self.clip.map_or(0.0, |clip| clip.near);
-        // The direction's part along the axis is above zero: the ray points forward.
+        // The component of the direction along the view axis is positive, because the ray points forward.
         if near > 0.0 { near / -ray.d.dot(self.backward) } else { 0.0 }
     }
 
-    /// The ray through the point `pixel + fraction` of a picture of `size` pixels (from the top left, x right, y down),
-    /// leaving the lens at `lens_u` in \[0,1)². The direction is unit.
+    /// Returns the ray through the point `pixel + fraction` of an image of `size` pixels (from the top left, x right, y
+    /// down). It leaves the lens at the point sampled by `lens_u` in \[0,1)², and its direction is unit.
     ///
-    /// `pixel` and `fraction` are kept apart, and everything is worked out in f64 and rounded once, so that no jitter is
-    /// lost in large pictures and a pixel of a narrow view keeps its own direction. `fraction` may lie outside \[0,1)
-    /// (wide filters). A rotated frame still rounds each direction component to 2⁻²⁴: below 6e-8 rad per pixel only a
-    /// camera aligned with the axes of render space resolves every pixel, because small components keep their digits.
+    /// `pixel` and `fraction` are separate arguments, and everything is computed in f64 and rounded once, so that no
+    /// jitter is lost in large images and every pixel of a narrow view has its own direction. `fraction` may lie
+    /// outside \[0,1) (wide filters). A rotated frame still rounds each direction component to 2⁻²⁴: below 6e-8 rad per
+    /// pixel only a camera aligned with the axes of render space resolves every pixel, because small components keep
+    /// their precision.
     ///
-    /// With a lens, all rays of one film point meet in the plane at `focus_distance` along the view axis, exactly as
-    /// far as f32 can hold: the pinhole direction (x, y, −1) is moved by −lens/focus instead of being multiplied by
-    /// focus, which stays accurate for focus = 1e9 and includes infinity. Radius 0 gives the bits of the pinhole.
+    /// With a lens, all rays of one film point meet in the plane at `focus_distance` along the view axis, to the
+    /// precision of f32: the lens point divided by the focus distance is subtracted from the pinhole direction (x, y,
+    /// −1), instead of multiplying the direction by the focus distance, which stays accurate for a focus of 1e9 and
+    /// includes infinity. For radius 0 the ray is that of the pinhole to the last bit.
     ///
-    /// The ray starts at the lens and ends at the far plane; where the near plane is, [`Camera::near`] says.
+    /// The ray starts at the lens and ends at the far plane. [`Camera::near`] returns the distance of the near plane.
     #[inline]
     pub fn ray(&self, pixel: (u32, u32), fraction: Vec2, size: (u32, u32), lens_u: Vec2) -> Ray {
         let plane = film_plane(pixel, fraction, size);
@@ -126,16 +130,16 @@ impl Camera {
         match self.lens {
             Some(lens) if cfg!(not(without = "lens")) && lens.radius > 0.0 => {
                 let on_lens = lens.point(lens_u).as_dvec2();
-                self.leave(film + on_lens, tilt - on_lens * lens.inverse_focus(), step)
+                self.ray_from(film + on_lens, tilt - on_lens * lens.inverse_focus(), step)
             }
-            _ => self.leave(film, tilt, step),
+            _ => self.ray_from(film, tilt, step),
         }
     }
 
-    /// From the point `offset` of the lens plane along (tilt.x, tilt.y, −1), both in the camera's frame. `step`: how far
-    /// apart pixels are in `tilt`.
+    /// Returns the ray from the point `offset` of the lens plane along (tilt.x, tilt.y, −1), both in the camera's
+    /// frame. `step` is the distance between pixels in units of `tilt`.
     #[inline]
-    fn leave(&self, offset: DVec2, tilt: DVec2, step: f64) -> Ray {
+    fn ray_from(&self, offset: DVec2, tilt: DVec2, step: f64) -> Ray {
         let (right, up) = (self.right.as_dvec3(), self.up.as_dvec3());
         let d: DVec3 = right * tilt.x + up * tilt.y - self.backward.as_dvec3();
         let o = if offset == DVec2::ZERO {
@@ -147,7 +151,7 @@ impl Camera {
         let d = d / length;
         let ray = Ray::new(o, if step < NARROW { finest(d) } else { d.as_vec3() });
         match self.clip {
-            // A unit along the axis is `length` along the ray.
+            // A unit distance along the view axis is `length` along the ray.
             Some(Clip { far, .. }) if far < f32::INFINITY => {
                 ray.until((f64::from(far) * length / f64::from(ray.d.length())) as f32)
             }
@@ -156,14 +160,15 @@ impl Camera {
     }
 }
 
-/// Below this angle between pixels a unit vector in f32, known to 2⁻²⁴, is off by more than 1/64 pixel.
+/// Below this angle between pixels, in radians, the error of a unit vector in f32 (2⁻²⁴) exceeds 1/64 pixel.
 const NARROW: f64 = 64.0 / (1u64 << 24) as f64;
 
-/// The f32 vector nearest in direction to the unit vector `d` among [`LENGTHS`] lengths: its rounding errors are as good as
-/// random, so the best of n is √n times as good as one. Off by 1e-9 rad typically, 4e-9 at most (measured).
+/// Returns the f32 vector that is closest in direction to the unit vector `d` among [`LENGTHS`] lengths. The rounding
+/// errors of different lengths are effectively random, so that the best of n is √n times as good as one. The direction
+/// is off by 1e-9 rad typically and by 4e-9 at most (measured).
 #[cold]
 fn finest(d: DVec3) -> Vec3 {
-    // A direction along an axis keeps all digits of its small components.
+    // A direction along an axis keeps the full precision of its small components.
     let (mut best, mut least) = (d.as_vec3(), f64::INFINITY);
     let unit = d / d.abs().max_element();
     for k in 0..LENGTHS {
@@ -176,13 +181,13 @@ fn finest(d: DVec3) -> Vec3 {
     best
 }
 
-/// How many lengths between 1 and 2 are tried, a power of two: the largest component is then exact.
+/// Number of lengths between 1 and 2 that are tried. It is a power of two, so that the largest component is exact.
 const LENGTHS: u32 = 1024;
 
-/// Unit right, up and backward of a transform without its scale, shear and mirroring; None when it has no direction of
-/// view. The direction of view is kept; one axis that is scaled to nothing follows from the two others. Of the two ways to
-/// undo a mirroring that leaves, in x and in y, the one is taken with the top of the view towards +y, and x in a view
-/// straight up or down, where no rounding may decide.
+/// Returns the unit right, up and backward axes of a transform without its scale, shear and reflection, or None when it
+/// has no direction of view. The direction of view is kept. One axis of length zero is derived from the two others. A
+/// reflection can be undone by flipping x or y: the choice is the one with the top of the view towards +y, and x for a
+/// view straight up or down, so that the result does not depend on rounding.
 pub fn axes(m: &DMat3) -> Option<(DVec3, DVec3, DVec3)> {
     let unit = |v: DVec3| v.try_normalize();
     let backward = unit(m.z_axis).or_else(|| unit(m.x_axis.cross(m.y_axis)))?;
@@ -197,10 +202,11 @@ pub fn axes(m: &DMat3) -> Option<(DVec3, DVec3, DVec3)> {
     (right.is_finite() && up.is_finite() && backward.is_finite()).then_some((right, up, backward))
 }
 
-/// Height of a unit vector that is level but for its rounding in f32.
+/// Largest |y| of a unit vector that counts as horizontal within the rounding of f32.
 const LEVEL: f64 = 1e-6;
 
-/// The film point on a plane whose top edge is y = 1 and bottom edge y = −1, centre 0, x to the right in the same unit.
+/// Returns the film point on the plane whose centre is 0, top edge y = 1 and bottom edge y = −1, with x to the right in
+/// the same unit.
 #[inline]
 fn film_plane(pixel: (u32, u32), fraction: Vec2, size: (u32, u32)) -> DVec2 {
     let (w, h) = (size.0 as f64, size.1.max(1) as f64);
@@ -272,7 +278,7 @@ mod tests {
                 assert!(high >= least_high * 0.9999 && wide >= least_wide * 0.9999, "{size:?}");
                 assert!(
                     high < least_high * 1.0001 || wide < least_wide * 1.0001,
-                    "{size:?}: no smaller than need be"
+                    "{size:?}: the view is larger than necessary"
                 );
             }
             assert_eq!(frame.clone().fitted(((aspect * 99.0).round() as u32, 99)).projection, projection);
@@ -313,7 +319,7 @@ mod tests {
                 (right - turned.x_axis).abs() + (up - turned.y_axis).abs() + (backward - turned.z_axis).abs();
             assert!(off.max_element() < 1e-12, "{mirror}");
         }
-        // Straight down there is no top: the rounding of either sign decides nothing.
+        // A view straight down has no top, so that rounding of either sign must not change the result.
         for tilt in [-1e-8, 1e-8] {
             let down = DMat3::from_rotation_x(-std::f64::consts::FRAC_PI_2 + tilt);
             let (right, up, _) = axes(&(down * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)))).unwrap();
@@ -322,7 +328,7 @@ mod tests {
                 "{right} {up}"
             );
         }
-        // Upside down, but not mirrored.
+        // A camera that is upside down without a reflection stays upside down.
         let (_, up, _) = axes(&DMat3::from_rotation_z(3.0)).unwrap();
         assert!(up.y < -0.9);
     }

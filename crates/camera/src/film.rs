@@ -1,7 +1,7 @@
-//! Sums of samples in f64: what is the mean of a pixel, and how sure is it?
+//! Film: the mean and variance of the samples of every pixel, accumulated in f64.
 //!
 //! The estimate of a pixel is (1/N) Σ value·weight with N the number of samples (not the sum of weights), which is
-//! unbiased for filters whose weights have mean 1. Pixels are addressed in coordinates of the full picture.
+//! unbiased for filters whose weights have mean 1. Pixels are addressed in coordinates of the full image.
 use dapple_math::{Image, PixelRect};
 use glam::{DVec3, Vec3};
 use std::fmt;
@@ -14,8 +14,8 @@ struct Pixel {
     m2: DVec3,
 }
 impl Pixel {
-    /// mean += δ/n, m2 += δ·(x − mean); returns what m2 grows by, summed over channels. Exact for constants at any n.
-    /// [Welford 1962]
+    /// Updates mean += δ/n and m2 += δ·(x − mean), and returns the increase of m2 summed over channels. It is exact for
+    /// constants at any n. [Welford 1962]
     #[inline]
     fn add(&mut self, x: DVec3) -> f64 {
         self.n += 1;
@@ -25,7 +25,7 @@ impl Pixel {
         self.m2 += more;
         more.element_sum()
     }
-    /// Union of two disjoint sample sets. [Chan 1979]
+    /// Combines two disjoint sets of samples. [Chan 1979]
     fn merge(&mut self, other: &Self) {
         let n = self.n + other.n;
         if other.n == 0 {
@@ -37,7 +37,7 @@ impl Pixel {
         self.m2 += other.m2 + delta * delta * (self.n as f64 * share);
         self.n = n;
     }
-    /// m2/(n(n − 1)); infinite while n < 2, when nothing is known about it.
+    /// Returns m2/(n(n − 1)). It is infinite, meaning unknown, while n < 2.
     fn variance_of_mean(&self) -> Vec3 {
         if self.n < 2 {
             return Vec3::INFINITY;
@@ -47,7 +47,7 @@ impl Pixel {
     }
 }
 
-/// A rectangle of pixels with count, mean and variance each. 56 bytes per pixel.
+/// A rectangle of pixels with the count, mean and variance of the samples of each. It takes 56 bytes per pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     rect: PixelRect,
@@ -55,12 +55,12 @@ pub struct Film {
 }
 
 impl Film {
-    /// An empty film: all counts zero.
+    /// Creates an empty film, in which all counts are zero.
     pub fn new(rect: PixelRect) -> Self {
         Self { rect, pixels: vec![Pixel::default(); rect.area()] }
     }
 
-    /// The pixels it covers.
+    /// Returns the rectangle of pixels that the film covers.
     pub fn rect(&self) -> PixelRect {
         self.rect
     }
@@ -71,14 +71,14 @@ impl Film {
         inside.then(|| (y - self.rect.y0) as usize * self.rect.width() as usize + (x - self.rect.x0) as usize)
     }
 
-    /// Adds one sample; a non-finite one adds zero, still counts, and returns false.
-    /// `x, y` in the full picture; a pixel that the film does not cover is left alone.
+    /// Adds one sample and returns whether it is finite. A non-finite sample is counted with value zero.
+    /// `x, y` are coordinates in the full image; a sample of a pixel that the film does not cover is ignored.
     #[inline]
     pub fn add(&mut self, x: u32, y: u32, value: Vec3, weight: f32) -> bool {
         self.add_measured(x, y, value, weight).0
     }
 
-    /// As [`Film::add`]; also returns by how much the pixel's sum of squared deviations grew, all channels together.
+    /// Like [`Film::add`]; also returns the increase of the pixel's sum of squared deviations, summed over channels.
     #[inline]
     pub fn add_measured(&mut self, x: u32, y: u32, value: Vec3, weight: f32) -> (bool, f64) {
         let value = value.as_dvec3() * weight as f64;
@@ -87,7 +87,7 @@ impl Film {
         (finite, grown.unwrap_or_default())
     }
 
-    /// Copies the pixels of a tile in, replacing what was there; pixels outside this film are dropped.
+    /// Replaces pixels of this film by those of a tile. Pixels of the tile outside this film are ignored.
     pub fn put(&mut self, tile: &Film) {
         let both = self.rect.intersection(&tile.rect);
         let width = both.width() as usize;
@@ -98,8 +98,9 @@ impl Film {
         }
     }
 
-    /// Joins the samples of `other`, taken independently of these, over the same rectangle. The result is that of one
-    /// film given all samples, up to f64 rounding: commutative and associative to about 1e-15 of the mean, not to the bit.
+    /// Adds the samples of `other`, which must be independent of those of `self` and cover the same rectangle, and
+    /// fails if the rectangles differ. The result is that of one film with all samples, up to rounding in f64: it is
+    /// commutative and associative to about 1e-15 of the mean, but not to the last bit.
     pub fn merge(&mut self, other: &Film) -> Result<(), RectMismatch> {
         if self.rect != other.rect {
             return Err(RectMismatch { ours: self.rect, theirs: other.rect });
@@ -108,33 +109,33 @@ impl Film {
         Ok(())
     }
 
-    /// The estimate: (1/N) Σ value·weight; black where nothing was sampled.
+    /// Returns the estimate (1/N) Σ value·weight of every pixel. Pixels without samples are black.
     pub fn mean(&self) -> Image {
-        self.picture(|p| p.mean.as_vec3())
+        self.image(|p| p.mean.as_vec3())
     }
 
-    /// Variance of the mean, per channel: Σ(x − mean)²/(n(n − 1)). Infinite where n < 2. An estimate for independent
-    /// samples; for stratified and Sobol points it is too large (their error is smaller than it says).
+    /// Returns the variance of the mean per channel, Σ(x − mean)²/(n(n − 1)). It is infinite where n < 2. It is an
+    /// estimate for independent samples; for stratified and Sobol points, whose error is smaller, it is too large.
     pub fn variance(&self) -> Image {
-        self.picture(Pixel::variance_of_mean)
+        self.image(Pixel::variance_of_mean)
     }
 
-    /// Samples added to one pixel; 0 outside.
+    /// Returns the number of samples of one pixel; 0 outside of the film.
     pub fn count(&self, x: u32, y: u32) -> u64 {
         self.index(x, y).map_or(0, |i| self.pixels[i].n)
     }
 
-    /// Samples added to all pixels.
+    /// Returns the number of samples of all pixels.
     pub fn samples(&self) -> u64 {
         self.pixels.iter().map(|p| p.n).sum()
     }
 
-    /// The mean of one pixel in f64; zero outside.
+    /// Returns the mean of one pixel in f64; zero outside of the film.
     pub fn mean_at(&self, x: u32, y: u32) -> DVec3 {
         self.index(x, y).map_or(DVec3::ZERO, |i| self.pixels[i].mean)
     }
 
-    fn picture(&self, f: impl Fn(&Pixel) -> Vec3) -> Image {
+    fn image(&self, f: impl Fn(&Pixel) -> Vec3) -> Image {
         Image {
             width: self.rect.width() as usize,
             height: self.rect.height() as usize,
@@ -143,12 +144,12 @@ impl Film {
     }
 }
 
-/// Two films over different rectangles cannot be merged.
+/// The error of merging two films over different rectangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RectMismatch {
-    /// The film merged into.
+    /// Rectangle of the film that is merged into.
     pub ours: PixelRect,
-    /// The film merged from.
+    /// Rectangle of the film that is merged from.
     pub theirs: PixelRect,
 }
 impl fmt::Display for RectMismatch {
@@ -171,7 +172,7 @@ mod tests {
         for x in [1.0, 2.0, 3.0, 4.0] {
             assert!(film.add(4, 6, Vec3::splat(x), 1.0));
         }
-        let i = 4 + 1; // row 1, column 1 of a film four wide
+        let i = 4 + 1; // row 1, column 1 of a film that is four pixels wide
         assert_eq!(film.mean().pixels[i], Vec3::splat(2.5));
         assert!((film.variance().pixels[i].x - 5.0 / 12.0).abs() < 1e-7);
         assert_eq!(film.variance().pixels[0], Vec3::INFINITY);

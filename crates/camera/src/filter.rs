@@ -1,25 +1,25 @@
-//! Pixel filters: how much does a film point near a pixel's centre count?
+//! Pixel filters and their importance sampling.
 //!
-//! The filter is sampled, not splatted: the pixel point is warped so that its density is the filter [Ernst 2006], every
-//! pixel keeps its own independent samples, and a constant picture stays constant. Filters with negative lobes (Mitchell)
-//! are sampled by |f| and carry the weight sign(f)·∫|f|, whose mean is 1. All filters are products of one axis each.
+//! Filters are sampled instead of splatted: the film point is warped so that its density is the filter [Ernst 2006].
+//! Every pixel then has its own independent samples, and a constant image stays constant. Filters with negative lobes
+//! (Mitchell) are sampled by |f| with the weight sign(f)·∫|f|, whose mean is 1. All filters are separable.
 use dapple_sampling::warp;
 use glam::Vec2;
 use std::{fmt, str::FromStr, sync::LazyLock};
 
-/// The pixel filters; radii in pixels.
+/// The pixel filters, with radii in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
-    /// Constant on a square of half side `radius`; 0.5 is the pixel itself.
+    /// Constant on a square of half side `radius`. A radius of 0.5 is the pixel itself.
     Box {
         /// Half side in pixels, > 0.
         radius: f32,
     },
-    /// Linear fall-off, radius 1.
+    /// Tent with a linear falloff, radius 1.
     Tent,
-    /// Gaussian with σ = 0.5 less its value at the cut, radius 1.5.
+    /// Gaussian with σ = 0.5 minus its value at the radius 1.5.
     Gaussian,
-    /// Mitchell–Netravali with B = C = ⅓, radius 2; negative beyond 8/7.
+    /// Mitchell–Netravali with B = C = ⅓, radius 2. It is negative beyond 8/7.
     Mitchell,
     /// Four-term Blackman–Harris window, radius 1.5.
     BlackmanHarris,
@@ -32,9 +32,9 @@ impl Default for Filter {
 }
 
 impl Filter {
-    /// Offset from the pixel's centre in pixels for `u` in \[0,1)², and the weight the sample carries: 1 unless the
-    /// filter has negative lobes, mean 1 always. Monotone in each coordinate, so strata of `u` stay strata.
-    /// `Box { radius: 0.5 }` is u − ½ exactly.
+    /// Samples the filter by `u` in \[0,1)² and returns the offset from the pixel's centre in pixels and the weight of
+    /// the sample. The weight is 1 unless the filter has negative lobes, and its mean is always 1. The offset is
+    /// monotone in each coordinate, so that strata of `u` stay strata. For `Box { radius: 0.5 }` it is u − ½ exactly.
     #[inline]
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         match *self {
@@ -46,7 +46,7 @@ impl Filter {
         }
     }
 
-    /// Half side of the square outside which the filter is zero, in pixels.
+    /// Returns half the side, in pixels, of the square outside of which the filter is zero.
     pub fn radius(&self) -> f32 {
         match *self {
             Self::Box { radius } => radius,
@@ -65,7 +65,8 @@ static BLACKMAN_HARRIS: LazyLock<Axis> = LazyLock::new(|| Axis::new(1.5, blackma
 fn gaussian(x: f64) -> f64 {
     libm::exp(-2.0 * x * x) - libm::exp(-4.5)
 }
-/// [Mitchell and Netravali 1988] with B = C = ⅓, for 0 ≤ x ≤ 2. The outer piece is −7/18·(x − 2)²(x − 8/7).
+/// The filter of [Mitchell and Netravali 1988] with B = C = ⅓, for 0 ≤ x ≤ 2. The outer piece is −7/18·(x − 2)²(x −
+/// 8/7).
 fn mitchell(x: f64) -> f64 {
     if x < 1.0 {
         ((7.0 * x - 12.0) * x * x + 16.0 / 3.0) / 6.0
@@ -73,24 +74,24 @@ fn mitchell(x: f64) -> f64 {
         -7.0 / 18.0 * (x - 2.0) * (x - 2.0) * (x - 8.0 / 7.0)
     }
 }
-/// [Harris 1978], four-term −92 dB window over ±1.5, for 0 ≤ x ≤ 1.5.
+/// The four-term −92 dB window of [Harris 1978] over ±1.5, for 0 ≤ x ≤ 1.5.
 fn blackman_harris(x: f64) -> f64 {
     let t = std::f64::consts::PI * x / 1.5;
     0.35875 + 0.48829 * libm::cos(t) + 0.14128 * libm::cos(2.0 * t) + 0.01168 * libm::cos(3.0 * t)
 }
 
-/// Cells of one half axis; 7·64, so that Mitchell's joint at 1 and its zero at 8/7 fall on knots.
+/// Number of cells of one half axis: 7·64, so that Mitchell's junction at 1 and its zero at 8/7 are at knots.
 const CELLS: usize = 448;
 
-/// Inverse of the cumulative |f| of one even filter axis, from a table in f64.
+/// Inverse of the cumulative |f| of one axis of an even filter, from a table in f64.
 ///
-/// *Approximation*: |f| is taken as linear between knots; the filter that is really applied differs from the named one
-/// by less than 2e-5 of its peak. Its integral is exact, so nothing is biased for a constant picture.
+/// *Approximation*: |f| is interpolated linearly between knots. The applied filter differs from the named one by less
+/// than 2e-5 of its peak. Its integral is exact, so that a constant image is unbiased.
 struct Axis {
     radius: f64,
     /// |f| at the knots i·radius/CELLS, scaled so that the half axis integrates to 1.
     density: Vec<f64>,
-    /// Its integral from 0 to each knot; last = 1.
+    /// Integral of `density` from 0 to each knot; the last is 1.
     cdf: Vec<f64>,
     /// First cell in which f is negative.
     negative_from: usize,
@@ -118,14 +119,14 @@ impl Axis {
         Self { radius, density, cdf, negative_from, norm: sum / (2.0 * positive - sum) }
     }
 
-    /// Offset for u in \[0,1) and the factor of the weight. The left half of u is the mirror image of the right half.
+    /// Returns the offset for u in \[0,1) and the factor of the weight. The lower half of u mirrors the upper half.
     fn sample(&self, u: f32) -> (f64, f64) {
         let v = 2.0 * u as f64 - 1.0;
         let a = v.abs();
         let i = self.cdf.partition_point(|&c| c <= a).clamp(1, CELLS) - 1;
         let h = self.radius / CELLS as f64;
         let (f0, f1) = (self.density[i], self.density[i + 1]);
-        // f0·t + (f1 − f0)·t²/2 = r for t in [0,1], in the form that does not cancel.
+        // Solves f0·t + (f1 − f0)·t²/2 = r for t in [0,1] without cancellation.
         let r = (a - self.cdf[i]) / h;
         let root = (f0 * f0 + 2.0 * (f1 - f0) * r).max(0.0).sqrt();
         let t = if r > 0.0 { (2.0 * r / (f0 + root)).min(1.0) } else { 0.0 };
@@ -139,12 +140,12 @@ impl Axis {
     }
 }
 
-/// Why a filter could not be read.
+/// Errors of parsing a filter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FilterError {
-    /// No filter of that name.
+    /// There is no filter of that name.
     Unknown(String),
-    /// The box's radius is not a number in (0, 64].
+    /// The radius of the box is not a number in (0, 64].
     Radius(String),
 }
 impl fmt::Display for FilterError {
@@ -156,7 +157,9 @@ impl fmt::Display for FilterError {
                     "unknown filter '{s}': use box[:radius], tent, gaussian, mitchell or blackman-harris"
                 )
             }
-            Self::Radius(s) => write!(f, "box radius '{s}': give pixels above 0 and up to 64, e.g. box:0.5"),
+            Self::Radius(s) => {
+                write!(f, "invalid box radius '{s}': give pixels above 0 and up to 64, e.g. box:0.5")
+            }
         }
     }
 }

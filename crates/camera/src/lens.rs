@@ -1,6 +1,7 @@
-//! Thin lens: where on the aperture does a ray leave, and which plane is sharp?
+//! The thin lens: shape and sampling of the aperture, and the focus distance.
 //!
-//! `disk`, `square`, `blades:N[:rotation]` on the command line; the rotation there is in degrees.
+//! On the command line, apertures are written as `disk`, `square` or `blades:N[:rotation]`, with the rotation in
+//! degrees.
 use dapple_sampling::warp;
 use glam::Vec2;
 use std::{fmt, str::FromStr};
@@ -11,31 +12,31 @@ pub enum Aperture {
     /// A round aperture.
     #[default]
     Disk,
-    /// A square aperture, sides along right and up.
+    /// A square aperture with sides along the camera's right and up axes.
     Square,
-    /// A regular polygon, as the blades of a diaphragm form it.
+    /// A regular polygon, as formed by the blades of a diaphragm.
     Blades {
         /// Number of corners, at least 3.
         n: u32,
-        /// Angle of the first corner from right towards up, in radians.
+        /// Angle of the first corner, from right towards up, in radians.
         rotation: f32,
     },
 }
 
-/// `radius` (half side for the square, circumradius for blades) and focus distance along the view axis, render units;
-/// infinite focus allowed.
+/// A thin lens. Lengths are in render-space units, and the focus distance may be infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
-    /// Shape.
+    /// Shape of the aperture.
     pub aperture: Aperture,
-    /// Radius, half side or circumradius in render units; 0 is a pinhole.
+    /// Radius of the disk, half side of the square or circumradius of the polygon; 0 is a pinhole.
     pub radius: f32,
-    /// Distance of the sharp plane along the view axis in render units, > 0.
+    /// Distance of the plane in focus along the view axis, > 0.
     pub focus_distance: f32,
 }
 
 impl Lens {
-    /// Uniform point of the aperture for `u` in \[0,1)², in render units about the lens centre (x right, y up).
+    /// Samples a point of the aperture uniformly by `u` in \[0,1)², in render-space units relative to the lens centre
+    /// (x right, y up).
     #[inline]
     pub fn point(&self, u: Vec2) -> Vec2 {
         let unit = match self.aperture {
@@ -46,7 +47,7 @@ impl Lens {
         unit * self.radius
     }
 
-    /// Area of the aperture in square render units.
+    /// Returns the area of the aperture in square render-space units.
     pub fn area(&self) -> f64 {
         let r2 = self.radius as f64 * self.radius as f64;
         r2 * match self.aperture {
@@ -59,19 +60,20 @@ impl Lens {
         }
     }
 
-    /// 1/focus: 0 at infinity. A focus of zero (refused by the callers) acts as the smallest positive one.
+    /// Returns 1/focus, which is 0 for infinity. A focus of zero (rejected by the callers) acts as the smallest
+    /// positive one.
     #[inline]
     pub(crate) fn inverse_focus(&self) -> f64 {
         1.0 / (self.focus_distance as f64).max(f32::MIN_POSITIVE as f64)
     }
 }
 
-/// Why an aperture could not be read.
+/// Errors of parsing an aperture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ApertureError {
-    /// No shape of that name.
+    /// There is no shape of that name.
     Unknown(String),
-    /// The number of blades is missing, not a number, or not in 3..=1000.
+    /// The number of blades is missing, not an integer, or not in 3..=1000.
     Blades(String),
     /// The rotation is not a finite number of degrees.
     Rotation(String),
@@ -82,8 +84,10 @@ impl fmt::Display for ApertureError {
             Self::Unknown(s) => {
                 write!(f, "unknown aperture '{s}': use disk, square or blades:N[:degrees], e.g. blades:6")
             }
-            Self::Blades(s) => write!(f, "'{s}' blades: give a whole number from 3 to 1000, e.g. blades:6"),
-            Self::Rotation(s) => write!(f, "aperture rotation '{s}': give degrees, e.g. blades:6:15"),
+            Self::Blades(s) => {
+                write!(f, "invalid number of blades '{s}': give an integer from 3 to 1000, e.g. blades:6")
+            }
+            Self::Rotation(s) => write!(f, "invalid aperture rotation '{s}': give degrees, e.g. blades:6:15"),
         }
     }
 }
@@ -119,7 +123,7 @@ impl fmt::Display for Aperture {
             Self::Square => f.write_str("square"),
             Self::Blades { n, rotation: 0.0 } => write!(f, "blades:{n}"),
             Self::Blades { n, rotation } => {
-                // The short form when it reads back as the same angle, else all digits.
+                // The short form if it parses to the same angle, otherwise all digits.
                 let degrees = (rotation as f64).to_degrees();
                 let short = degrees as f32;
                 if short.to_string().parse::<f64>().is_ok_and(|d| d.to_radians() as f32 == rotation) {

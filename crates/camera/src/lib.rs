@@ -1,7 +1,8 @@
-//! From a pixel to a ray, and back to a picture.
+//! Cameras, lenses, pixel filters, shutter and film.
 //!
-//! [`Camera`] turns a film point and a lens point into a ray, [`Filter`] places the film point, [`Shutter`] the time,
-//! and [`Film`] sums what came back, with its variance. Nothing here knows what a ray hits.
+//! [`Camera`] computes the ray of a film point and a lens point, [`Filter`] samples the film point, [`Shutter`] the
+//! time, and [`Film`] accumulates the samples with their variance. The crate does not depend on the intersection of
+//! rays.
 #![forbid(unsafe_code)]
 pub mod camera;
 pub mod film;

@@ -1,4 +1,4 @@
-//! Sums that do not stall, drift or lose their variance.
+//! Accuracy of the film's means and variances, and the times of the shutter.
 use dapple_camera::{Film, Filter, Shutter};
 use dapple_math::PixelRect;
 use dapple_testkit::Rng;
@@ -6,7 +6,8 @@ use glam::Vec3;
 
 const ONE: PixelRect = PixelRect { x0: 0, y0: 0, x1: 1, y1: 1 };
 
-/// 2²⁶ samples: a constant stays exact, a uniform keeps its mean and variance, beside a large offset too.
+/// With 2²⁶ samples, a constant stays exact, and a uniform variable keeps its mean and variance, with and without a
+/// large offset.
 #[test]
 fn many_samples() {
     let mut film = Film::new(ONE);
@@ -14,7 +15,7 @@ fn many_samples() {
     let (mut sum, mut sum2) = (0u64, 0u128);
     let mut x = 1u32;
     for _ in 0..n {
-        // A full-period generator modulo 2³²; the top 16 bits as a fraction, exactly.
+        // A full-period generator modulo 2³²; its top 16 bits are an exact fraction.
         x = x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let k = (x >> 16) as u64;
         sum += k;
@@ -27,7 +28,7 @@ fn many_samples() {
     assert_eq!(film.count(0, 0), n);
     assert_eq!(mean.x, 1.0);
     assert!((mean.y / exact - 1.0).abs() < 1e-9, "{}", mean.y);
-    // 1000 + u is rounded to f32 when it is made: 2⁻¹⁵ steps, unbiased to 1e-6.
+    // 1000 + u is rounded to f32 in steps of 2⁻¹⁵, which is unbiased to 1e-6.
     assert!((mean.z - 1000.0 - exact).abs() < 1e-5, "{}", mean.z);
     let variance = (sum2 as f64 / n as f64 - (sum as f64 / n as f64).powi(2)) / 65536f64.powi(2) / n as f64;
     let got = film.variance().pixels[0];
@@ -36,7 +37,7 @@ fn many_samples() {
     assert!((got.z as f64 / variance - 1.0).abs() < 1e-4, "{} {variance}", got.z);
 }
 
-/// A sun of 1e6 in one of 1e5 samples: the variance a single-precision sum of squares would lose.
+/// One of 1e5 samples is 1e6, as of a sun. A sum of squares in single precision would lose its variance.
 #[test]
 fn rare_bright_samples() {
     let mut film = Film::new(ONE);
@@ -51,7 +52,7 @@ fn rare_bright_samples() {
     assert!((film.variance().pixels[0].x as f64 / variance - 1.0).abs() < 1e-6);
 }
 
-/// The variance of the mean, in the mean over many films, is the spread of the means.
+/// The estimated variance of the mean, averaged over many films, is the variance of their means.
 #[test]
 fn variance_is_that_of_the_mean() {
     let mut rng = Rng::new(3);
@@ -66,12 +67,12 @@ fn variance_is_that_of_the_mean() {
         spread += (film.mean_at(0, 0).x - 0.5).powi(2);
     }
     let exact = 1.0 / 12.0 / n as f64;
-    // Relative standard error of either is about √(2/films).
+    // The relative standard error of both is about √(2/films).
     assert!((stated / films as f64 / exact - 1.0).abs() < 0.01, "{}", stated / films as f64 / exact);
     assert!((spread / films as f64 / exact - 1.0).abs() < 0.04, "{}", spread / films as f64 / exact);
 }
 
-/// A constant picture through every filter has the value of the constant; filters without negative lobes exactly.
+/// A constant image keeps its value with every filter, exactly so with filters without negative lobes.
 #[test]
 fn a_constant_picture_stays_constant() {
     for name in ["box", "tent", "gaussian", "mitchell", "blackman-harris"] {
@@ -90,7 +91,7 @@ fn a_constant_picture_stays_constant() {
     }
 }
 
-/// Merging in any grouping gives the same to rounding.
+/// Merging in any order and grouping gives the same result up to rounding.
 #[test]
 fn merging_is_associative_to_rounding() {
     let mut rng = Rng::new(5);
@@ -128,7 +129,7 @@ fn times_stay_within_the_shutter() {
         sum += t as f64;
     }
     assert!((sum / 1e5 - 0.2).abs() < 4.0 * 0.4 / 12f64.sqrt() / 1e5f64.sqrt());
-    // A millisecond a day into the animation keeps the digits of u.
+    // An exposure of a millisecond, one day into the animation, keeps the precision of u.
     let late = Shutter { open: 86_400.0, close: 86_400.001 };
     assert!(late.time(0.5) < late.time(0.5f32.next_up()));
     assert!(Shutter::default().is_instant() && Shutter { open: 2.0, close: 2.0 }.time(0.7) == 0.0);

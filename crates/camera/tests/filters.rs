@@ -1,4 +1,4 @@
-//! Filters: the density of the warped points times their weight is the filter, and a constant picture stays constant.
+//! Filters: the density of the warped points times their weight is the filter.
 use dapple_camera::Filter;
 use dapple_testkit::{Rng, chi_square::ChiSquare, quadrature};
 use glam::Vec2;
@@ -14,7 +14,7 @@ const ALL: [Filter; 7] = [
     Filter::BlackmanHarris,
 ];
 
-/// One axis of the filter by its textbook form, not normalised.
+/// One axis of the filter by its textbook formula, not normalised.
 fn axis(filter: Filter, x: f64) -> f64 {
     let x = x.abs();
     if x >= filter.radius() as f64 {
@@ -47,7 +47,7 @@ fn axis(filter: Filter, x: f64) -> f64 {
 
 fn integral(filter: Filter, f: impl Fn(f64) -> f64) -> f64 {
     let r = filter.radius() as f64;
-    // Split where Mitchell has its joint and its zero.
+    // Split at the junction and the zero of the Mitchell filter.
     let ends = [-r, -8.0 / 7.0, -1.0, 0.0, 1.0, 8.0 / 7.0, r].map(|x: f64| x.clamp(-r, r));
     let part = |w: &[f64]| if w[0] < w[1] { quadrature::line(&f, w[0], w[1], 1e-10) } else { 0.0 };
     ends.windows(2).map(part).sum()
@@ -90,7 +90,8 @@ fn weights_are_sign_times_size_and_average_one() {
     }
 }
 
-/// A grid of points, as quadrature: Σ weight·g is ∫ filter·g for smooth g, hence exactly the filter's moments.
+/// With a grid of points as quadrature, Σ weight·g is ∫ filter·g for smooth g, so that the moments are those of the
+/// filter.
 #[test]
 fn moments_are_those_of_the_filter() {
     for filter in ALL {
@@ -106,7 +107,7 @@ fn moments_are_those_of_the_filter() {
             got += w as f64 * (p.x as f64 * p.x as f64);
         }
         let count = (n * n) as f64;
-        // Where the weight changes sign the grid is off by a cell.
+        // The grid is off by one cell where the weight changes sign.
         let tolerance = if filter == Filter::Mitchell { 4e-3 } else { 1e-4 };
         assert!((zeroth / count - 1.0).abs() < tolerance, "{filter}: {}", zeroth / count);
         assert!((first / count).abs() < 1e-5, "{filter}: {}", first / count);
@@ -114,7 +115,7 @@ fn moments_are_those_of_the_filter() {
     }
 }
 
-/// Strata stay strata: each coordinate grows with its u.
+/// Strata stay strata, because each coordinate increases with its u.
 #[test]
 fn the_warp_is_monotone() {
     for filter in ALL {

@@ -1,4 +1,4 @@
-//! Narrow, wide and large pictures; thin lenses from none to absurd.
+//! Camera rays of narrow, wide and large images, and of thin lenses of moderate and extreme sizes.
 use dapple_camera::{Aperture, Camera, Lens, Projection};
 use dapple_testkit::{Rng, chi_square::ChiSquare};
 use glam::{DVec3, Vec2, Vec3};
@@ -21,7 +21,8 @@ fn perspective(yfov_degrees: f64) -> Projection {
     Projection::Perspective { tan_half: (0.5 * yfov_degrees.to_radians()).tan() as f32 }
 }
 
-/// 1000 rows over 0.001°: 1.7e-8 rad each, finer than a unit f32 vector in general, not for a camera along the axes.
+/// 1000 rows over 0.001° are 1.7e-8 rad each. A camera aligned with the axes resolves them, although unit vectors in
+/// f32 do not in general.
 #[test]
 fn a_thousandth_of_a_degree_keeps_every_row() {
     let c = camera(perspective(0.001), None);
@@ -39,13 +40,13 @@ fn a_thousandth_of_a_degree_keeps_every_row() {
     assert!((edge / (0.5 * 0.001f64.to_radians()).tan() - 1.0).abs() < 1e-5);
 }
 
-/// The directions of a picture of 179.9° fill the solid angle they should: jittered means of dω/dA.
+/// The directions of an image of 179.9° cover the exact solid angle, integrated as dω/dA over the film.
 #[test]
 fn nearly_a_half_turn_fills_its_solid_angle() {
     let t = (0.5 * 179.9f64.to_radians()).tan();
     let exact = 4.0 * (t * t / (1.0 + t * t)).asin();
     let c = camera(perspective(179.9), None);
-    // dω = cos³θ dA on the film plane at distance 1; the density peaks in the middle, so the middle is sampled finely.
+    // dω = cos³θ dA on the film plane at distance 1. It has a peak in the middle, which is therefore sampled finely.
     let solid_angle = |pixel: (u32, u32), size: u32, n: u32| {
         let mut sum = 0.0;
         for i in 0..n * n {
@@ -67,7 +68,8 @@ fn nearly_a_half_turn_fills_its_solid_angle() {
     assert!((sum / exact - 1.0).abs() < 1e-3, "{sum} {exact}");
 }
 
-/// Pixel 16383 of a picture keeps 2²⁰ places and more within it: direction and pixel give back the fraction.
+/// Pixel 16383 of an image resolves 2²⁰ or more positions within it: the fraction can be recovered from the direction
+/// and the pixel.
 #[test]
 fn large_pictures_keep_their_jitter() {
     let c = camera(perspective(0.1), None);
@@ -94,7 +96,7 @@ fn shapes() -> [Aperture; 4] {
     [Aperture::Disk, Aperture::Square, blades(6, 0.3), blades(3, 0.0)]
 }
 
-/// All rays of one film point meet in one point of the plane in focus, for every aperture and projection.
+/// All rays of one film point meet at one point of the plane in focus, for every aperture and projection.
 #[test]
 fn the_plane_in_focus_is_sharp() {
     let mut rng = Rng::new(2);
@@ -113,7 +115,7 @@ fn the_plane_in_focus_is_sharp() {
                             o + d * (-focus_distance as f64 - o.z) / d.z
                         };
                         let (a, b) = (meet(&c, rng.vec2()), meet(&pinhole, Vec2::ZERO));
-                        // Directions are rounded to 2⁻²⁴, and a slant of radius/focus multiplies that.
+                        // Directions are rounded to 2⁻²⁴, and a slope of radius/focus amplifies the error.
                         let slant = 1.0 + (radius / focus_distance) as f64;
                         let tolerance = 4e-7 * (focus_distance as f64 * slant * slant + radius as f64 + 2.0);
                         assert!((a - b).length() < tolerance, "{lens:?}: {a} {b}");
@@ -141,7 +143,7 @@ fn focus_at_infinity_keeps_directions() {
     }
 }
 
-/// Apertures are filled evenly: density 1/area.
+/// Apertures are sampled uniformly, with density 1/area.
 #[test]
 fn apertures_are_even() {
     let test = ChiSquare { regions: 2000, ..ChiSquare::family(2) };
@@ -157,7 +159,7 @@ fn apertures_are_even() {
         );
         assert!(result.passed(), "{aperture:?}: {result}");
     }
-    // Polygons by what lies inside: never outside an edge, and the right share in each of 2n sectors.
+    // No point of a polygon is outside of an edge, and each of 2n sectors gets its expected share.
     for (n, rotation) in [(3u32, 0.0f32), (6, 0.3), (5, -1.0)] {
         let lens = Lens { aperture: Aperture::Blades { n, rotation }, radius: 1.0, focus_distance: 1.0 };
         let apothem = (std::f64::consts::PI / n as f64).cos();

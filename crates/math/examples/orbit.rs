@@ -1,4 +1,4 @@
-//! Follows a point on a turning, key-framed node, and the box that holds it all the way.
+//! Prints the positions of a point on a rotating, key-framed node, and the bounding box of its motion.
 //! `cargo run --release --example orbit -p dapple-math`
 
 use dapple_math::Motion;

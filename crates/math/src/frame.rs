@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// Right-handed orthonormal basis.
+/// An orthonormal basis. It is right-handed unless [`Frame::from_z_tangent`] mirrors it.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     /// First tangent.
@@ -14,7 +14,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Any frame about unit `z`, without a branch that fails at z = (0, 0, −1) [Duff et al. 2017].
+    /// Builds an arbitrary frame about unit `z`. No direction is singular, including z = (0, 0, −1) [Duff et al. 2017].
     pub fn from_z(z: Vec3) -> Self {
         let sign = 1.0f32.copysign(z.z);
         let a = -1.0 / (sign + z.z);
@@ -24,27 +24,27 @@ impl Frame {
         Self { x, y, z }
     }
 
-    /// x along `tangent` made orthogonal to unit `z`; `sign` < 0 mirrors y. Falls back to [`Frame::from_z`] when the
-    /// tangent is degenerate, parallel to z, or not finite.
+    /// Builds the frame whose x is `tangent` made orthogonal to unit `z`; `sign` < 0 mirrors y. Falls back to
+    /// [`Frame::from_z`] when the tangent is degenerate, parallel to z, or not finite.
     pub fn from_z_tangent(z: Vec3, tangent: Vec3, sign: f32) -> Self {
         let x = tangent - z * tangent.dot(z);
         let length2 = x.length_squared();
         if !(length2 > 1e-12 * tangent.length_squared() && length2.is_finite()) {
             return Self::from_z(z);
         }
-        // Orthogonalised twice: near z the first subtraction cancels.
+        // Orthogonalised twice because the first subtraction cancels when the tangent is nearly parallel to z.
         let x = x / length2.sqrt();
         let x = (x - z * x.dot(z)).normalize_or_zero();
         let y = z.cross(x);
         Self { x, y: if sign < 0.0 { -y } else { y }, z }
     }
 
-    /// Components of `v` along x, y, z.
+    /// Returns the components of `v` along x, y and z.
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))
     }
 
-    /// The vector with local components `v`.
+    /// Returns the vector with local components `v`.
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.x * v.x + self.y * v.y + self.z * v.z
     }

@@ -1,14 +1,14 @@
-//! Rays, frames, motion, error bounds and images: the types that every other crate of the renderer shares.
+//! Rays, frames, motion, error bounds and images: the types shared by all other crates of the renderer.
 //!
 //! - [`Ray`]: an origin, a direction and an exclusive end.
-//! - [`Frame`]: an orthonormal basis, to and from local coordinates.
+//! - [`Frame`]: an orthonormal basis and its conversions to and from local coordinates.
 //! - [`Motion`], [`motion::Pose`], [`motion::Track`]: key-framed node transforms and their inverses, in f64.
-//! - [`offset`]: bounds of rounding errors (γₙ), and ray origins that need no epsilon.
+//! - [`offset`]: bounds of rounding errors (γₙ), and ray origins that avoid self-intersection without an epsilon.
 //! - [`Aabb`]: axis-aligned bounding boxes.
-//! - [`Image`], [`PixelRect`]: linear colours per pixel, and rectangles of pixels.
+//! - [`Image`], [`PixelRect`]: images in linear colour, and rectangles of pixels.
 //!
-//! Nothing here knows surfaces, lights, materials or files. [`glam`] is re-exported, since its vectors stand in every
-//! signature.
+//! The crate does not depend on surfaces, lights, materials or files. [`glam`] is re-exported because its vectors are
+//! part of most signatures.
 #![forbid(unsafe_code)]
 
 pub mod aabb;

@@ -1,31 +1,32 @@
-//! Where may the next ray start? Error-bounded ray origins [Pharr, Jakob & Humphreys 2023, §6.8]: no epsilon in
-//! world units.
+//! Ray origins from error bounds [Pharr, Jakob & Humphreys 2023, §6.8], which avoid self-intersection without an
+//! epsilon in world units.
 //!
-//! A computed position `p` lies somewhere in the box `p ± p_error` around the true one. The origin is moved along
-//! the geometric normal until the whole box lies behind it, and each coordinate is then rounded outward.
+//! The exact position lies somewhere in the box `p ± p_error` around the computed position `p`. The ray origin is moved
+//! along the geometric normal until the whole box lies behind it, and each coordinate is then rounded outward.
 use glam::Vec3;
 
-/// Unit roundoff of f32, 2⁻²⁴.
+/// The unit roundoff of f32, 2⁻²⁴.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 
-/// γₙ = n·u / (1 − n·u): bound of the relative error of n rounded operations [Higham 2002, §3.1].
+/// Returns γₙ = n·u / (1 − n·u), the bound of the relative error of n rounded operations [Higham 2002, §3.1].
 pub const fn gamma(n: u32) -> f32 {
     let nu = n as f32 * UNIT_ROUNDOFF;
     nu / (1.0 - nu)
 }
 
-/// `p` moved along `ng` out of its own error box, to the side `d` points to, each coordinate rounded outward.
+/// Moves `p` along the normal `ng` out of its error box, to the side that `d` points to, and rounds each coordinate
+/// outward.
 ///
-/// The step is |ng|·p_error along `ng` [Pharr, Jakob & Humphreys 2023, §6.8.6]. A coordinate whose component of `ng` is
-/// not zero moves by at least one ulp, so that the origin leaves the plane even where `p_error` underflows or is zero; a
-/// coordinate along which the plane extends stays as it is.
+/// The distance is |ng|·p_error along `ng` [Pharr, Jakob & Humphreys 2023, §6.8.6]. A coordinate whose component of
+/// `ng` is not zero moves by at least one ulp, so that the origin leaves the plane even where `p_error` underflows or
+/// is zero. A coordinate whose component of `ng` is zero does not change.
 pub fn offset_origin(p: Vec3, p_error: Vec3, ng: Vec3, d: Vec3) -> Vec3 {
     let n = if d.dot(ng) < 0.0 { -ng } else { ng };
     let step = n.abs().dot(p_error);
     Vec3::new(outward(p.x, step * n.x, n.x), outward(p.y, step * n.y, n.y), outward(p.z, step * n.z, n.z))
 }
 
-/// `x + step`, rounded away in the direction of `side`.
+/// Returns `x + step`, moved to the next float in the direction of `side`.
 fn outward(x: f32, step: f32, side: f32) -> f32 {
     let y = x + step;
     if side > 0.0 {

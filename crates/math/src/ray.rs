@@ -1,33 +1,33 @@
-//! What is a ray? Points `o + t·d` with `0 < t < t_max`; `d` need not be unit, `t` counts in lengths of `d`.
+//! Rays: the points `o + t·d` with `0 < t < t_max`. `d` need not be unit; `t` is in units of the length of `d`.
 //!
-//! Both ends are open: the origin itself and the point at `t_max` are never hit. Together with
-//! [`offset_origin`](crate::offset::offset_origin) that makes an epsilon unnecessary.
+//! The interval is open at both ends: neither the origin itself nor the point at `t_max` is ever hit. Together with
+//! [`offset_origin`](crate::offset::offset_origin) this makes an epsilon unnecessary.
 use glam::Vec3;
 
-/// Points `o + t·d` for 0 < t < t_max. `d` need not be unit; t counts in lengths of `d`.
+/// The points `o + t·d` with 0 < t < t_max. `d` need not be unit; t is in units of the length of `d`.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Origin, render-space units.
+    /// Origin in render-space units.
     pub o: Vec3,
-    /// Direction, any finite length but zero.
+    /// Direction, of any finite non-zero length.
     pub d: Vec3,
-    /// Exclusive end, in lengths of `d`.
+    /// Exclusive end of the ray, in units of the length of `d`.
     pub t_max: f32,
 }
 
 impl Ray {
-    /// A ray without end.
+    /// Creates a ray of infinite length.
     pub fn new(o: Vec3, d: Vec3) -> Self {
         Self { o, d, t_max: f32::INFINITY }
     }
 
-    /// The same line, ending (exclusively) at `t_max`.
+    /// Returns the same ray with the exclusive end `t_max`.
     pub fn until(self, t_max: f32) -> Self {
         Self { t_max, ..self }
     }
 
-    /// `o + t·d`, rounded. Good for a look, not for shading: positions come from
-    /// the surface that was hit, which knows its error.
+    /// Returns `o + t·d`, rounded. It has no error bound: positions for shading are computed
+    /// from the intersected surface, which has one.
     pub fn at(&self, t: f32) -> Vec3 {
         self.o + self.d * t
     }

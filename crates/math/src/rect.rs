@@ -1,6 +1,6 @@
 //! Rectangles of pixels.
 
-/// The pixels with x0 ≤ x < x1 and y0 ≤ y < y1; (0, 0) is the top-left pixel of the full image.
+/// The pixels with x0 ≤ x < x1 and y0 ≤ y < y1. Pixel (0, 0) is at the top left of the full image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PixelRect {
     /// First column.
@@ -13,28 +13,28 @@ pub struct PixelRect {
     pub y1: u32,
 }
 impl PixelRect {
-    /// Columns.
+    /// Returns the number of columns.
     #[must_use]
     pub fn width(&self) -> u32 {
         self.x1.saturating_sub(self.x0)
     }
-    /// Rows.
+    /// Returns the number of rows.
     #[must_use]
     pub fn height(&self) -> u32 {
         self.y1.saturating_sub(self.y0)
     }
-    /// Number of pixels.
+    /// Returns the number of pixels.
     #[must_use]
     pub fn area(&self) -> usize {
         self.width() as usize * self.height() as usize
     }
-    /// Whether pixel (x, y) lies inside.
+    /// Returns whether pixel (x, y) lies inside.
     #[inline]
     #[must_use]
     pub fn contains(&self, x: u32, y: u32) -> bool {
         x >= self.x0 && x < self.x1 && y >= self.y0 && y < self.y1
     }
-    /// The pixels in both; of zero width or height when there are none.
+    /// Returns the pixels common to both rectangles. Its width or height is zero when there are none.
     #[must_use]
     pub fn intersection(&self, other: &Self) -> Self {
         Self {

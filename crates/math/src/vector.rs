@@ -1,8 +1,9 @@
-//! Small helpers over glam vectors.
+//! Helper functions for glam vectors.
 
 use glam::{DVec3, Vec3};
 
-/// `v` made unit, or `other` when `v` is zero or not finite. Scaled first, so nothing under- or overflows.
+/// Returns `v` normalized, or `other` when `v` is zero or not finite. `v` is scaled first, so that nothing underflows
+/// or overflows.
 #[must_use]
 pub fn unit_or(v: DVec3, other: DVec3) -> DVec3 {
     let largest = v.abs().max_element();
@@ -13,7 +14,7 @@ pub fn unit_or(v: DVec3, other: DVec3) -> DVec3 {
     scaled / scaled.length()
 }
 
-/// To f32, never below the f64 value: a bound stays a bound.
+/// Converts to f32, rounding up, so that an upper bound stays an upper bound.
 #[must_use]
 pub fn round_up(v: DVec3) -> Vec3 {
     Vec3::new(up(v.x), up(v.y), up(v.z))

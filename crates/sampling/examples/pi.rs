@@ -1,4 +1,4 @@
-//! π four ways: the area of a quarter disk by grid, random, stratified and Sobol points.
+//! Estimates π as the area of a quarter disk with grid, random, stratified and Sobol points.
 //! `cargo run --release --example pi -p dapple-sampling`
 
 use dapple_sampling::{Key, Pattern, point_2d};
@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 const PATTERNS: [Pattern; 4] = [Pattern::Grid, Pattern::Random, Pattern::Stratified, Pattern::Sobol];
 
-/// Root mean square error over 32 keys.
+/// Returns the root mean square error over 32 keys.
 fn error(pattern: Pattern, n: u32) -> f64 {
     let square = |seed| {
         let key = Key::pixel(seed, 0, 0).at(0, 0u32);
@@ -22,5 +22,5 @@ fn main() {
         let row: Vec<String> = PATTERNS.iter().map(|&p| format!("{:>12.2e}", error(p, n))).collect();
         println!("{n:>8} {}", row.join(" "));
     }
-    println!("\nThe error of random points falls as N^-1/2, of stratified and Sobol points as N^-3/4.");
+    println!("\nThe error of random points decreases as N^-1/2, of stratified and Sobol points as N^-3/4.");
 }

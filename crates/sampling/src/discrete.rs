@@ -1,26 +1,27 @@
-//! Choosing one of n things with given weights: a cumulative table in f64, searched, so that stratified u stay
+//! Discrete distributions with given weights. Sampling searches a cumulative table in f64, so that stratified u stay
 //! stratified (an alias table would shuffle them).
 
-/// n things with probabilities proportional to their weights.
+/// A distribution over n indices with probabilities proportional to their weights.
 #[derive(Clone, Debug)]
 pub struct Discrete {
-    /// cdf[i] = probability of an index below i; n + 1 entries, the last exactly 1.
+    /// cdf[i] is the probability of an index below i. There are n + 1 entries, and the last is exactly 1.
     cdf: Vec<f64>,
 }
 
-/// What was chosen.
+/// A sample of a [`Discrete`] distribution.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
-    /// Which.
+    /// The sampled index.
     pub index: usize,
-    /// With which probability.
+    /// The probability of the index.
     pub pmf: f32,
-    /// `u` stretched back to [0,1).
+    /// The input `u`, rescaled to [0,1) within the interval of the index.
     pub u: f32,
 }
 
 impl Discrete {
-    /// None when no weight is positive, or one is negative or not finite, or the sum overflows.
+    /// Creates the distribution. It is None when no weight is positive, when a weight is negative or not finite, or
+    /// when the sum overflows.
     pub fn new(weights: &[f64]) -> Option<Self> {
         if weights.iter().any(|w| !w.is_finite() || *w < 0.0) {
             return None;
@@ -36,34 +37,35 @@ impl Discrete {
             running += w;
             cdf.push((running / sum).min(1.0));
         }
-        // Rounding must not leave a gap behind the last thing that has weight.
+        // Rounding must not leave a gap after the last index with a positive weight.
         let last = weights.iter().rposition(|w| *w > 0.0)?;
         cdf[last + 1..].fill(1.0);
         Some(Self { cdf })
     }
 
-    /// The thing at `u` in [0,1); one without weight is never chosen.
+    /// Samples an index by `u` in [0,1). An index of weight 0 is never sampled.
     pub fn sample(&self, u: f32) -> Choice {
         let (index, u) = self.locate(f64::from(u));
         Choice { index, pmf: self.pmf(index), u: u as f32 }
     }
 
-    /// As [`Discrete::sample`] with 32 random bits, for more than 2^24 things.
+    /// Samples as [`Discrete::sample`] does, by 32 random bits, for more than 2^24 indices.
     pub fn sample_bits(&self, bits: u32) -> Choice {
         let (index, u) = self.locate(f64::from(bits) / 4_294_967_296.0);
         Choice { index, pmf: self.pmf(index), u: u as f32 }
     }
 
-    /// Bin and place within it; the place is kept below 1 also after rounding to f32.
+    /// Returns the bin of `u` and the position within it, which is below 1 even after rounding to f32.
     pub(crate) fn locate(&self, u: f64) -> (usize, f64) {
         let u = u.clamp(0.0, 1.0 - f64::EPSILON);
-        // First bin whose upper edge lies above u: bins of zero width are never first.
+        // The first bin whose upper edge is above u, which is never a bin of zero width.
         let index = self.cdf[1..].partition_point(|&edge| edge <= u);
         let (low, high) = (self.cdf[index], self.cdf[index + 1]);
         (index, ((u - low) / (high - low)).clamp(0.0, 1.0 - f64::from(f32::EPSILON / 2.0)))
     }
 
-    /// Probability with which `sample` gives `index`; 0 out of range. A weight below about 1e-16 of the sum counts as 0.
+    /// Returns the probability that `sample` returns `index`; 0 if out of range. A weight below about 1e-16 of the sum
+    /// counts as 0.
     pub fn pmf(&self, index: usize) -> f32 {
         self.probability(index) as f32
     }
@@ -72,12 +74,12 @@ impl Discrete {
         if index >= self.len() { 0.0 } else { self.cdf[index + 1] - self.cdf[index] }
     }
 
-    /// Number of things.
+    /// Returns the number of indices.
     pub fn len(&self) -> usize {
         self.cdf.len() - 1
     }
 
-    /// Never: an empty table cannot be made.
+    /// Returns false, because an empty distribution cannot be created.
     pub fn is_empty(&self) -> bool {
         false
     }
@@ -113,12 +115,12 @@ mod tests {
         }
     }
 
-    /// docs/science.md, "Tables": with equal weights bin i owns the 2^7 inputs from i·2^7 on.
+    /// docs/science.md, "Tables": with equal weights, bin i contains the 2^7 inputs from i·2^7 on.
     #[test]
     fn all_of_2_to_the_25_bins_can_be_reached() {
         let n = 1u32 << 25;
         let d = Discrete::new(&vec![1.0; n as usize]).unwrap();
-        // Every border is an input, exactly; the search is tried on one bin in 101.
+        // Every edge is exactly an input; the search is tested for one bin in 101.
         assert!(d.cdf.iter().enumerate().all(|(i, edge)| *edge == i as f64 / f64::from(n)));
         for bin in (0..n).step_by(101) {
             assert_eq!(d.sample_bits(bin << 7).index, bin as usize);
@@ -128,7 +130,7 @@ mod tests {
         assert_eq!(d.pmf(77), 1.0 / n as f32);
     }
 
-    /// docs/science.md, "Tables": a sum of ones that stalls at 2^24 in f32, and one heavy bin.
+    /// docs/science.md, "Tables": a sum of ones, which would stall at 2^24 in f32, and one bin of large weight.
     #[test]
     fn a_heavy_bin_among_many_keeps_its_probability() {
         let n = 1usize << 25;

@@ -1,15 +1,15 @@
-//! A piecewise constant density on a grid over the unit square: marginal and conditional tables in f64, so that
-//! stratified points stay stratified and cells without weight are never sampled.
+//! Piecewise constant densities on a grid over the unit square. Sampling uses marginal and conditional tables in f64,
+//! so that stratified points stay stratified and cells of weight 0 are never sampled.
 
 use crate::Discrete;
 use glam::Vec2;
 use std::cmp::Ordering;
 
-/// Density on `width`×`height` cells, row 0 at y = 0.
+/// A piecewise constant density on `width`×`height` cells, with row 0 at y = 0.
 #[derive(Clone, Debug)]
 pub struct Grid2d {
     rows: Discrete,
-    /// One per row; None for rows without weight.
+    /// One conditional table per row; None for rows of weight 0.
     columns: Vec<Option<Discrete>>,
     width: usize,
 }
@@ -17,19 +17,19 @@ pub struct Grid2d {
 /// A point of the unit square, the cell it lies in, and its density with respect to the unit square.
 #[derive(Clone, Copy, Debug)]
 pub struct GridSample {
-    /// In [0,1)².
+    /// The point in [0,1)².
     pub point: Vec2,
-    /// Column and row.
+    /// Column and row of the cell.
     pub cell: (u32, u32),
-    /// Place within the cell, [0,1)².
+    /// Position within the cell, in [0,1)².
     pub within: Vec2,
-    /// ∫ pdf over the unit square = 1.
+    /// Probability density, with ∫ pdf = 1 over the unit square.
     pub pdf: f32,
 }
 
 impl Grid2d {
-    /// `weights` row by row, `width`·`height` of them. None when the sum is zero, a weight is negative or not finite,
-    /// or their number is wrong.
+    /// Creates the density from `width`·`height` weights in row-major order. It is None when the sum is zero, a weight
+    /// is negative or not finite, or the number of weights is wrong.
     pub fn new(width: usize, height: usize, weights: &[f64]) -> Option<Self> {
         if width == 0
             || weights.len() != width.checked_mul(height)?
@@ -42,10 +42,11 @@ impl Grid2d {
         Some(Self { rows: Discrete::new(&sums)?, columns, width })
     }
 
-    /// The point at `u` in [0,1)²: y by the marginal, x by the row's conditional.
+    /// Samples a point by `u` in [0,1)²: y from the marginal distribution, x from the conditional distribution of the
+    /// row.
     pub fn sample(&self, u: Vec2) -> GridSample {
         let (row, v) = self.rows.locate(f64::from(u.y));
-        // A row with probability always has a table.
+        // A row of positive probability always has a table.
         let (column, h) = self.columns[row].as_ref().map_or((0, 0.5), |c| c.locate(f64::from(u.x)));
         GridSample {
             point: Vec2::new(inside(column, h, self.width), inside(row, v, self.rows.len())),
@@ -55,12 +56,12 @@ impl Grid2d {
         }
     }
 
-    /// Density at `point`, clamped into the square.
+    /// Returns the density at `point`, which is clamped to the unit square.
     pub fn pdf(&self, point: Vec2) -> f32 {
         self.cell_pdf(cell(point.x, self.width) as u32, cell(point.y, self.rows.len()) as u32)
     }
 
-    /// Density within a cell.
+    /// Returns the density within a cell.
     pub fn cell_pdf(&self, column: u32, row: u32) -> f32 {
         let Some(Some(columns)) = self.columns.get(row as usize) else { return 0.0 };
         let p = self.rows.probability(row as usize) * columns.probability(column as usize);
@@ -68,12 +69,13 @@ impl Grid2d {
     }
 }
 
-/// The cell of `x`, clamped into 0..n.
+/// Returns the cell of `x`, clamped to 0..n.
 fn cell(x: f32, n: usize) -> usize {
     ((f64::from(x).clamp(0.0, 1.0) * n as f64) as usize).min(n - 1)
 }
 
-/// (index + place)/n as f32, moved by an ulp where rounding would leave the cell: the neighbour may have no weight.
+/// Returns (index + place)/n as f32, moved by an ulp where rounding would leave the cell, because the adjacent cell may
+/// have weight 0.
 fn inside(index: usize, place: f64, n: usize) -> f32 {
     let x = ((index as f64 + place) / n as f64) as f32;
     match cell(x, n).cmp(&index) {
@@ -87,7 +89,7 @@ fn inside(index: usize, place: f64, n: usize) -> f32 {
 mod tests {
     use super::*;
 
-    /// Every second cell empty, points at all the places where rounding bites.
+    /// Every second cell has weight 0, and the points cover the positions where rounding matters.
     #[test]
     fn points_stay_in_cells_with_weight() {
         for n in [3usize, 7, 100, 999, 4097] {

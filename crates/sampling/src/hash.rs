@@ -1,6 +1,6 @@
-//! Integer hashes: stable over versions and machines.
+//! Integer hashes, which are the same in all versions and on all machines.
 
-/// Finaliser with full avalanche on 64 bits (SplitMix64 [Steele, Lea, Flood 2014]).
+/// Hashes 64 bits with full avalanche: the finaliser of SplitMix64 [Steele, Lea, Flood 2014].
 #[inline]
 pub(crate) const fn mix64(x: u64) -> u64 {
     let x = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -9,13 +9,14 @@ pub(crate) const fn mix64(x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// 24 high bits as a float in [0, 1): `u32 / 2^32` would round up to 1.
+/// Returns the 24 high bits as a float in [0, 1), because `u32 / 2^32` could round up to 1.
 #[inline]
 pub(crate) fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// A bijection on 0..n chosen by `key`, for i < n: cycle walking over the next power of two [Kensler 2013, in spirit].
+/// Permutes i < n by the bijection on 0..n that `key` selects, with cycle walking over the next power of two [Kensler
+/// 2013, in spirit].
 #[inline]
 pub(crate) fn permute(i: u32, n: u32, key: u64) -> u32 {
     if n <= 1 {
@@ -32,8 +33,8 @@ pub(crate) fn permute(i: u32, n: u32, key: u64) -> u32 {
     }
 }
 
-/// A keyed bijection on the low `bits` bits: additions, odd multiplications and xor-shifts, each invertible under the
-/// mask. Six rounds: with five, pairs of a domain of 8 or 16 are measurably uneven.
+/// A keyed bijection on the low `bits` bits, composed of additions, odd multiplications and xor-shifts, each invertible
+/// under the mask. There are six rounds because with five, pairs of a domain of 8 or 16 are measurably uneven.
 #[inline]
 fn scramble(mut x: u32, mask: u32, bits: u32, mut key: u64) -> u32 {
     let shift = (bits / 2).max(1);

@@ -1,42 +1,44 @@
-//! Randomness keyed by name: a pure function of (seed, pixel, branch, depth, decision), never drawn in sequence.
+//! Keys of random numbers. A random number is a pure function of (seed, pixel, branch, depth, decision); there is no
+//! generator with a state.
 
 use crate::hash::{mix64, unit};
 
-/// Names one stream of points. Equal keys give equal points on every machine.
+/// Identifies one stream of sample points. Equal keys give equal points on every machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Key(u64);
 
 impl Key {
-    /// The key of one pixel of one render.
+    /// Returns the key of one pixel of a render with the given seed.
     pub fn pixel(seed: u64, x: u32, y: u32) -> Self {
         Self(mix64(mix64(seed) ^ ((u64::from(x) << 32) | u64::from(y))))
     }
 
-    /// The `n`-th child of a splitting.
+    /// Returns the key of the `n`-th branch where a path is split.
     #[inline]
     pub fn branch(self, n: u32) -> Self {
         Self(mix64(self.0 ^ (0xB5AD_4ECE_DA1C_E2A9u64.wrapping_add(u64::from(n)).rotate_left(17))))
     }
 
-    /// The key of one decision: `decision` is its number in the caller's table of decisions, below 256.
+    /// Returns the key of one random decision at `depth`. `decision` is its number in the caller's table of decisions
+    /// and is below 256.
     #[inline]
     pub fn at(self, depth: u32, decision: impl Into<u32>) -> Self {
         Self(mix64(self.0.wrapping_add((u64::from(depth) << 8) | u64::from(decision.into()))))
     }
 
-    /// The key named by a sequence of words, for decisions that depend on what was hit or asked for.
+    /// Returns the key of a sequence of words, for decisions that depend on the surface that was hit or on the query.
     #[inline]
     pub fn hash(words: impl IntoIterator<Item = u64>) -> Self {
         Self(words.into_iter().fold(0, |hash, word| mix64(hash ^ word)))
     }
 
-    /// One number in [0, 1), a multiple of 2⁻²⁴.
+    /// Returns one random number in [0, 1), a multiple of 2⁻²⁴.
     #[inline]
     pub fn unit(self) -> f32 {
         unit((self.0 >> 32) as u32)
     }
 
-    /// 64 well-mixed bits.
+    /// Returns the key as 64 hashed bits.
     #[inline]
     pub fn bits(self) -> u64 {
         self.0
@@ -62,7 +64,7 @@ mod tests {
         }
     }
 
-    /// Part of what replay and merging rest on: pinned.
+    /// The bits must never change, because the replay of pixels and the merging of images depend on them.
     #[test]
     fn bits_are_a_promise() {
         assert_eq!(Key::pixel(0, 0, 0).bits(), 12_035_550_249_420_947_055);
@@ -73,7 +75,7 @@ mod tests {
         );
     }
 
-    /// Every bit of every part of the name changes half of the bits of the key.
+    /// Flipping a bit of any input changes each bit of the key with probability ½.
     #[test]
     fn names_avalanche() {
         let key = |seed, x, y, n, depth| Key::pixel(seed, x, y).branch(n).at(depth, 3u32).bits();

@@ -1,7 +1,7 @@
-//! Points in the unit square and their densities: patterns, warps, discrete choices, MIS weights and moments.
+//! Sample points in the unit square, warps with their densities, discrete distributions, MIS weights and moments.
 //!
-//! Nothing here holds state that advances: every number is a pure function of a [`Key`] and an index, so any sample of
-//! any pixel can be made again alone.
+//! There is no generator with a state: every number is a pure function of a [`Key`] and an index, so that any sample of
+//! any pixel can be reproduced alone.
 #![forbid(unsafe_code)]
 
 pub mod discrete;

@@ -1,8 +1,9 @@
-//! The s-th of n points, for a pattern and a key: the bridge between the two tracers.
+//! Sample patterns: the s-th of n points for a pattern and a key, for both the path tracer and the distribution ray
+//! tracer.
 //!
-//! `point_*` keep the strata in order, for one integral at a time (the distribution tracer). `padded_*` permute the
-//! order of the cells by the key, so that several integrals can share one sample index (the path tracer): without it
-//! a grid would visit only the diagonal of the joint domain.
+//! `point_*` keep the strata in order, for one integral at a time (distribution ray tracer). `padded_*` permute the
+//! order of the cells by the key, so that several integrals can share one sample index (path tracer). Without the
+//! permutation, a grid would only cover the diagonal of the joint domain.
 //!
 //! All coordinates are below 1; those of random, stratified and Sobol points are multiples of 2^-24.
 
@@ -14,27 +15,27 @@ use rand_pcg::rand_core::Rng;
 use std::fmt;
 use std::str::FromStr;
 
-/// How the points of an integral are laid out.
+/// The arrangement of the sample points of an integral.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Pattern {
     /// Cell centres: deterministic midpoint quadrature, the same in every pixel.
     Grid,
-    /// Independent.
+    /// Independent random points.
     Random,
     /// One random point in each cell.
     Stratified,
-    /// Owen-scrambled (0,2)-sequence.
+    /// An Owen-scrambled (0,2)-sequence.
     #[default]
     Sobol,
 }
 
-/// Not the name of a pattern.
+/// The error for a text that is not the name of a pattern.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownPattern(pub String);
 
 impl fmt::Display for UnknownPattern {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "'{}' is no pattern; choose grid, random, stratified or sobol", self.0)
+        write!(f, "unknown pattern '{}' (expected grid, random, stratified or sobol)", self.0)
     }
 }
 
@@ -64,14 +65,16 @@ impl fmt::Display for Pattern {
     }
 }
 
-/// n = a·b, a ≥ b, as near to a square as n allows; a prime gives n×1. At most √n steps, one for powers of two and
-/// squares; a caller with many points keeps the result (as [`crate::SampleSet`] does).
+/// Factors n = a·b with a ≥ b as close to each other as possible; a prime gives n×1. The search takes at most √n steps,
+/// and one step for powers of two and squares. Callers with many points should store the result, as
+/// [`crate::SampleSet`] does.
 pub fn nearest_square(n: u32) -> [u32; 2] {
     if n.is_power_of_two() {
         let b = 1 << (n.trailing_zeros() / 2);
         return [n / b, b];
     }
-    // A double holds every u32 and its root to 20 bits after the point: the floor is exact.
+    // An f64 represents every u32 exactly and its square root with at least 20 fractional bits, so that the floor is
+    // exact.
     let mut b = f64::from(n).sqrt() as u32;
     while b > 1 && !n.is_multiple_of(b) {
         b -= 1;
@@ -79,7 +82,7 @@ pub fn nearest_square(n: u32) -> [u32; 2] {
     [n / b.max(1), b.max(1)]
 }
 
-/// s-th of n points in [0,1), strata in order. `s` ≥ n starts over in the same cells with other jitter.
+/// Returns the s-th of n points in [0,1), with the strata in order. For `s` ≥ n the cells repeat with different jitter.
 #[inline]
 pub fn point_1d(pattern: Pattern, s: u32, n: u32, key: Key) -> f32 {
     match pattern {
@@ -90,8 +93,8 @@ pub fn point_1d(pattern: Pattern, s: u32, n: u32, key: Key) -> f32 {
     }
 }
 
-/// s-th of n points in [0,1)², n split as [`nearest_square`], strata in order, x fastest. `s` ≥ n starts over in the
-/// same cells with other jitter.
+/// Returns the s-th of n points in [0,1)². The cells are those of [`nearest_square`], in order, with x varying fastest.
+/// For `s` ≥ n they repeat with different jitter.
 #[inline]
 pub fn point_2d(pattern: Pattern, s: u32, n: u32, key: Key) -> Vec2 {
     match pattern {
@@ -101,7 +104,8 @@ pub fn point_2d(pattern: Pattern, s: u32, n: u32, key: Key) -> Vec2 {
     }
 }
 
-/// As [`point_1d`], with the order of the cells permuted by the key; `s` ≥ n starts over in another order.
+/// Like [`point_1d`], with the order of the cells permuted by the key. For `s` ≥ n the cells repeat in a different
+/// order.
 #[inline]
 pub fn padded_1d(pattern: Pattern, s: u32, n: u32, key: Key) -> f32 {
     match pattern {
@@ -112,7 +116,8 @@ pub fn padded_1d(pattern: Pattern, s: u32, n: u32, key: Key) -> f32 {
     }
 }
 
-/// As [`point_2d`], with the order of the cells permuted by the key; `s` ≥ n starts over in another order.
+/// Like [`point_2d`], with the order of the cells permuted by the key. For `s` ≥ n the cells repeat in a different
+/// order.
 #[inline]
 pub fn padded_2d(pattern: Pattern, s: u32, n: u32, key: Key) -> Vec2 {
     match pattern {
@@ -122,7 +127,8 @@ pub fn padded_2d(pattern: Pattern, s: u32, n: u32, key: Key) -> Vec2 {
     }
 }
 
-/// The point of sample `s` in cell `cell` of nx·ny, x fastest; for [`Pattern::Grid`] its centre, else a jittered point.
+/// Returns the point of sample `s` in cell `cell` of nx·ny cells, with x varying fastest. It is the centre of the cell
+/// for [`Pattern::Grid`], otherwise a jittered point.
 #[inline]
 pub fn cell_2d(pattern: Pattern, cell: u32, s: u32, [nx, ny]: [u32; 2], key: Key) -> Vec2 {
     let (i, j) = (cell % nx.max(1), cell / nx.max(1));
@@ -133,8 +139,8 @@ pub fn cell_2d(pattern: Pattern, cell: u32, s: u32, [nx, ny]: [u32; 2], key: Key
     Vec2::new(within(i, nx, x), within(j, ny, y))
 }
 
-/// The order in which padded integrals visit their n cells: a bijection on 0..n chosen by the key, another one for each
-/// round of n.
+/// Returns the cell of sample `s` for padded integrals. The order of the n cells is a bijection on 0..n selected by the
+/// key, and a different one for each round of n samples.
 #[inline]
 pub fn permuted(s: u32, n: u32, key: Key) -> u32 {
     let n = n.max(1);
@@ -142,8 +148,8 @@ pub fn permuted(s: u32, n: u32, key: Key) -> u32 {
     permute(s % n, n, mix64(key.bits() ^ 0x5EED ^ (round << 32)))
 }
 
-/// Independent point s of the key: the first two numbers of PCG32 [O'Neill 2014] on the key's stream, from a state hashed
-/// from (key, s), so that any s costs the same.
+/// Returns the independent random point s of the key: the first two numbers of PCG32 [O'Neill 2014] on the key's
+/// stream, with a state hashed from (key, s), so that every s has the same cost.
 #[inline]
 fn random(s: u32, key: Key) -> [u32; 2] {
     let bits = key.bits();
@@ -151,14 +157,15 @@ fn random(s: u32, key: Key) -> [u32; 2] {
     [pcg.next_u32(), pcg.next_u32()]
 }
 
-/// (cell + ½)/n.
+/// Returns (cell + ½)/n.
 fn centre(cell: u32, n: u32) -> f32 {
     let x = ((f64::from(cell) + 0.5) / f64::from(n.max(1))) as f32;
     x.min(1.0 - f32::EPSILON / 2.0)
 }
 
-/// A multiple of 2^-24 in [cell/n, (cell + 1)/n), in integers: never in a neighbouring cell by rounding. Above 2^24 cells
-/// not every cell holds a multiple; the nearest below is taken (*approximation*: positions are off by at most 2^-24).
+/// Returns a multiple of 2^-24 in [cell/n, (cell + 1)/n). It is computed in integers, so that rounding never moves it
+/// to an adjacent cell. Above 2^24 cells, not every cell contains a multiple, and the nearest one below is used
+/// (*approximation*: positions are off by at most 2^-24).
 #[inline]
 fn within(cell: u32, n: u32, jitter: u32) -> f32 {
     let n = u64::from(n.max(1));
@@ -189,10 +196,10 @@ mod tests {
         for pattern in [Pattern::Grid, Pattern::Stratified] {
             for n in [1u32, 2, 5, 12, 64, 1000, 65_521] {
                 let [nx, ny] = nearest_square(n);
-                // In f64 the product with a count is exact.
+                // In f64, the product with a count is exact.
                 let cell = |x: f32, n: u32| (f64::from(x) * f64::from(n)) as usize;
                 let (mut plane, mut line) = (vec![0; n as usize], vec![0; n as usize]);
-                // The second round starts over with other points.
+                // The second round uses the same cells with different points.
                 for s in 0..2 * n {
                     let p = padded_2d(pattern, s, n, Key::pixel(3, 1, 4));
                     plane[cell(p.y, ny) * nx as usize + cell(p.x, nx)] += 1;
@@ -211,7 +218,7 @@ mod tests {
         assert!((0..64).any(|s| permuted(s, 64, key) != permuted(64 + s, 64, key)));
     }
 
-    /// docs/science.md, "Points": the last cells of the largest count.
+    /// docs/science.md, "Points": the last cells of the largest possible count.
     #[test]
     fn cells_are_found_up_to_2_to_the_32() {
         let n = u32::MAX;

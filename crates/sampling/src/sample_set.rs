@@ -1,4 +1,5 @@
-//! How many points an integral gets, and which: `4x4:stratified`, `6x6:grid`, `16:random`, `1`, `0`.
+//! Sample sets: the number and pattern of the points of an integral, written as `4x4:stratified`, `6x6:grid`,
+//! `16:random`, `1` or `0`.
 
 use crate::pattern::{cell_2d, nearest_square, padded_1d, permuted, point_1d};
 use crate::{Key, Pattern};
@@ -6,21 +7,21 @@ use glam::Vec2;
 use std::fmt;
 use std::str::FromStr;
 
-/// Most points one integral may have.
+/// Maximum number of points of one integral.
 pub const MAX_COUNT: u32 = 1 << 24;
 
-/// The points of one integral. Count 0: the effect is off.
+/// The sample points of one integral. A count of 0 means that the effect is off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SampleSet {
     /// Cells along the first coordinate.
     pub nx: u32,
-    /// Cells along the second; the count is nx·ny.
+    /// Cells along the second coordinate; the count is nx·ny.
     pub ny: u32,
-    /// Which points.
+    /// Arrangement of the points.
     pub pattern: Pattern,
 }
 
-/// Not a plan.
+/// The error for a text that is not a sample set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SampleSetError(String);
 
@@ -28,7 +29,7 @@ impl fmt::Display for SampleSetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "'{}' is no sample plan; write a count and an estimator, like 4x4:stratified, 16:random, 6x6:grid, 9:sobol, 1, or 0 for off (at most {MAX_COUNT} points)",
+            "invalid sample set '{}': give a count and a pattern, such as 4x4:stratified, 16:random, 6x6:grid, 9:sobol, 1, or 0 for off (at most {MAX_COUNT} points)",
             self.0
         )
     }
@@ -37,21 +38,21 @@ impl fmt::Display for SampleSetError {
 impl std::error::Error for SampleSetError {}
 
 impl SampleSet {
-    /// The effect is off.
+    /// The empty set, which turns the effect off.
     pub const OFF: Self = Self { nx: 0, ny: 0, pattern: Pattern::Stratified };
 
-    /// `count` points split as near to a square as possible.
+    /// Creates a set of `count` points in a grid that is as close to a square as possible.
     pub fn new(count: u32, pattern: Pattern) -> Self {
         let [nx, ny] = if count == 0 { [0, 0] } else { nearest_square(count) };
         Self { nx, ny, pattern }
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub fn count(self) -> u32 {
         self.nx.saturating_mul(self.ny)
     }
 
-    /// The s-th point in [0,1)², strata in order, x fastest.
+    /// Returns the s-th point in [0,1)², with the strata in order and x varying fastest.
     pub fn point_2d(self, s: u32, key: Key) -> Vec2 {
         match self.pattern {
             Pattern::Sobol | Pattern::Random => crate::point_2d(self.pattern, s, self.count(), key),
@@ -59,12 +60,12 @@ impl SampleSet {
         }
     }
 
-    /// The s-th point in [0,1): the count counts in one dimension.
+    /// Returns the s-th point in [0,1), which is divided into [`SampleSet::count`] strata.
     pub fn point_1d(self, s: u32, key: Key) -> f32 {
         point_1d(self.pattern, s, self.count(), key)
     }
 
-    /// As [`SampleSet::point_2d`], with the order of the cells permuted by the key, for integrals that share s.
+    /// Like [`SampleSet::point_2d`], with the order of the cells permuted by the key, for integrals that share s.
     pub fn padded_2d(self, s: u32, key: Key) -> Vec2 {
         match self.pattern {
             Pattern::Sobol | Pattern::Random => crate::padded_2d(self.pattern, s, self.count(), key),
@@ -72,7 +73,7 @@ impl SampleSet {
         }
     }
 
-    /// As [`SampleSet::point_1d`], with the order of the cells permuted by the key.
+    /// Like [`SampleSet::point_1d`], with the order of the cells permuted by the key.
     pub fn padded_1d(self, s: u32, key: Key) -> f32 {
         padded_1d(self.pattern, s, self.count(), key)
     }
@@ -89,18 +90,18 @@ impl FromStr for SampleSet {
         let number = |s: &str| {
             s.parse::<u32>().ok().filter(|_| s.bytes().all(|b| b.is_ascii_digit())).ok_or_else(wrong)
         };
-        let plan = match counts.split_once('x') {
+        let set = match counts.split_once('x') {
             Some((nx, ny)) => Self { nx: number(nx)?, ny: number(ny)?, pattern },
             None => match number(counts)? {
                 n if n <= MAX_COUNT => Self::new(n, pattern),
                 _ => return Err(wrong()),
             },
         };
-        let count = u64::from(plan.nx) * u64::from(plan.ny);
-        if count > u64::from(MAX_COUNT) || (plan.nx == 0) != (plan.ny == 0) {
+        let count = u64::from(set.nx) * u64::from(set.ny);
+        if count > u64::from(MAX_COUNT) || (set.nx == 0) != (set.ny == 0) {
             return Err(wrong());
         }
-        Ok(plan)
+        Ok(set)
     }
 }
 

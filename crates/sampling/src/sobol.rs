@@ -1,21 +1,21 @@
-//! An Owen-scrambled (0,2)-sequence with 32-bit indices: no point repeats before 2^32.
+//! An Owen-scrambled (0,2)-sequence with 32-bit indices, in which no point repeats before 2^32.
 //!
-//! Dimension 0 is the van der Corput sequence (bit reversal), dimension 1 the second Sobol dimension. Each is nested-
-//! uniformly scrambled by a hash that only propagates upward on the reversed bits [Burley 2020, JCGT 9-4], with the
-//! better-mixing constants of [Vegdahl 2021]. The index is shuffled the same way, so that different keys see different
-//! parts of the sequence first, and every aligned block of 2^m indices is still a net.
+//! Dimension 0 is the van der Corput sequence (bit reversal), and dimension 1 is the second Sobol dimension. Both get a
+//! nested uniform scrambling by a hash that only propagates upward on the reversed bits [Burley 2020, JCGT 9-4], with
+//! the constants of [Vegdahl 2021], which mix better. The index is shuffled in the same way, so that different keys
+//! start with different parts of the sequence, and every aligned block of 2^m indices is still a net.
 //!
-//! Two keys used for two integrals over the same sample index (pads) need more: under those shuffles indices 2k and
-//! 2k + 1 lie in opposite halves for every key, so the coarse product of two pads has equal signs in pairs and its error
-//! has 1.5 times the variance of independent points (docs/science.md, "Points"). [`pad`] therefore permutes the indices within
-//! blocks of 16 first.
+//! Two keys that are used for two integrals over the same sample index (pads) need an additional permutation. Under
+//! these shuffles, indices 2k and 2k + 1 lie in opposite halves for every key. The signs of the centred product of two
+//! pads are then equal in pairs, and its error has 1.5 times the variance of independent points (docs/science.md,
+//! "Points"). [`pad`] therefore permutes the indices within blocks of 16 first.
 
 use crate::hash::{mix64, unit};
 use crate::key::Key;
 use glam::Vec2;
 
-/// Nested uniform scramble of bit-reversed `x`: bit i of the result is bit i of `x`, flipped or not by the bits below it
-/// [Laine & Karras 2011; constants Vegdahl 2021].
+/// Returns the nested uniform scramble of bit-reversed `x`: bit i of the result is bit i of `x`, flipped depending on
+/// the bits below it [Laine & Karras 2011; constants Vegdahl 2021].
 #[inline]
 fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
@@ -26,8 +26,8 @@ fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x
 }
 
-/// Second Sobol dimension of an index, bit-reversed: its generator matrix is Pascal's triangle mod 2, applied by
-/// doubling, (I + shift by 2^k) for k = 4..0.
+/// Returns the second Sobol dimension of an index, bit-reversed. Its generator matrix is Pascal's triangle mod 2,
+/// applied as a product of the factors (I + shift by 2^k) for k = 4..0.
 fn pascal_reversed(mut x: u32) -> u32 {
     x ^= x >> 16;
     x ^= (x & 0xff00_ff00) >> 8;
@@ -36,19 +36,20 @@ fn pascal_reversed(mut x: u32) -> u32 {
     x ^ ((x & 0xaaaa_aaaa) >> 1)
 }
 
-/// The index in an order of the key's own: an Owen scramble of the index, which maps every aligned block of 2^m indices
-/// to such a block. Without it the points of two keys would run through their halves in step.
+/// Shuffles the index by an Owen scramble selected by `seed`, which maps every aligned block of 2^m indices to such a
+/// block. Without it, the points of two keys would be in corresponding halves at every index.
 fn shuffle(s: u32, seed: u32) -> u32 {
     laine_karras(s.reverse_bits(), seed).reverse_bits()
 }
 
-/// The index of sample `s` of `n` where several integrals share s: permuted by the key within aligned blocks of 16 (of the
-/// greatest power of two in n, if that is less), so that pads pair their points at random, while blocks stay nets.
+/// Returns the index of sample `s` of `n` where several integrals share s. It is permuted by the key within aligned
+/// blocks of 16 (or of the largest power of two up to n, if that is smaller), so that the points of two pads are paired
+/// at random while blocks stay nets.
 ///
-/// Any two indices of a block go to any two places with equal probability: x → a·x + c over the field of 16 elements
-/// (or 8, 4, 2; modulus x^b + x + 1), which alone makes the variance of a paired sum that of a random pairing, followed
-/// by x → m·x + k mod 16, so that orders are no linear maps of one another. n matters below 16 only: a render can be
-/// continued with a greater n.
+/// Any two indices of a block are mapped to any two positions with equal probability by x → a·x + c over the field of
+/// 16 elements (or 8, 4, 2; modulus x^b + x + 1). This alone makes the variance of a paired sum that of a random
+/// pairing. It is followed by x → m·x + k mod 16, so that two orders are not linear maps of each other. n only has an
+/// effect below 16, so that a render can be continued with a larger n.
 #[inline]
 pub fn pad(s: u32, n: u32, key: Key) -> u32 {
     let bits = n.max(1).ilog2().min(4);
@@ -64,42 +65,43 @@ pub fn pad(s: u32, n: u32, key: Key) -> u32 {
     (s & !mask) | (x & mask)
 }
 
-/// Product in the field of 2^bits elements, bits ≤ 4.
+/// Returns the product in the field of 2^bits elements, bits ≤ 4.
 #[inline]
 fn times(a: u32, x: u32, bits: u32) -> u32 {
     let p = (0..4).fold(0, |p, i| p ^ ((a << i) & (x >> i & 1).wrapping_neg()));
-    // x^b = x + 1; the part above has at most 3 bits, so once is enough.
+    // x^b = x + 1. The high part has at most 3 bits, so that one reduction is enough.
     let high = p >> bits;
     (p ^ high ^ (high << 1)) & ((1 << bits) - 1)
 }
 
-/// Point `s` on the line as a fraction of 2^32. No value repeats before s = 2^32.
+/// Returns the one-dimensional point `s` in units of 2^-32. No value repeats before s = 2^32.
 #[inline]
 pub fn bits_1d(s: u32, key: Key) -> u32 {
     let k = key.bits();
     laine_karras(shuffle(s, k as u32), (k >> 32) as u32).reverse_bits()
 }
 
-/// Point `s` of the plane as fractions of 2^32; each coordinate alone has no repetition before s = 2^32.
+/// Returns the two-dimensional point `s` in units of 2^-32. In each coordinate, no value repeats before s = 2^32.
 #[inline]
 pub fn bits_2d(s: u32, key: Key) -> [u32; 2] {
     let k = key.bits();
     let seeds = mix64(k);
     let index = shuffle(s, k as u32);
-    // The reversal of the index is dimension 0, and an Owen scramble works between two reversals: the inner ones cancel.
+    // Dimension 0 is the reversed index, and an Owen scramble lies between two reversals, so that the inner ones
+    // cancel.
     let x = laine_karras(index, seeds as u32);
     let y = laine_karras(pascal_reversed(index), (seeds >> 32) as u32);
     let both = (u64::from(y) | u64::from(x) << 32).reverse_bits();
     [both as u32, (both >> 32) as u32]
 }
 
-/// Point `s` in [0,1), a multiple of 2^-24.
+/// Returns point `s` in [0,1), a multiple of 2^-24.
 #[inline]
 pub fn point_1d(s: u32, key: Key) -> f32 {
     unit(bits_1d(s, key))
 }
 
-/// Point `s` in [0,1)², multiples of 2^-24.
+/// Returns point `s` in [0,1)², with coordinates that are multiples of 2^-24.
 #[inline]
 pub fn point_2d(s: u32, key: Key) -> Vec2 {
     let [x, y] = bits_2d(s, key);
@@ -110,7 +112,7 @@ pub fn point_2d(s: u32, key: Key) -> Vec2 {
 mod tests {
     use super::*;
 
-    /// Every elementary interval of area 2^-m holds exactly one of the first 2^m points.
+    /// Every elementary interval of area 2^-m contains exactly one of the first 2^m points.
     #[test]
     fn is_a_0_m_2_net() {
         for seed in 0..20 {
@@ -140,7 +142,7 @@ mod tests {
         }
     }
 
-    /// A bijection of each block, and any pair of places equally likely for any pair of indices.
+    /// Each block is mapped to itself, and any pair of positions is equally likely for any pair of indices.
     #[test]
     fn pads_pair_at_random() {
         for bits in 1..=4u32 {
@@ -167,7 +169,7 @@ mod tests {
         assert_eq!(times(7, 9, 4), 10);
     }
 
-    /// Both dimensions against their definition: the direction numbers of Sobol's first two dimensions.
+    /// Both dimensions are compared with their definition by the direction numbers of Sobol's first two dimensions.
     #[test]
     fn dimensions_are_sobols() {
         for i in (0..1000).chain([1 << 31, u32::MAX, 0x1234_5678]) {
@@ -186,7 +188,7 @@ mod tests {
         }
     }
 
-    /// Bits of the output depend on lower bits of the input only, and each seed gives a bijection.
+    /// An output bit depends only on the same and lower bits of the input, and each seed gives a bijection.
     #[test]
     fn the_hash_only_carries_upward() {
         let key = Key::pixel(1, 2, 3).bits();
@@ -198,7 +200,7 @@ mod tests {
         }
     }
 
-    /// docs/science.md, "Points": 2^17 points, all different in each coordinate.
+    /// docs/science.md, "Points": 2^17 points all differ in each coordinate.
     #[test]
     fn does_not_repeat_after_65536() {
         let key = Key::pixel(1, 2, 3);

@@ -1,11 +1,11 @@
-//! Means, variances and their errors, in f64 [Welford 1962; Chan, Golub, LeVeque 1983].
+//! Running means, variances and standard errors in f64 [Welford 1962; Chan, Golub, LeVeque 1983].
 
-/// Running mean and variance.
+/// The running mean and variance of a sequence of values.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moments {
-    /// How many values.
+    /// Number of values.
     pub n: u64,
-    /// Their mean.
+    /// Mean of the values.
     pub mean: f64,
     m2: f64,
 }
@@ -19,7 +19,7 @@ impl Moments {
         self.m2 += d * (x - self.mean);
     }
 
-    /// Adds all the values of another.
+    /// Adds all values of `other`.
     pub fn merge(&mut self, other: &Self) {
         if other.n == 0 {
             return;
@@ -31,12 +31,12 @@ impl Moments {
         self.n = n;
     }
 
-    /// Unbiased variance of a value; 0 below two values.
+    /// Returns the unbiased sample variance. It is 0 for fewer than two values.
     pub fn variance(&self) -> f64 {
         if self.n < 2 { 0.0 } else { self.m2 / (self.n - 1) as f64 }
     }
 
-    /// Standard error of the mean of independent values.
+    /// Returns the standard error of the mean, for independent values. It is 0 without values.
     pub fn standard_error(&self) -> f64 {
         if self.n == 0 { 0.0 } else { (self.variance() / self.n as f64).sqrt() }
     }

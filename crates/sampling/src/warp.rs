@@ -1,22 +1,22 @@
-//! From the unit square to the shapes of rendering, each with its density. All are total on [0,1)² and keep
-//! neighbouring points neighbours, so that strata survive.
+//! Warps from the unit square to disks, spheres, cones, triangles, polygons and tents, with their densities. All are
+//! defined on the whole of [0,1)² and map adjacent points to adjacent points, so that strata are preserved.
 
 use glam::{Vec2, Vec3};
 use libm::{cosf, sinf};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
-/// Uniform on the square [−1,1]². pdf = 1/4 per area.
+/// Samples the square [−1,1]² uniformly. pdf = 1/4 per area.
 pub fn square(u: Vec2) -> Vec2 {
     u * 2.0 - Vec2::ONE
 }
 
-/// Uniform on the unit disk, squares to concentric rings [Shirley & Chiu 1997]. pdf = 1/π per area.
+/// Samples the unit disk uniformly, mapping concentric squares to circles [Shirley & Chiu 1997]. pdf = 1/π per area.
 pub fn disk(u: Vec2) -> Vec2 {
     let (r, phi) = concentric(u);
     Vec2::new(cosf(phi), sinf(phi)) * r
 }
 
-/// Radius (of either sign) and angle of [`disk`].
+/// Returns the radius (of either sign) and the angle of [`disk`].
 fn concentric(u: Vec2) -> (f32, f32) {
     let p = square(u);
     if p.x.abs() > p.y.abs() {
@@ -28,24 +28,25 @@ fn concentric(u: Vec2) -> (f32, f32) {
     }
 }
 
-/// Cosine-weighted on the hemisphere about +z, by projection of the disk [Pharr, Jakob & Humphreys 2023, §A.5.3]. pdf = cosθ/π per solid angle.
+/// Samples the hemisphere about +z with cosine weight, by projection of the disk [Pharr, Jakob & Humphreys 2023,
+/// §A.5.3]. pdf = cosθ/π per solid angle.
 pub fn hemisphere_cosine(u: Vec2) -> Vec3 {
     let (r, phi) = concentric(u);
-    // (1 − r)(1 + r), both exact: no cancellation near the horizon.
+    // Both factors of (1 − r)(1 + r) are exact, which avoids cancellation near the horizon.
     Vec3::new(r * cosf(phi), r * sinf(phi), ((1.0 - r) * (1.0 + r)).sqrt())
 }
 
-/// Density of [`hemisphere_cosine`], 0 below the horizon.
+/// Returns the density of [`hemisphere_cosine`] per solid angle, which is 0 below the horizon.
 pub fn hemisphere_cosine_pdf(cos: f32) -> f32 {
     cos.max(0.0) * FRAC_1_PI
 }
 
-/// Uniform on the unit sphere. pdf = 1/4π per solid angle.
+/// Samples the unit sphere uniformly. pdf = 1/4π per solid angle.
 pub fn sphere(u: Vec2) -> Vec3 {
     cone(u, 2.0)
 }
 
-/// Uniform in the cone about +z with 1 − cosθ_max = `one_minus_cos` (0..2), stable for cones of any size:
+/// Samples the cone about +z with 1 − cosθ_max = `one_minus_cos` (0..2) uniformly. It is stable for cones of any size:
 /// with v = u₁(1 − cosθ_max), cosθ = 1 − v and sin²θ = v(2 − v).
 pub fn cone(u: Vec2, one_minus_cos: f32) -> Vec3 {
     let v = u.x * one_minus_cos;
@@ -54,12 +55,13 @@ pub fn cone(u: Vec2, one_minus_cos: f32) -> Vec3 {
     Vec3::new(sin * cosf(phi), sin * sinf(phi), 1.0 - v)
 }
 
-/// Density of [`cone`] inside it: 1 / (2π(1 − cosθ_max)) per solid angle.
+/// Returns the density of [`cone`] inside the cone: 1 / (2π(1 − cosθ_max)) per solid angle.
 pub fn cone_pdf(one_minus_cos: f32) -> f32 {
     1.0 / (TAU * one_minus_cos)
 }
 
-/// Barycentrics (b1, b2) uniform over a triangle, by folding the square without a root [Heitz 2019]. pdf = 1/area.
+/// Samples barycentric coordinates (b1, b2) uniformly over a triangle, by folding the square without a square root
+/// [Heitz 2019]. pdf = 1/area.
 pub fn triangle(u: Vec2) -> Vec2 {
     if u.y > u.x {
         let b = u.x * 0.5;
@@ -70,7 +72,7 @@ pub fn triangle(u: Vec2) -> Vec2 {
     }
 }
 
-/// Uniform on the regular n-gon of circumradius 1, first corner at angle `rotation` (radians).
+/// Samples the regular n-gon of circumradius 1 uniformly, with its first corner at angle `rotation` (radians).
 /// pdf = 1/(½·n·sin(2π/n)) per area. Fewer than 3 blades give the disk.
 pub fn polygon(u: Vec2, blades: u32, rotation: f32) -> Vec2 {
     if blades < 3 {
@@ -86,25 +88,26 @@ pub fn polygon(u: Vec2, blades: u32, rotation: f32) -> Vec2 {
     corner(blade) * b.x + corner(blade + 1.0) * b.y
 }
 
-/// Tent filter of half-width `radius` on one axis: density (1 − |x|/r)/r.
+/// Samples the tent filter of half-width `radius` on one axis. Its density is (1 − |x|/r)/r.
 pub fn tent(u: f32, radius: f32) -> f32 {
     if u < 0.5 { radius * ((2.0 * u).sqrt() - 1.0) } else { radius * (1.0 - (2.0 - 2.0 * u).max(0.0).sqrt()) }
 }
 
-/// Density of [`polygon`] inside it, per area: 1/(½·n·sin(2π/n)); of the disk below 3 blades.
+/// Returns the density of [`polygon`] inside the polygon, per area: 1/(½·n·sin(2π/n)), and that of the disk for fewer
+/// than 3 blades.
 pub fn polygon_pdf(blades: u32) -> f32 {
     if blades < 3 { DISK_PDF } else { 2.0 / (blades as f32 * sinf(TAU / blades as f32)) }
 }
 
-/// Density of [`tent`] per length.
+/// Returns the density of [`tent`] per length.
 pub fn tent_pdf(x: f32, radius: f32) -> f32 {
     ((1.0 - x.abs() / radius) / radius).max(0.0)
 }
 
-/// Density of [`disk`] per area.
+/// The density of [`disk`] per area.
 pub const DISK_PDF: f32 = FRAC_1_PI;
 
-/// Density of [`sphere`] per solid angle.
+/// The density of [`sphere`] per solid angle.
 pub const SPHERE_PDF: f32 = 1.0 / (4.0 * PI);
 
 #[cfg(test)]
@@ -128,7 +131,7 @@ mod tests {
         close(mean(&|u| f64::from(triangle(u).y)), 1.0 / 3.0);
         close(mean(&|u| f64::from(tent(u.x, 2.0).powi(2))), 4.0 / 6.0);
         close(mean(&|u| f64::from(polygon(u, 6, 0.3).x)), 0.0);
-        // Polar second moment of a regular hexagon of circumradius 1: (R²/6)(2 + cos(2π/n)).
+        // The polar second moment of a regular hexagon of circumradius 1 is (R²/6)(2 + cos(2π/n)).
         close(mean(&|u| f64::from(polygon(u, 6, 0.3).length_squared())), (2.0 + 0.5) / 6.0);
     }
 

@@ -1,4 +1,4 @@
-//! How fast errors fall: fitted slopes of log MSE on log N against docs/science.md, "Convergence rates".
+//! Convergence rates: fitted slopes of log MSE over log N, compared with docs/science.md, "Convergence rates".
 //!
 //! The full table (1000 replicas, to N = 2^14) is printed by
 //! `cargo test --release -p dapple-sampling --test convergence -- --ignored --nocapture`.
@@ -8,7 +8,7 @@ use dapple_testkit::Rng;
 use glam::DVec2;
 use std::f64::consts::{E, PI};
 
-/// Which points, with the placement of the grid drawn at random (an unplaced grid has one error, not a mean one).
+/// The points, with a random shift of the grid (a grid without shift has one error instead of a mean error).
 #[derive(Clone, Copy, Debug)]
 enum Points {
     Of(Pattern),
@@ -36,7 +36,7 @@ fn plane(points: Points, s: u32, n: u32, seed: u64) -> DVec2 {
     }
 }
 
-/// Slope and its standard error, N = first, 4·first, … below `end`.
+/// Returns the slope and its standard error for N = 16, 16·step, 16·step², … up to `end`.
 fn slope(step: u32, end: u32, replicas: u64, error: impl Fn(u32, u64) -> f64) -> (f64, f64) {
     let counts = std::iter::successors(Some(16u32), |n| Some(n * step)).take_while(|n| *n <= end);
     let points: Vec<(f64, f64)> = counts
@@ -49,14 +49,14 @@ fn slope(step: u32, end: u32, replicas: u64, error: impl Fn(u32, u64) -> f64) ->
     let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / k, points.iter().map(|p| p.1).sum::<f64>() / k);
     let sxx: f64 = points.iter().map(|p| (p.0 - mx).powi(2)).sum();
     let sxy: f64 = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum();
-    // Variance of the log of a mean square over R normal replicas is 2/R.
+    // The variance of the log of a mean square over R normal replicas is 2/R.
     (sxy / sxx, (2.0 / replicas as f64 / sxx).sqrt())
 }
 
 type Line = (&'static str, fn(f64) -> f64, f64, [f64; 4]);
 type Plane = (&'static str, fn(DVec2) -> f64, f64, [f64; 4]);
 
-/// Slopes for independent, jittered, shifted grid, Owen–Sobol: N = 16 … 4096.
+/// Expected slopes for independent points, jittered points, the shifted grid and Owen–Sobol points: N = 16 … 4096.
 fn lines() -> [Line; 3] {
     let third = 1.0 / 3.0;
     [
@@ -98,7 +98,7 @@ fn table(replicas: u64, end: u32, mut check: impl FnMut(&str, Points, f64, f64, 
     }
     for (name, f, exact, expected) in planes() {
         for (points, expected) in POINTS.into_iter().zip(expected) {
-            // Squares, so that cells are squares: powers of four.
+            // Powers of four, so that the cells are squares.
             let error =
                 |n, seed| (0..n).map(|s| f(plane(points, s, n, seed))).sum::<f64>() / f64::from(n) - exact;
             let (measured, se) = slope(4, end, replicas, error);
@@ -107,7 +107,7 @@ fn table(replicas: u64, end: u32, mut check: impl FnMut(&str, Points, f64, f64, 
     }
 }
 
-/// Against the table: |Δ| ≤ 0.12 + 4 standard errors.
+/// Compares the slopes with the table: |Δ| ≤ 0.12 + 4 standard errors.
 fn agrees_with_theory(replicas: u64, most: u32) {
     table(replicas, most, |name, points, expected, measured, se| {
         println!("{name:18} {points:?}: {measured:.3} ± {se:.3}, expected {expected:.2}");
@@ -118,20 +118,21 @@ fn agrees_with_theory(replicas: u64, most: u32) {
     });
 }
 
-/// Over 16 … 1024, six octaves.
+/// N = 16 … 1024, six octaves.
 #[test]
 fn slopes_agree_with_theory() {
     agrees_with_theory(300, 1024);
 }
 
-/// Over 16 … 16384, ten octaves.
+/// N = 16 … 16384, ten octaves.
 #[test]
 #[ignore = "minutes; see the module comment"]
 fn slopes_in_full() {
     agrees_with_theory(1000, 1 << 14);
 }
 
-/// The constant of the jittered smooth case: Var = (1/12)·N^(-1-2/d)·∫|∇f|², within 10 % at 10 000 replicas.
+/// The constant of the convergence of jittered points for smooth integrands, Var = (1/12)·N^(-1-2/d)·∫|∇f|², within 10
+/// % at 10 000 replicas.
 #[test]
 fn jitter_has_its_constant() {
     let (n, replicas) = (64, 10_000);
@@ -151,7 +152,8 @@ fn jitter_has_its_constant() {
     });
 }
 
-/// The midpoint grid as it is, on one smooth integrand: error = −f″-term, N^-2 in 1-D and N^-1 (side^-2) in 2-D.
+/// The midpoint grid without shift has the exact error of the midpoint rule on a smooth integrand: error = −f″-term,
+/// N^-2 in 1-D and N^-1 (side^-2) in 2-D.
 #[test]
 fn midpoint_grid_has_its_exact_error() {
     for n in [16u32, 64, 256] {

@@ -1,4 +1,4 @@
-//! What the patterns promise, by number (docs/science.md, "Points"), and the bits that replay rests on.
+//! Properties of the patterns (docs/science.md, "Points"), and the exact bits that replay depends on.
 
 use dapple_sampling::pattern::{nearest_square, permuted};
 use dapple_sampling::{Key, Moments, Pattern, padded_1d, padded_2d, point_1d, point_2d, sobol};
@@ -10,7 +10,7 @@ fn key(seed: u64) -> Key {
     Key::pixel(seed, 3, 7).at(0, 0u32)
 }
 
-/// Images of older versions are replayed and merged: these numbers must never change.
+/// These numbers must never change, because images of older versions are replayed and merged.
 #[test]
 fn points_are_a_promise() {
     assert_eq!(sobol::bits_1d(5, key(1)), 3_196_250_467);
@@ -22,7 +22,7 @@ fn points_are_a_promise() {
     assert_eq!(padded_2d(Pattern::Grid, 5, 24, key(1)), Vec2::new(1.0 / 12.0, 0.875));
 }
 
-/// C17: nothing reaches 1, whatever the count.
+/// C17: no coordinate reaches 1 for any count.
 #[test]
 fn coordinates_stay_below_one() {
     for pattern in PATTERNS {
@@ -40,7 +40,7 @@ fn coordinates_stay_below_one() {
     }
 }
 
-/// D14: each of a million cells exactly one point, in exact arithmetic.
+/// D14: each of a million cells gets exactly one point, in exact arithmetic.
 #[test]
 fn a_million_cells_get_one_point_each() {
     for (n, side) in [(1_000_000u32, 1000.0), (999_999, 0.0)] {
@@ -57,7 +57,7 @@ fn a_million_cells_get_one_point_each() {
     }
 }
 
-/// Mean square error of the mean of `f` over n points, exact mean `exact`, over `replicas` keys.
+/// Returns the mean square error of the mean of `f` over n points, whose exact mean is `exact`, over `replicas` keys.
 fn mse(pattern: Pattern, n: u32, replicas: u64, exact: f64, f: impl Fn(Vec2) -> f64) -> f64 {
     let square = |seed| {
         let k = key(seed);
@@ -73,7 +73,7 @@ fn disk(p: Vec2) -> f64 {
 
 const DISK: f64 = 0.16 * std::f64::consts::PI;
 
-/// D05: the error keeps falling past 2^16 points. From 2^16 to 2^18 by 4^1.5 = 8, at least by 3.
+/// D05: the error keeps decreasing beyond 2^16 points: from 2^16 to 2^18 by 4^1.5 = 8 in theory, and at least by 3.
 #[test]
 fn sobol_improves_past_65536() {
     let at = |n| mse(Pattern::Sobol, n, 24, DISK, disk);
@@ -81,7 +81,8 @@ fn sobol_improves_past_65536() {
     assert!(after * 3.0 < before, "{before:e} {after:e}");
 }
 
-/// D07: never much worse than independent points, for any count, and better at each fourfold power of two.
+/// D07: for any count, the error is at most twice that of independent points, and from each power of four to the next
+/// the mean square error decreases by more than a factor of 4.
 #[test]
 fn every_count_is_at_least_as_good_as_independent() {
     let e = std::f64::consts::E;
@@ -100,8 +101,8 @@ fn every_count_is_at_least_as_good_as_independent() {
     assert!(powers.windows(2).all(|w| w[1] < 0.25 * w[0]), "{powers:?}");
 }
 
-/// D06: pads of a path of depth 1000 do not know of one another. Covariance of neighbouring coordinates over 1024
-/// points; independent points give σ = 1/(12√N) = 0.0026.
+/// D06: the pads of a path of depth 1000 are uncorrelated. The test is the covariance of the coordinates of a vertex
+/// over 1024 points; independent points give σ = 1/(12√N) = 0.0026.
 #[test]
 fn pads_are_uncorrelated() {
     let n = 1024;
@@ -120,7 +121,7 @@ fn pads_are_uncorrelated() {
             for (i, a) in pads.iter().enumerate() {
                 for (j, b) in pads[..i].iter().enumerate() {
                     let covariance = covariance(a, b);
-                    // 4σ once is 1 in 16 000; here are 1980 pairs: 5σ.
+                    // 4σ is exceeded by one in 16 000 pairs. With 1980 pairs, the limit is 5σ.
                     assert!(
                         covariance.abs() < 5.0 / (12.0 * f64::from(n).sqrt()),
                         "{pattern} {depth}: {i} {j}"
@@ -136,8 +137,9 @@ fn covariance(a: &[f32], b: &[f32]) -> f64 {
     product.sum::<f64>() / a.len() as f64
 }
 
-/// D06: the centred product of two pads has the error of independent points; strata paired at random in blocks of B give
-/// (1 − 1/B²)²·B/(B − 1), 1.06 for 16. This is what fails when two pads run through their halves in step.
+/// D06: the centred product of two pads has the error of independent points. Strata paired at random in blocks of B
+/// have a ratio of (1 − 1/B²)²·B/(B − 1), which is 1.06 for 16. The test fails if two pads are in corresponding halves
+/// at every index.
 #[test]
 fn products_of_pads_are_no_worse_than_independent() {
     let replicas = 4000;
@@ -172,7 +174,8 @@ fn products_of_pads_are_no_worse_than_independent() {
     }
 }
 
-/// Cells are visited in an order that knows neither the place nor the neighbour: χ² over (first, second) of small counts.
+/// The order of the cells depends neither on the position nor on the adjacent cell: a χ² test over (first, last) cells
+/// of small counts.
 #[test]
 fn orders_are_even() {
     for n in [2u32, 3, 4, 5, 8, 9, 16, 23] {

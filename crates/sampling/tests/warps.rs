@@ -1,10 +1,10 @@
-//! Every warp and table against its density: χ² over the sphere, the plane, a line, indices.
+//! χ² tests of every warp and table against its density, over the sphere, the plane, a line and indices.
 
 use dapple_sampling::{Discrete, Grid2d, warp};
 use dapple_testkit::chi_square::{ChiSquare, Outcome};
 use glam::{Vec2, Vec3};
 
-/// One of the tests of this file; together one false alarm in 10 000 suites.
+/// One of the tests of this file, which together raise one false alarm in 10 000 runs.
 fn test() -> ChiSquare {
     ChiSquare::family(24)
 }
@@ -30,7 +30,8 @@ fn cones_of_any_size() {
             let v = if w.z > 0.0 { r2 / (1.0 + w.z) } else { 1.0 - w.z };
             if v <= f64::from(one_minus_cos) { warp::cone_pdf(one_minus_cos) } else { 0.0 }
         };
-        // The edge of the density is an edge for the quadrature as well; it falls between cells only by chance.
+        // The density is discontinuous at the edge of the cone, which usually does not coincide with a cell boundary,
+        // so that the quadrature needs more regions.
         let test = ChiSquare { regions: 400, ..test() };
         pass(
             &format!("cone {one_minus_cos}"),
@@ -49,7 +50,7 @@ fn plane_shapes() {
     let triangle = |p: Vec2| within(p.x + p.y <= 1.0, 2.0);
     pass("triangle", test().plane(Vec2::ZERO, one, |u, _| Some(warp::triangle(u)), triangle));
     for (blades, rotation) in [(3, 0.0), (5, 0.3), (6, -2.0), (17, 9.0)] {
-        // Inside: on the inner side of every edge, whose distance from the centre is cos(π/n).
+        // A point is inside if it is on the inner side of every edge, whose distance from the centre is cos(π/n).
         let side = std::f64::consts::TAU / f64::from(blades);
         let inside = move |p: Vec2| {
             let angle = f64::from(p.y).atan2(f64::from(p.x)) - f64::from(rotation);
@@ -76,7 +77,7 @@ fn discrete_choices_and_their_rest() {
     let table = Discrete::new(&weights).unwrap();
     let pmf: Vec<f64> = (0..weights.len()).map(|i| f64::from(table.pmf(i))).collect();
     pass("discrete", test().indices(&pmf, |u| table.sample(u).index));
-    // The stretched u is uniform again within each choice.
+    // The rescaled u is uniform within each choice.
     for index in [0, 2, 4] {
         let sample = |u: Vec2, _| {
             let c = table.sample(u.x);
@@ -90,7 +91,7 @@ fn discrete_choices_and_their_rest() {
 
 #[test]
 fn grids() {
-    // 12×5 cells, some empty, a row empty, four decades.
+    // 12×5 cells with weights over four decades; some cells and one row have weight 0.
     let weight = |i: usize| match (i % 12, i / 12) {
         (_, 2) | (3, _) => 0.0,
         (x, y) => ((x * 7 + y * 5) % 11) as f64 * 10f64.powi((x % 4) as i32),
@@ -98,7 +99,7 @@ fn grids() {
     let weights: Vec<f64> = (0..60).map(weight).collect();
     let grid = Grid2d::new(12, 5, &weights).unwrap();
     let sum: f64 = weights.iter().sum();
-    // The density from the weights, not from the grid.
+    // The expected density is computed from the weights, not from the grid.
     let pdf = |p: Vec2| {
         let cell = (p.x * 12.0).min(11.0) as usize + (p.y * 5.0).min(4.0) as usize * 12;
         (weights[cell] / sum * 60.0) as f32
@@ -113,7 +114,8 @@ fn grids() {
     assert!(worst < 1e-5, "{worst}");
 }
 
-/// Stratified u give stratified cells: with n² points, a cell's count is off by the cells its border crosses, not by √.
+/// Stratified u give stratified cells: with n² points, the error of a cell's count is the number of strata that its
+/// border crosses, and not the square root of the count.
 #[test]
 fn grids_keep_strata() {
     let weights: Vec<f64> = (0..64).map(|i| 1.0 + f64::from(i * 29 % 17)).collect();
@@ -126,7 +128,7 @@ fn grids_keep_strata() {
     }
     for (count, weight) in counts.iter().zip(&weights) {
         let expected = weight / sum * f64::from(n * n);
-        // Rows are cut at most one line of n points off; a random count would be off by about 30.
+        // A row border is off by at most one line of n points; a random count would be off by about 30.
         let row = f64::from(n) * (weight / weights.iter().fold(0.0f64, |m, w| m.max(*w)));
         assert!((count - expected).abs() <= row.max(f64::from(n) / 2.0), "{count} {expected}");
     }

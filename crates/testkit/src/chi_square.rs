@@ -1,15 +1,16 @@
-//! Does `sample` follow `pdf`? Pearson's χ² over cells, expected counts by quadrature of the density.
+//! χ² tests of a `sample` function against its `pdf`: Pearson's χ² over cells whose expected counts are integrals of
+//! the density by quadrature.
 //!
-//! The same run also answers: is ∫ pdf = 1 − P(None), and does a sample ever fall where the density is zero? `None` is
-//! one more cell. Cells come from a pilot run (see `partition`), so narrow lobes need no tuning. Cells with an expected
-//! count below 5 are pooled; a pool that stays below 5 is tested by the Poisson tail instead. The two p-values are
-//! combined by Šidák; `tests` names how many such tests share the family level.
+//! The same run also tests that ∫ pdf = 1 − P(None) and that no sample falls where the density is zero. `None` is one
+//! more cell. Cells are made from a pilot run (see `partition`), so that narrow lobes need no tuning. Cells with an
+//! expected count below 5 are pooled; a pool that stays below 5 is tested by the Poisson tail instead. The two p-values
+//! are combined by Šidák; `tests` is the number of such tests that share the family level.
 //!
 //! ```
 //! use dapple_testkit::chi_square::ChiSquare;
 //! use std::f32::consts::{FRAC_1_PI, TAU};
 //!
-//! // Cosine-weighted hemisphere by the inverse of its distribution.
+//! // Samples the hemisphere with cosine weight by the inverse of the distribution function.
 //! let sample = |u: glam::Vec2, _uc: f32| {
 //!     let (r, phi) = (u.x.sqrt(), TAU * u.y);
 //!     Some(glam::Vec3::new(r * phi.cos(), r * phi.sin(), (1.0 - u.x).sqrt()))
@@ -28,23 +29,23 @@ use statrs::function::gamma::{gamma_lr, gamma_ur};
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
-/// Share of the samples that may fall, by rounding, where the density is zero.
+/// Fraction of the samples that may fall, by rounding, where the density is zero.
 const ROUNDING: f64 = 2e-6;
 
-/// How to test.
+/// The parameters of a χ² test.
 #[derive(Clone, Copy, Debug)]
 pub struct ChiSquare {
-    /// Counted samples.
+    /// Number of samples, without the pilot run.
     pub samples: u32,
-    /// About how many cells.
+    /// Approximate number of cells.
     pub cells: usize,
-    /// Chance of a false alarm in the whole family.
+    /// Probability of a false alarm in the whole family.
     pub level: f64,
-    /// Tests in the family.
+    /// Number of tests in the family.
     pub tests: usize,
-    /// Of the generator.
+    /// Seed of the generator.
     pub seed: u64,
-    /// Most quadrature regions (225 densities each) per cell.
+    /// Maximum number of quadrature regions (225 evaluations of the density each) per cell.
     pub regions: usize,
 }
 
@@ -54,35 +55,35 @@ impl Default for ChiSquare {
     }
 }
 
-/// What came out.
+/// The result of a χ² test.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Chance of a deviation at least this large if samples and density agree.
+    /// Probability of a deviation at least this large if samples and density agree.
     pub p: f64,
-    /// p below this fails.
+    /// The test fails if p is below this level.
     pub level: f64,
-    /// Pearson's statistic and its degrees of freedom.
+    /// Pearson's statistic.
     pub statistic: f64,
-    /// Cells after pooling, less one.
+    /// Degrees of freedom: the number of cells after pooling, minus one.
     pub freedom: usize,
     /// ∫ pdf over the whole domain.
     pub integral: f64,
-    /// Share of samples that were None.
+    /// Fraction of the samples that were None.
     pub missed: f64,
-    /// Cells that deviate most: description, observed, expected.
+    /// The cells that deviate most: description, observed count, expected count.
     pub worst: Vec<(String, f64, f64)>,
-    /// A reason to fail besides p.
+    /// A reason to fail in addition to p.
     pub fault: Option<String>,
 }
 
 impl Outcome {
-    /// p at or above its level, and no fault.
+    /// Returns whether p is at or above its level and there is no fault.
     pub fn passed(&self) -> bool {
         self.p >= self.level && self.fault.is_none()
     }
 }
 
-/// One paragraph for a failed assertion.
+/// Formats the result as one paragraph for a failed assertion.
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
@@ -107,18 +108,19 @@ impl fmt::Display for Outcome {
 }
 
 impl ChiSquare {
-    /// A family of `tests` tests at the default level.
+    /// Returns the parameters of one of a family of `tests` tests at the default level.
     pub fn family(tests: usize) -> Self {
         Self { tests, ..Self::default() }
     }
 
-    /// Directions (unit) with a density per solid angle, anywhere on the sphere.
+    /// Tests unit directions anywhere on the sphere against a density per solid angle.
     pub fn sphere(
         &self,
         mut sample: impl FnMut(Vec2, f32) -> Option<Vec3>,
         mut pdf: impl FnMut(Vec3) -> f32,
     ) -> Outcome {
-        // Two charts, upper and lower half: (1 − |cosθ|, φ), whose area is solid angle and which keep small angles.
+        // Two charts for the upper and lower half: (1 − |cosθ|, φ), whose area is the solid angle and which keep the
+        // precision of small angles.
         let half = [[0.0, 0.0], [1.0, TAU]];
         self.run(
             &[half, half],
@@ -134,8 +136,8 @@ impl ChiSquare {
         )
     }
 
-    /// Points of the plane with a density per area, within the rectangle from `low` to `high`. Points outside count as a
-    /// fault.
+    /// Tests points of the plane against a density per area, within the rectangle from `low` to `high`. Points outside
+    /// of it are a fault.
     pub fn plane(
         &self,
         low: Vec2,
@@ -161,7 +163,7 @@ impl ChiSquare {
         outcome
     }
 
-    /// Points of an interval with a density per length.
+    /// Tests points of an interval against a density per length.
     pub fn line(
         &self,
         low: f32,
@@ -169,7 +171,7 @@ impl ChiSquare {
         mut sample: impl FnMut(f32) -> f32,
         mut pdf: impl FnMut(f32) -> f32,
     ) -> Outcome {
-        // A strip of width 1 whose second coordinate is surely uniform.
+        // A strip of width 1 whose second coordinate is known to be uniform.
         self.plane(
             Vec2::new(low, 0.0),
             Vec2::new(high, 1.0),
@@ -178,7 +180,7 @@ impl ChiSquare {
         )
     }
 
-    /// Indices with a probability each: `pmf[i]` of index i.
+    /// Tests indices, where index i has probability `pmf[i]`.
     pub fn indices(&self, pmf: &[f64], mut sample: impl FnMut(f32) -> usize) -> Outcome {
         let mut rng = Rng::new(self.seed);
         let mut observed = vec![0.0; pmf.len()];
@@ -223,7 +225,7 @@ impl ChiSquare {
             }
         }
         let n = f64::from(self.samples);
-        // A tenth of a standard deviation of the count of an average cell, shared over the cells.
+        // A hundredth of a standard deviation of the count of an average cell.
         let tolerance = 0.1 / (n * self.cells as f64).sqrt() / 10.0;
         let mut integral = 0.0;
         let mut bins = Vec::new();
@@ -241,8 +243,9 @@ impl ChiSquare {
                 split_plane(density, [cell.low, cell.high], start, [1e-6, tolerance], self.regions).value
             };
             let mut expected = mass([1, 1]) * n;
-            // A cell in doubt is integrated again with a closer look: the density may change at its very edge. Where
-            // many are in doubt, it is not the quadrature.
+            // A cell with a large deviation is integrated again at a higher resolution, because the density may change
+            // abruptly near its edge. If many cells deviate, quadrature is not the cause, so that their number is
+            // limited.
             if (observed - expected).powi(2) > 6.0 * expected && looks > 0 {
                 looks -= 1;
                 expected = mass([12, 12]) * n;
@@ -250,7 +253,7 @@ impl ChiSquare {
             integral += expected / n;
             bins.push((describe(cell), observed, expected));
         }
-        // Quadrature tolerance over all cells, and f32 densities.
+        // The margin allows for the quadrature tolerance over all cells and for densities in f32.
         if integral > 1.0 + 1e-3 {
             fault = fault.or(Some(format!("the density integrates to {integral:.6}, more than 1")));
         }
@@ -258,7 +261,7 @@ impl ChiSquare {
         self.judge(bins, integral, missed / n, fault)
     }
 
-    /// Pools, sums and reports. Bins: description, observed, expected.
+    /// Pools bins and computes the result. A bin has a description, an observed count and an expected count.
     fn judge(
         &self,
         bins: Vec<(String, f64, f64)>,
@@ -281,7 +284,7 @@ impl ChiSquare {
         let freedom = full.len().saturating_sub(1);
         let body = if freedom == 0 { 1.0 } else { gamma_ur(0.5 * freedom as f64, 0.5 * statistic) };
         let least = body.min(tail);
-        // 1 − (1 − p)², without cancellation.
+        // 1 − (1 − p)² without cancellation.
         let p = least * (2.0 - least);
         let mut worst = full;
         if tail < 1.0 {
@@ -306,7 +309,7 @@ fn finite(place: &Place) -> bool {
     place.1.iter().all(|x| x.is_finite())
 }
 
-/// Chart 0 is the upper half. 1 − |cosθ| = (x² + y²)/(1 + |z|).
+/// Returns the place of a direction. Chart 0 is the upper half, and 1 − |cosθ| = (x² + y²)/(1 + |z|).
 fn sphere_place(w: DVec3) -> Place {
     let w = w / w.length();
     let v = (w.x * w.x + w.y * w.y) / (1.0 + w.z.abs());
@@ -333,7 +336,7 @@ mod tests {
         w.z.max(0.0) * FRAC_1_PI
     }
 
-    /// Half vectors of GGX at normal incidence, turned to lie about `axis`.
+    /// Half vectors of GGX at normal incidence, rotated to the axis `axis`.
     fn ggx(alpha: f64, axis: DVec3) -> (impl Fn(Vec2, f32) -> Option<Vec3>, impl Fn(Vec3) -> f32) {
         let (x, y) = axis.any_orthonormal_pair();
         let a2 = alpha * alpha;
@@ -379,7 +382,7 @@ mod tests {
 
     #[test]
     fn missing_samples_are_a_cell() {
-        // Half of the samples are thrown away; the density says so.
+        // Half of the samples are rejected, and the density takes that into account.
         let half = |u: Vec2, uc: f32| if uc < 0.5 { cosine(u, uc) } else { None };
         let result = ChiSquare::default().sphere(half, |w| 0.5 * cosine_pdf(w));
         assert!(result.passed() && (result.missed - 0.5).abs() < 0.01, "{result}");
@@ -396,9 +399,9 @@ mod tests {
         fails(test.sphere(cosine, |w| if w.x > 0.99 { 0.0 } else { cosine_pdf(w) }));
         fails(test.sphere(cosine, |w| cosine_pdf(w) * (1.0 + 0.05 * w.x)));
         fails(test.sphere(cosine, |_| f32::NAN));
-        // Density right where the samples are, and more where they never are.
+        // The density is correct where the samples are, and too large where they never are.
         fails(test.sphere(cosine, |w| cosine_pdf(w) + if w.z < -0.98 { 0.1 } else { 0.0 }));
-        // One sample in a thousand where the density is zero.
+        // One sample in a thousand falls where the density is zero.
         fails(test.sphere(|u, uc| if uc < 1e-3 { Some(Vec3::NEG_Z) } else { cosine(u, uc) }, cosine_pdf));
         let (sample, _) = ggx(1e-3, DVec3::Z);
         let (_, pdf) = ggx(1.05e-3, DVec3::Z);
@@ -422,7 +425,7 @@ mod tests {
         assert!(!test.indices(&pmf, |u| (u * 5.0) as usize).passed());
     }
 
-    /// Right pairs must fail as often as the level says, not more and not less.
+    /// Correct pairs must fail at the rate given by the level.
     #[test]
     fn p_is_uniform_for_a_right_pair() {
         let p = |seed| {

@@ -1,24 +1,26 @@
-//! What would an exact renderer show? Radiances, irradiances and coverages that can be written down, in f64.
+//! Closed forms of radiances, irradiances and coverages, in f64.
 //!
-//! The linear edge is the centre piece: antialiasing, a square lens, linear motion and the square blur all move a picture
-//! linearly in their random numbers, so an edge seen through all of them at once is the volume of a cube under a plane.
+//! The linear edge is used most: antialiasing, a square lens, linear motion and the square blur all shift the image
+//! linearly in their random numbers, so that the coverage of an edge with all of them combined is the volume of the
+//! part of a cube below a plane.
 
 use crate::quadrature;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
-/// Rounding that [`linear_edge`] may show.
+/// Largest rounding error of [`linear_edge`].
 const ROUNDING: f64 = 1e-9;
 
-/// Share of the unit cube in which Σ a_i ξ_i ≤ c: V = 1/(d! Π a_i) Σ_v (−1)^|v| (c − a·v)₊^d [Barrow & Smith 1979].
+/// Returns the fraction of the unit cube in which Σ a_i ξ_i ≤ c:
+/// V = 1/(d! Π a_i) Σ_v (−1)^|v| (c − a·v)₊^d [Barrow & Smith 1979].
 ///
-/// Any signs. Coefficients so small that f64 could not hold the alternating sum are replaced by their means, which errs
-/// by their square.
+/// The coefficients may have any signs. Terms whose coefficients are so small that the alternating sum would lose its
+/// precision in f64 are replaced by their means, with an error of the order of the square of the coefficient.
 pub fn linear_edge(coefficients: &[f64], c: f64) -> f64 {
     let mut a: Vec<f64> = coefficients.iter().map(|a| a.abs()).collect();
     let mut c = c - coefficients.iter().map(|a| a.min(0.0)).sum::<f64>();
     a.sort_by(|x, y| y.total_cmp(x));
-    // Infinite or not a number where a coefficient is zero.
+    // The estimate of the rounding error is infinite or NaN if a coefficient is zero.
     let is_rounded_off = |a: &[f64]| {
         let scale = factorial(a.len()) * product(a);
         scale == 0.0 || f64::EPSILON * a.iter().sum::<f64>().powi(a.len() as i32) / scale > ROUNDING
@@ -46,35 +48,37 @@ fn product(a: &[f64]) -> f64 {
     a.iter().product()
 }
 
-/// Irradiance over πL from a rectangle parallel to the receiver at unit distance, one corner straight above it, sides
-/// `x` and `y` of either sign [Howell 2010].
+/// Returns the irradiance divided by πL from a rectangle parallel to the receiver at unit distance, with one corner
+/// above the receiver and sides `x` and `y` of either sign [Howell 2010].
 pub fn corner_rectangle(x: f64, y: f64) -> f64 {
     let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
     (x / p * (y / p).atan() + y / q * (x / q).atan()) / (2.0 * PI)
 }
 
-/// Irradiance over πL from the rectangle between two corners in the plane at `height` above a receiver at the origin.
+/// Returns the irradiance divided by πL from the rectangle between two corners in the plane at `height` above a
+/// receiver at the origin.
 pub fn parallel_rectangle(low: DVec2, high: DVec2, height: f64) -> f64 {
     let corner = |x: f64, y: f64| corner_rectangle(x / height, y / height);
     corner(high.x, high.y) - corner(low.x, high.y) - corner(high.x, low.y) + corner(low.x, low.y)
 }
 
-/// Irradiance over πL from a rectangle that stands on the receiver's plane at distance `c`, `b` wide from the foot to one
-/// side, `a` high [Howell 2010].
+/// Returns the irradiance divided by πL from a rectangle perpendicular to the receiver's plane at distance `c`. It
+/// extends by `b` to one side from its nearest point to the receiver and has the height `a` [Howell 2010].
 pub fn perpendicular_rectangle(a: f64, b: f64, c: f64) -> f64 {
     let (x, y) = (a / b, c / b);
     let r = (x * x + y * y).sqrt();
     ((1.0 / y).atan() - y / r * (1.0 / r).atan()) / (2.0 * PI)
 }
 
-/// Irradiance over πL from a disk of `radius` parallel to the receiver at `height`, `d` to the side [Howell 2010].
+/// Returns the irradiance divided by πL from a disk of `radius` parallel to the receiver at `height`, whose centre is
+/// offset sideways by `d` [Howell 2010].
 pub fn parallel_disk(radius: f64, height: f64, d: f64) -> f64 {
     let (r2, s2) = (radius * radius, height * height + d * d);
     0.5 * (1.0 - (s2 - r2) / ((s2 + r2).powi(2) - 4.0 * r2 * d * d).sqrt())
 }
 
-/// Irradiance over πL from a sphere whose centre lies `q` ≥ 1 radii away at an angle of cosine `cos` to the receiver's
-/// normal; what is below the horizon is cut off [Howell 2010].
+/// Returns the irradiance divided by πL from a sphere whose centre is at a distance of `q` ≥ 1 radii, at an angle of
+/// cosine `cos` to the receiver's normal. The part below the horizon does not contribute [Howell 2010].
 pub fn sphere(q: f64, cos: f64) -> f64 {
     if q * cos >= 1.0 || q * cos <= -1.0 {
         return cos.max(0.0) / (q * q);
@@ -85,8 +89,8 @@ pub fn sphere(q: f64, cos: f64) -> f64 {
     ((cos * y.acos() - x * s) / (q * q) + s.atan2(x)) * FRAC_1_PI
 }
 
-/// Irradiance over πL at the origin from a polygon above the receiver's plane z = 0 [Lambert 1760]: half the sum of the
-/// edges' angles times the cosines of their planes' normals.
+/// Returns the irradiance divided by πL at the origin from a polygon above the receiver's plane z = 0 [Lambert 1760]:
+/// the sum over edges of the angle of the edge times the cosine of its plane's normal, divided by 2π.
 pub fn polygon(corners: &[DVec3]) -> f64 {
     let edge = |i: usize| {
         let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
@@ -97,7 +101,7 @@ pub fn polygon(corners: &[DVec3]) -> f64 {
     ((0..corners.len()).map(edge).sum::<f64>() / (2.0 * PI)).abs()
 }
 
-/// The part of a convex polygon where `inside` ≥ 0; `inside` must be linear.
+/// Returns the part of a convex polygon where `inside` ≥ 0. `inside` must be linear.
 pub fn clipped(corners: &[DVec3], inside: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
     let mut kept = Vec::new();
     for (i, &a) in corners.iter().enumerate() {
@@ -113,47 +117,49 @@ pub fn clipped(corners: &[DVec3], inside: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
     kept
 }
 
-/// ∫∫ h/(h² + x² + y²)^(3/2) over the rectangle between two corners: what an isotropic point light of unit intensity
-/// at height `h` above the origin gives to it, which is the solid angle it is seen under.
+/// Returns ∫∫ h/(h² + x² + y²)^(3/2) over the rectangle between two corners: the flux from an isotropic point light of
+/// unit intensity at height `h` above the origin, which is the solid angle of the rectangle.
 pub fn flux_of_point_light(low: DVec2, high: DVec2, h: f64) -> f64 {
     let corner = |x: f64, y: f64| (x * y / (h * (h * h + x * x + y * y).sqrt())).atan();
     corner(high.x, high.y) - corner(low.x, high.y) - corner(high.x, low.y) + corner(low.x, low.y)
 }
 
-/// ∫ h/(h² + x² + y²)^(3/2) dx between two places on a line `y` beside an isotropic point light at height `h`.
+/// Returns ∫ h/(h² + x² + y²)^(3/2) dx between two positions on a line that is offset by `y` from an isotropic point
+/// light at height `h`.
 pub fn point_light_along_line(from: f64, to: f64, y: f64, h: f64) -> f64 {
     let d2 = h * h + y * y;
     let up_to = |x: f64| h * x / (d2 * (d2 + x * x).sqrt());
     up_to(to) - up_to(from)
 }
 
-/// Radiance of a sphere of albedo `rho` and `radius` seen from inside, with a point light of unit intensity in it: what
-/// falls straight from the light from distance `d` at cosine `cos`, and what comes by one more reflection, which is the
-/// same everywhere: of the sphere's inside every part gives as much to every other, so that the mean of what falls on it
-/// straight, 4π/(4πR²), counts.
+/// Returns the radiance of the inside of a sphere of albedo `rho` and `radius` with a point light of unit intensity in
+/// it, from direct light at distance `d` and cosine `cos` and from one interreflection. The latter is the same
+/// everywhere, because the form factor between two points on the inside of a sphere is constant, so that only the mean
+/// direct irradiance, 4π/(4πR²), has an effect.
 pub fn inside_of_sphere(rho: f64, radius: f64, d: f64, cos: f64) -> f64 {
     rho * FRAC_1_PI * (cos / (d * d) + rho / (radius * radius))
 }
 
-/// Width on the floor of the penumbra of a straight edge at height `h` under a light `w` wide at height `light`.
+/// Returns the width of the penumbra on the floor of a straight edge at height `h` below a light of width `w` at height
+/// `light`.
 pub fn penumbra_width(w: f64, h: f64, light: f64) -> f64 {
     w * h / (light - h)
 }
 
-/// Share of a disk on the inner side of a straight line, `s` its distance from the centre over the radius.
+/// Returns the fraction of a disk on the inner side of a straight line, whose distance from the centre is `s` radii.
 pub fn disk_beside_line(s: f64) -> f64 {
     let s = s.clamp(-1.0, 1.0);
     0.5 + (s * (1.0 - s * s).sqrt() + s.asin()) * FRAC_1_PI
 }
 
-/// Diameter in pixels of the blur of a point at distance `z` along the axis; `aperture` the lens' diameter, `height`
-/// the picture's in pixels.
+/// Returns the diameter in pixels of the circle of confusion of a point at distance `z` along the axis. `aperture` is
+/// the diameter of the lens, and `height` is the height of the image in pixels.
 pub fn blur_diameter(aperture: f64, z: f64, focus: f64, height: f64, tan_half: f64) -> f64 {
     aperture * (1.0 / z - 1.0 / focus).abs() * height / (2.0 * tan_half)
 }
 
-/// Radiance of a perfectly reflecting GGX surface, single scattering, seen along its normal, where a white cap of half
-/// angle `theta` ≤ 90° about the normal is all there is [Heitz 2014; Walter 2007].
+/// Returns the radiance of a perfectly reflecting GGX surface with single scattering, seen along its normal, if the
+/// only light is a white cap of half angle `theta` ≤ 90° about the normal [Heitz 2014; Walter 2007].
 pub fn ggx_cap(alpha: f64, theta: f64) -> f64 {
     let a2 = alpha * alpha;
     let integrand = |m: f64| {
@@ -164,9 +170,10 @@ pub fn ggx_cap(alpha: f64, theta: f64) -> f64 {
     quadrature::line(integrand, 0.0, 0.5 * theta, 1e-9)
 }
 
-/// As [`ggx_cap`] for light that goes through: a surface that reflects nothing, seen along its normal from outside, with
-/// a white cap of half angle `theta` about the normal inside, where the index of refraction is `eta` times as high. A
-/// facet at θ_m bends light by θ_m − asin(sin θ_m/η); radiance falls by η² [Walter 2007].
+/// Returns the radiance as [`ggx_cap`] does, for transmitted light: a surface that reflects nothing, seen along its
+/// normal from outside, with a white cap of half angle `theta` about the normal inside, where the index of refraction
+/// is `eta` times as high. A facet at θ_m refracts light by θ_m − asin(sin θ_m/η), and radiance is divided by η²
+/// [Walter 2007].
 pub fn ggx_refracted_cap(alpha: f64, eta: f64, theta: f64) -> f64 {
     let a2 = alpha * alpha;
     let bent = |m: f64| m - (m.sin() / eta).asin();
@@ -175,7 +182,7 @@ pub fn ggx_refracted_cap(alpha: f64, eta: f64, theta: f64) -> f64 {
         let g2 = 2.0 / (1.0 + (1.0 + a2 * tan_wi * tan_wi).sqrt());
         g2 * 2.0 * a2 * tan * (1.0 + tan * tan) / (tan * tan + a2).powi(2)
     };
-    // The facet that bends light to the cap's edge: bent grows with the angle.
+    // Bisection for the facet that refracts light to the edge of the cap, because `bent` increases with the angle.
     let (mut low, mut high) = (0.0, FRAC_PI_2);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -198,7 +205,7 @@ mod tests {
         near(linear_edge(&[2.0], 0.5), 0.25, 1e-15);
         near(linear_edge(&[1.0, 0.37, 2.0, 0.9, 0.5], 2.3), 0.458_013, 5e-7);
         near(linear_edge(&[1.0; 4], 2.1), 0.566_345_8, 5e-8);
-        // ax + by ≤ c in the unit square: a trapezoid; a sign is a mirror image.
+        // ax + by ≤ c in the unit square is a trapezoid, and changing a sign mirrors it.
         near(linear_edge(&[0.4, 1.0], 0.7), 0.5, 1e-14);
         near(linear_edge(&[-0.4, 1.0], 0.3), 0.5, 1e-14);
         near(linear_edge(&[1.0, 1e-12], 0.3), 0.3, 1e-11);
@@ -211,7 +218,7 @@ mod tests {
 
     #[test]
     fn rectangles_and_disks_are_their_integrals() {
-        // L cosθ cosθ'/d² over the surface, over πL.
+        // L cosθ cosθ'/d² over the surface, divided by πL.
         let parallel = |x: f64, y: f64| 0.49 / (0.49 + x * x + y * y).powi(2) * FRAC_1_PI;
         let (low, high) = (DVec2::new(-0.2, 0.3), DVec2::new(0.9, 1.1));
         let sum = quadrature::rectangle(parallel, low.to_array(), high.to_array(), 1e-9);
@@ -237,7 +244,7 @@ mod tests {
         near(polygon(&right) + polygon(&left), whole, 1e-14);
         assert!(polygon(&right) > 0.1 * whole && polygon(&left) > 0.1 * whole);
         for (q, cos) in [(1.5, 0.2), (1.2, -0.3), (3.0, 0.9), (1.01, 0.0)] {
-            // cosθ₊ over the cone about the centre.
+            // The integral of cosθ₊ over the cone about the direction to the centre.
             let (sin, edge) = ((1.0f64 - cos * cos).sqrt(), (1.0f64 / q).asin());
             let seen = |a: f64, phi: f64| a.sin() * (a.cos() * cos + a.sin() * sin * phi.cos()).max(0.0);
             let sum = quadrature::rectangle(seen, [0.0; 2], [edge, 2.0 * PI], 1e-7);
@@ -246,8 +253,8 @@ mod tests {
         near(sphere(1.5, 2.0 / 3.0 - 1e-9), sphere(1.5, 2.0 / 3.0 + 1e-9), 1e-8);
     }
 
-    /// Against the BTDF itself: f = o·i/(cosθ_o·cosθ_i)·D·G2/(o/η − i)²/η², cosines o and i of the facet
-    /// [Walter 2007, eq. 21, of radiance], integrated over the cap's directions.
+    /// Compared with the integral of the BTDF over the directions of the cap: f = o·i/(cosθ_o·cosθ_i)·D·G2/(o/η −
+    /// i)²/η², with o and i the cosines at the facet [Walter 2007, eq. 21, of radiance].
     #[test]
     fn rough_interfaces_are_their_btdf() {
         for (alpha, eta, theta) in [(0.3f64, 1.5f64, 0.4), (0.8, 1.33, 0.3), (0.5, 2.0, 0.6)] {
@@ -273,7 +280,7 @@ mod tests {
     fn point_lights_over_lines_and_in_spheres() {
         let along = |x: f64| 0.7 / (0.49 + x * x + 0.04).powf(1.5);
         near(point_light_along_line(-0.3, 0.8, 0.2, 0.7), quadrature::line(along, -0.3, 0.8, 1e-10), 1e-9);
-        // A light in the middle: 1/R² straight, and ρ times that once more.
+        // With the light in the middle, the direct irradiance is 1/R², and the interreflected one is ρ times that.
         near(inside_of_sphere(0.5, 2.0, 2.0, 1.0), 0.5 * FRAC_1_PI * 0.25 * 1.5, 1e-15);
     }
 
@@ -285,7 +292,7 @@ mod tests {
         let chord = |x: f64| 2.0 * (1.0 - x * x).sqrt() * FRAC_1_PI;
         near(disk_beside_line(0.3), quadrature::line(chord, -1.0, 0.3, 1e-9), 1e-8);
         near(penumbra_width(0.5, 1.0, 3.0), 0.25, 0.0);
-        // A point at infinity: A/z_f in tangents.
+        // The blur of a point at infinity is A/z_f in units of the tangent.
         near(blur_diameter(0.1, f64::INFINITY, 2.0, 400.0, 0.5), 20.0, 1e-12);
     }
 }

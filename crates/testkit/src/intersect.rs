@@ -1,27 +1,29 @@
-//! What does a ray hit, by trying everything in f64: the reference for trees, packets and f32.
+//! Brute-force ray intersection in f64: the reference for acceleration structures, packets and f32.
 //!
-//! Rays are any origin and direction; t counts in lengths of the direction. Edges and corners belong to a triangle, both
-//! sides count, and of equal t the lowest index wins. No ray passes between neighbours.
+//! Rays have any origin and direction; t is in units of the length of the direction. Edges and corners belong to a
+//! triangle, both sides of it are hit, and at equal t the lowest index is returned. No ray passes between adjacent
+//! triangles.
 
 use glam::DVec3;
 
-/// A hit on triangle `index` at `t` with barycentrics of corners 1 and 2.
+/// A hit on triangle `index` at `t`, with the barycentric coordinates of corners 1 and 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Which triangle.
+    /// Index of the triangle.
     pub index: usize,
-    /// Point = origin + t·direction.
+    /// Ray parameter; the hit point is origin + t·direction.
     pub t: f64,
-    /// Weight of the second corner.
+    /// Barycentric coordinate of the second corner.
     pub b1: f64,
-    /// Weight of the third corner.
+    /// Barycentric coordinate of the third corner.
     pub b2: f64,
 }
 
-/// t and the barycentrics (b1, b2) of the ray on one triangle, any t; None for a miss or an edge-on triangle.
+/// Returns t, of any value, and the barycentric coordinates (b1, b2) of the intersection of the ray with one triangle,
+/// or None for a miss or an edge-on triangle.
 ///
-/// The corners are sheared so that the ray is the z axis [Woop, Benthin & Wald 2013]; each edge function is then a
-/// difference of two products, whose computed sign is right or zero because rounding is monotonic.
+/// The corners are sheared so that the ray is the z axis [Woop, Benthin & Wald 2013]. Each edge function is then a
+/// difference of two products, whose computed sign is correct or zero because rounding is monotonic.
 pub fn triangle(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> Option<(f64, f64, f64)> {
     let z = direction.abs().max_position();
     let (x, y) = ((z + 1) % 3, (z + 2) % 3);
@@ -41,7 +43,7 @@ pub fn triangle(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> Option<
     Some((u / sum * a[2] + b1 * b[2] + b2 * c[2], b1, b2))
 }
 
-/// The closest hit with 0 ≤ t ≤ `t_max` among triangles given as corner arrays.
+/// Returns the closest hit with 0 ≤ t ≤ `t_max` among triangles given as arrays of corners.
 pub fn intersect(
     triangles: &[[[f32; 3]; 3]],
     origin: [f32; 3],
@@ -53,16 +55,16 @@ pub fn intersect(
         let (t, b1, b2) = triangle(ray[0], ray[1], corners.map(wide))?;
         (0.0..=t_max).contains(&t).then_some(Hit { index, t, b1, b2 })
     };
-    // `min_by` keeps the first of equals: the lowest index.
+    // `min_by` returns the first of equal elements, which has the lowest index.
     triangles.iter().enumerate().filter_map(hit).min_by(|a, b| a.t.total_cmp(&b.t))
 }
 
-/// Is anything hit with 0 ≤ t ≤ `t_max`?
+/// Returns whether any triangle is hit with 0 ≤ t ≤ `t_max`.
 pub fn occluded(triangles: &[[[f32; 3]; 3]], origin: [f32; 3], direction: [f32; 3], t_max: f64) -> bool {
     intersect(triangles, origin, direction, t_max).is_some()
 }
 
-/// Entry and exit of the ray in the closed box, with t clipped to [0, t_max]; None when they miss each other.
+/// Returns the entry and exit of the ray in the closed box, with t clipped to [0, t_max], or None for a miss.
 pub fn slab(low: DVec3, high: DVec3, origin: DVec3, direction: DVec3, t_max: f64) -> Option<(f64, f64)> {
     let mut range = (0.0f64, t_max);
     for axis in 0..3 {
@@ -79,7 +81,7 @@ pub fn slab(low: DVec3, high: DVec3, origin: DVec3, direction: DVec3, t_max: f64
     (range.0 <= range.1).then_some(range)
 }
 
-/// f32 coordinates, exactly.
+/// Converts f32 coordinates to f64, which is exact.
 pub fn wide(p: [f32; 3]) -> DVec3 {
     DVec3::from_array(p.map(f64::from))
 }
@@ -110,7 +112,8 @@ mod tests {
         assert_eq!((hit.index, hit.b1, hit.b2), (0, 1.0, 0.0));
     }
 
-    /// Barycentrics and t must rebuild the same point; a ray aimed at a point of a triangle must hit it.
+    /// The barycentric coordinates and t must give the same point, and a ray aimed at a point of a triangle must hit
+    /// it.
     #[test]
     fn aimed_rays_hit_where_aimed() {
         let mut rng = Rng::new(5);
@@ -133,16 +136,21 @@ mod tests {
         }
     }
 
-    /// A closed octahedron with shaken corners: rays from within at its edges and corners never pass between.
+    /// Rays from the inside of a closed octahedron with perturbed corners, aimed at its edges and corners, never miss
+    /// it.
     #[test]
     fn nothing_leaks_between_neighbours() {
         let mut rng = Rng::new(6);
-        let mut shaken = |x: f64, y: f64, z: f64| {
+        let mut perturbed = |x: f64, y: f64, z: f64| {
             (DVec3::new(x, y, z) + 0.2 * rng.direction()).to_array().map(|c| c as f32)
         };
-        let pole = [shaken(0.0, 0.0, 1.0), shaken(0.0, 0.0, -1.0)];
-        let rim =
-            [shaken(1.0, 0.0, 0.0), shaken(0.0, 1.0, 0.0), shaken(-1.0, 0.0, 0.0), shaken(0.0, -1.0, 0.0)];
+        let pole = [perturbed(0.0, 0.0, 1.0), perturbed(0.0, 0.0, -1.0)];
+        let rim = [
+            perturbed(1.0, 0.0, 0.0),
+            perturbed(0.0, 1.0, 0.0),
+            perturbed(-1.0, 0.0, 0.0),
+            perturbed(0.0, -1.0, 0.0),
+        ];
         let mesh: Vec<_> = (0..8).map(|i| [pole[i / 4], rim[i % 4], rim[(i + 1) % 4]]).collect();
         for i in 0..20_000u32 {
             let corners = mesh[rng.below(8) as usize].map(wide);

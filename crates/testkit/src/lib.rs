@@ -1,7 +1,8 @@
-//! Statistics and brute force for tests. Knows none of the other crates: everything comes in as closures and plain
-//! numbers, so that a test never checks a renderer with the renderer's own arithmetic.
+//! Statistical tests, quadrature and brute-force references for tests. The crate depends on no other crate of the
+//! workspace: everything is passed as closures and plain numbers, so that no test checks a renderer with that
+//! renderer's own arithmetic.
 //!
-//! Everything is in f64, uses its own generator and fixed seeds: a pass stays a pass.
+//! Everything is computed in f64 with a generator of its own and fixed seeds, so that results are reproducible.
 #![forbid(unsafe_code)]
 
 pub mod chi_square;

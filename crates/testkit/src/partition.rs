@@ -1,9 +1,9 @@
-//! Cells for a test, made from a pilot run: a tree of cuts through the medians of the pilot points, so that cells are
-//! small where samples are dense and a lobe of width 1e-3 gets as many as the rest of the sphere; where a cell holds its
-//! points in a small part of it, the empty part is cut off. The tested samples are
-//! others than the pilot's, so the cells are fixed before they are counted.
+//! Cells for a test, made from a pilot run: a tree of splits at the medians of the pilot points, so that cells are
+//! small where samples are dense and a lobe of width 1e-3 gets as many cells as the rest of the sphere. If the points
+//! of a cell lie in a small part of it, the empty part is split off. The tested samples are not those of the pilot run,
+//! so that the cells are fixed before the samples are counted.
 
-/// A place: which chart of the domain, and where in it.
+/// The index of a chart of the domain and a point in the chart.
 pub(crate) type Place = (usize, [f64; 2]);
 
 /// A rectangle of one chart.
@@ -16,10 +16,10 @@ pub(crate) struct Cell {
 
 enum Node {
     Leaf(usize),
-    Truncation { axis: usize, at: f64, below: usize, above: usize },
+    Split { axis: usize, at: f64, below: usize, above: usize },
 }
 
-/// Charts cut into cells.
+/// Charts divided into cells.
 pub(crate) struct Partition {
     nodes: Vec<Node>,
     roots: Vec<usize>,
@@ -27,8 +27,8 @@ pub(crate) struct Partition {
 }
 
 impl Partition {
-    /// About `cells` cells with equal shares of `pilot`, none larger than 1/`cells` of its chart by more than a factor
-    /// 16, so that regions without samples are looked at as well.
+    /// Creates about `cells` cells with equal shares of `pilot`. No cell is larger than 16/`cells` of its chart, so
+    /// that regions without samples are tested as well.
     pub fn new(charts: &[[[f64; 2]; 2]], pilot: &[Place], cells: usize) -> Self {
         let mut partition = Self { nodes: Vec::new(), roots: Vec::new(), cells: Vec::new() };
         let share = (pilot.len() / cells).max(1);
@@ -63,25 +63,24 @@ impl Partition {
         let (lower, upper) = points.split_at_mut(points.partition_point(|p| p[axis] < at));
         let below = self.grow(left, lower, share, largest, 1 - axis);
         let above = self.grow(right, upper, share, largest, 1 - axis);
-        self.nodes.push(Node::Truncation { axis, at, below, above });
+        self.nodes.push(Node::Split { axis, at, below, above });
         self.nodes.len() - 1
     }
 
-    /// The cell of a place; places outside the chart belong to its border cells.
+    /// Returns the cell of a place. Places outside of the chart belong to its border cells.
     pub fn locate(&self, (chart, p): Place) -> usize {
         let mut node = self.roots[chart];
         loop {
             match self.nodes[node] {
                 Node::Leaf(cell) => return cell,
-                Node::Truncation { axis, at, below, above } => {
-                    node = if p[axis] < at { below } else { above }
-                }
+                Node::Split { axis, at, below, above } => node = if p[axis] < at { below } else { above },
             }
         }
     }
 }
 
-/// Where to cut: through the median while there are samples for two cells, in the middle while the cell is too large.
+/// Returns the position of a split: the median while there are samples for two cells, or the middle while the cell is
+/// too large.
 fn cut(cell: &Cell, points: &mut [[f64; 2]], share: usize, largest: f64, axis: usize) -> Option<f64> {
     if points.len() >= 2 * share {
         let middle = points.len() / 2;
@@ -91,8 +90,8 @@ fn cut(cell: &Cell, points: &mut [[f64; 2]], share: usize, largest: f64, axis: u
     (area(cell.low, cell.high) > largest).then(|| 0.5 * (cell.low[axis] + cell.high[axis]))
 }
 
-/// Where to cut off an empty part of a cell that holds many points on a small part of it: where a lobe ends, or where it
-/// becomes too thin to be found by quadrature in the rest.
+/// Returns the axis and position of a split that separates an empty part from a cell whose points lie in a small part
+/// of it. This is where a lobe ends, or where it becomes too narrow for the quadrature of a large cell.
 fn edge(cell: &Cell, points: &[[f64; 2]]) -> Option<(usize, f64)> {
     if points.len() < 8 {
         return None;
@@ -122,7 +121,7 @@ mod tests {
     fn cells_tile_the_charts_and_share_the_points() {
         let mut rng = Rng::new(1);
         let charts = [[[0.0, 0.0], [1.0, 1.0]], [[-1.0, 0.0], [1.0, 2.0]]];
-        // All in the first chart, gathered in its corner; the second is empty.
+        // All points are in the first chart and concentrated in its corner; the second chart is empty.
         let mut place = || (0, [rng.f64().powi(8), rng.f64().powi(8)]);
         let pilot: Vec<Place> = (0..6400).map(|_| place()).collect();
         let partition = Partition::new(&charts, &pilot, 100);

@@ -1,16 +1,17 @@
-//! Integrals to a stated accuracy, in f64: the other side of every "∫pdf = 1" and "albedo by quadrature".
+//! Quadrature to a given accuracy in f64, for tests such as "∫pdf = 1" and "albedo by quadrature".
 //!
-//! Adaptive Gauss–Kronrod (7, 15) with a global list of regions, the worst split first [Piessens et al. 1983,
-//! QUADPACK]. Plane regions use the tensor product and are split along the worse of their two axes, so a narrow peak or
-//! an edge is chased where it is. `tolerance` is relative to ∫|f|, whatever the size of f. The error is the difference
-//! of the two rules, which is an upper estimate for smooth functions.
+//! The method is adaptive Gauss–Kronrod (7, 15) quadrature with a global list of regions, which splits the region of
+//! the largest error first [Piessens et al. 1983, QUADPACK]. Regions of the plane use the tensor product and are split
+//! along the axis of the larger error, so that splits concentrate at narrow peaks and edges. `tolerance` is relative to
+//! ∫|f|, regardless of the magnitude of f. The error is the difference of the two rules, which is an upper estimate for
+//! smooth functions.
 
 use glam::DVec3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::f64::consts::TAU;
 
-/// Kronrod nodes from the outside in, and the weights of both rules (0 where a node is not Gauss's).
+/// Kronrod nodes from the outside in, with the Kronrod and Gauss weights (0 where a node is not a Gauss node).
 const NODES: [(f64, f64, f64); 8] = [
     (0.991_455_371_120_812_6, 0.022_935_322_010_529_225, 0.0),
     (0.949_107_912_342_758_5, 0.063_092_092_629_978_55, 0.129_484_966_168_869_7),
@@ -22,33 +23,33 @@ const NODES: [(f64, f64, f64); 8] = [
     (0.0, 0.209_482_141_084_727_83, 0.417_959_183_673_469_4),
 ];
 
-/// All 15 nodes on (−1, 1) with Kronrod and Gauss weights.
+/// Returns all 15 nodes on (−1, 1) with Kronrod and Gauss weights.
 fn nodes() -> impl Iterator<Item = (f64, f64, f64)> + Clone {
     let (outer, centre) = NODES.split_at(7);
     outer.iter().map(|&(x, k, g)| (-x, k, g)).chain(NODES.iter().copied().take(7)).chain([centre[0]])
 }
 
-/// An integral and what is known of it.
+/// An integral with its error estimate.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Integral {
     /// The Kronrod estimate.
     pub value: f64,
-    /// Sum of the regions' |Kronrod − Gauss|: an upper estimate.
+    /// Sum of |Kronrod − Gauss| over the regions, an upper estimate of the error.
     pub error: f64,
-    /// ∫|f|, the scale of the tolerance.
+    /// ∫|f|, to which the tolerance is relative.
     pub absolute: f64,
-    /// Regions used.
+    /// Number of regions.
     pub regions: usize,
 }
 
-/// A box of one or two dimensions with its estimates.
+/// A region of one or two dimensions with its estimates.
 #[derive(Clone, Copy)]
 struct Region {
     low: [f64; 2],
     high: [f64; 2],
     value: f64,
     absolute: f64,
-    /// By axis.
+    /// Error per axis.
     error: [f64; 2],
 }
 
@@ -89,7 +90,8 @@ impl Region {
         self.error[0].max(self.error[1])
     }
 
-    /// The two halves along the worse axis; None where floats end.
+    /// Returns the two halves along the axis of the larger error, or None if the region is too small to be split in
+    /// f64.
     fn halves(&self) -> Option<[([f64; 2], [f64; 2]); 2]> {
         let axis = usize::from(self.error[1] > self.error[0]);
         let middle = 0.5 * (self.low[axis] + self.high[axis]);
@@ -120,7 +122,8 @@ impl Ord for Region {
     }
 }
 
-/// Splits the worst region until the error is below `relative`·∫|f| or `absolute`, or there are `most` regions.
+/// Splits the region of the largest error until the total error is below `relative`·∫|f| or `absolute`, or there are
+/// `most` regions.
 fn refine(
     start: Vec<Region>,
     mut make: impl FnMut([f64; 2], [f64; 2]) -> Region,
@@ -155,20 +158,20 @@ fn refine(
         sum.absolute -= worst.absolute;
         sum.regions += 1;
     }
-    // Summed afresh: the running sums carry the rounding of what was taken away.
+    // Sums all regions again, because the running sums contain the rounding errors of the subtractions.
     total(&mut done.iter().chain(open.iter()))
 }
 
-/// ∫_a^b f dx with its error; stops at `most` regions of 15 evaluations.
+/// Returns ∫_a^b f dx with its error, using at most `most` regions of 15 evaluations.
 pub fn adaptive_line(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, tolerance: f64, most: usize) -> Integral {
-    // Thirteen: an odd split keeps round places (½, ¼) from falling on region borders by luck.
+    // Thirteen regions, so that positions such as ½ and ¼ are not at region borders by coincidence.
     let at = |i: u32| a + (b - a) * f64::from(i) / 13.0;
     let start = (0..13).map(|i| Region::line(&mut f, at(i), at(i + 1))).collect();
     refine(start, |low, high| Region::line(&mut f, low[0], high[0]), tolerance, 0.0, most)
 }
 
-/// ∫∫ f dx dy over the rectangle between two corners, with its error; stops at `most` regions of 225 evaluations, or
-/// when the error is below `tolerance`·∫|f| or below `absolute`.
+/// Returns ∫∫ f dx dy over the rectangle between two corners with its error. It stops at `most` regions of 225
+/// evaluations, or when the error is below `tolerance`·∫|f| or below `absolute`.
 pub fn adaptive_plane(
     f: impl FnMut(f64, f64) -> f64,
     low: [f64; 2],
@@ -180,7 +183,7 @@ pub fn adaptive_plane(
     split_plane(f, [low, high], [1, 1], [tolerance, absolute], most)
 }
 
-/// As [`adaptive_plane`], starting with `start` regions along each axis, and `most` counts regions beyond those.
+/// Like [`adaptive_plane`], but starts with `start` regions along each axis, which are not included in `most`.
 pub(crate) fn split_plane(
     mut f: impl FnMut(f64, f64) -> f64,
     [low, high]: [[f64; 2]; 2],
@@ -198,45 +201,46 @@ pub(crate) fn split_plane(
     refine(regions, |low, high| Region::plane(&mut f, low, high), tolerance, absolute, most)
 }
 
-/// ∫_a^b f dx. `tolerance` is relative to ∫|f|.
+/// Returns ∫_a^b f dx. `tolerance` is relative to ∫|f|.
 ///
 /// # Panics
-/// When the tolerance is not reached after 20 000 regions, or f is not finite: the test asks for too much.
+/// Panics when the tolerance is not reached after 20 000 regions, or when f is not finite.
 pub fn line(f: impl FnMut(f64) -> f64, a: f64, b: f64, tolerance: f64) -> f64 {
     reached(adaptive_line(f, a, b, tolerance, 20_000), tolerance)
 }
 
-/// ∫∫ f dx dy over [low.0, high.0] × [low.1, high.1], as [`line()`].
+/// Returns ∫∫ f dx dy over [low.0, high.0] × [low.1, high.1], with a `tolerance` as in [`line()`].
 ///
 /// # Panics
-/// As [`line()`].
+/// Panics as [`line()`] does.
 pub fn rectangle(f: impl FnMut(f64, f64) -> f64, low: [f64; 2], high: [f64; 2], tolerance: f64) -> f64 {
     reached(split_first(f, low, high, tolerance), tolerance)
 }
 
-/// ∫ f dω over the hemisphere about +z, f of a unit direction, per solid angle. Peaks narrower than about 1/50 radian
-/// may be missed unless they lie about +z; give [`sphere_about`] the direction of such a peak.
+/// Returns ∫ f dω over the hemisphere about +z, where f is a function of a unit direction. Peaks narrower than about
+/// 1/50 radian may be missed unless they are at +z; use [`sphere_about`] with the direction of such a peak.
 ///
 /// # Panics
-/// As [`line()`].
+/// Panics as [`line()`] does.
 pub fn hemisphere(mut f: impl FnMut(DVec3) -> f64, tolerance: f64) -> f64 {
     let polar = |s: f64, phi: f64| f(polar_direction(s * s)(phi)) * 2.0 * s;
     reached(split_first(polar, [0.0, 0.0], [1.0, TAU], tolerance), tolerance)
 }
 
-/// ∫ f dω over the sphere, per solid angle, as [`hemisphere`].
+/// Returns ∫ f dω over the sphere, with the limits of [`hemisphere`].
 ///
 /// # Panics
-/// As [`line()`].
+/// Panics as [`line()`] does.
 pub fn sphere(f: impl FnMut(DVec3) -> f64, tolerance: f64) -> f64 {
     sphere_about(DVec3::Z, f, tolerance)
 }
 
-/// ∫ f dω over the sphere with the regions gathered about `axis` (unit): for a narrow peak there. f sees world
-/// directions. The polar coordinate is v² with v² = 1 − cosθ, so that a peak of width w takes about log₂ 1/w splits.
+/// Returns ∫ f dω over the sphere with polar coordinates about `axis` (unit), for a narrow peak in that direction. f is
+/// a function of the world direction. The polar coordinate is s with s² = 1 − cosθ, so that a peak of width w takes
+/// about log₂ 1/w splits.
 ///
 /// # Panics
-/// As [`line()`].
+/// Panics as [`line()`] does.
 pub fn sphere_about(axis: DVec3, mut f: impl FnMut(DVec3) -> f64, tolerance: f64) -> f64 {
     let (x, y) = axis.any_orthonormal_pair();
     let polar = |s: f64, phi: f64| {
@@ -246,7 +250,7 @@ pub fn sphere_about(axis: DVec3, mut f: impl FnMut(DVec3) -> f64, tolerance: f64
     reached(split_first(polar, [0.0, 0.0], [2f64.sqrt(), TAU], tolerance), tolerance)
 }
 
-/// The direction about +z with 1 − cosθ = v, as a function of φ; sinθ = √(v(2 − v)) keeps tiny angles.
+/// Returns the direction with 1 − cosθ = v as a function of φ. sinθ = √(v(2 − v)) keeps the precision of tiny angles.
 fn polar_direction(v: f64) -> impl Fn(f64) -> DVec3 {
     let sin = (v * (2.0 - v)).max(0.0).sqrt();
     move |phi| DVec3::new(sin * phi.cos(), sin * phi.sin(), 1.0 - v)
@@ -307,7 +311,7 @@ mod tests {
         near(hemisphere(|w| w.z, 1e-10), PI, 1e-10);
         near(sphere(|_| 1.0, 1e-12), 4.0 * PI, 1e-12);
         near(sphere(|w| w.x * w.x, 1e-10), 4.0 * PI / 3.0, 1e-10);
-        // A cone about an oblique axis: an edge.
+        // A cone about an oblique axis, whose indicator function has an edge.
         let axis = DVec3::new(0.6, 0.0, 0.8);
         near(sphere(|w| f64::from(w.dot(axis) > 0.9), 1e-3), TAU * 0.1, 1e-3);
         // GGX-like lobe of width 1e-4 about the axis: ∫ D cosθ dω = 1.

@@ -1,18 +1,18 @@
-//! The generator of the tests: deliberately not the one under test.
+//! The random number generator of the tests, which deliberately differs from the one under test.
 
 use glam::{DVec3, Vec2};
 
-/// SplitMix64 [Steele, Lea & Flood 2014]: a counter and a finaliser; every seed is good.
+/// SplitMix64 [Steele, Lea & Flood 2014]: a counter and a finaliser, for which all seeds are equally good.
 #[derive(Clone, Debug)]
 pub struct Rng(u64);
 
 impl Rng {
-    /// Equal seeds give equal sequences on every machine.
+    /// Creates a generator. Equal seeds give equal sequences on every machine.
     pub const fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub const fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let x = self.0;
@@ -21,27 +21,27 @@ impl Rng {
         x ^ (x >> 31)
     }
 
-    /// Uniform in [0,1), a multiple of 2^-53.
+    /// Returns a uniform number in [0,1), a multiple of 2^-53.
     pub fn f64(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
     }
 
-    /// Uniform in [0,1), a multiple of 2^-24: never 1.
+    /// Returns a uniform number in [0,1), a multiple of 2^-24. It is never 1.
     pub fn f32(&mut self) -> f32 {
         (self.bits() >> 40) as f32 * (1.0 / 16_777_216.0)
     }
 
-    /// Uniform in [0,1)².
+    /// Returns a uniform point in [0,1)².
     pub fn vec2(&mut self) -> Vec2 {
         Vec2::new(self.f32(), self.f32())
     }
 
-    /// Uniform integer in 0..n (n ≥ 1); the bias is below n·2^-32.
+    /// Returns a uniform integer in 0..n (n ≥ 1), with a bias below n·2^-32.
     pub fn below(&mut self, n: u32) -> u32 {
         (((self.bits() >> 32) * u64::from(n)) >> 32) as u32
     }
 
-    /// Uniform on the unit sphere.
+    /// Returns a uniform direction on the unit sphere.
     pub fn direction(&mut self) -> DVec3 {
         let z = 2.0 * self.f64() - 1.0;
         let (sin, cos) = (std::f64::consts::TAU * self.f64()).sin_cos();
@@ -49,7 +49,7 @@ impl Rng {
         DVec3::new(r * cos, r * sin, z)
     }
 
-    /// Standard normal (Box & Muller 1958).
+    /// Returns a standard normal number (Box & Muller 1958).
     pub fn normal(&mut self) -> f64 {
         let r = (-2.0 * (1.0 - self.f64()).ln()).sqrt();
         r * (std::f64::consts::TAU * self.f64()).cos()
@@ -72,7 +72,7 @@ mod tests {
             square += rng.direction().z.powi(2) / f64::from(n);
             normal += rng.normal().powi(2) / f64::from(n);
         }
-        // Four standard errors: sd of x is 1/√12, of z² is √(4/45), of a squared normal √2.
+        // Four standard errors: the standard deviation of x is 1/√12, of z² it is √(4/45), of a squared normal √2.
         assert!((mean - 0.5).abs() < 4.0 * (1.0f64 / 12.0 / f64::from(n)).sqrt());
         assert!((square - 1.0 / 3.0).abs() < 4.0 * (4.0 / 45.0 / f64::from(n)).sqrt());
         assert!((normal - 1.0).abs() < 4.0 * (2.0 / f64::from(n)).sqrt());

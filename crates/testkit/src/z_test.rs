@@ -1,17 +1,18 @@
-//! Do two means agree, given their errors? And for a whole picture: do all its tiles?
+//! z-tests: agreement of two means, or of all tiles of two images, given their errors.
 //!
-//! Every test gives a two-sided p: the chance of a difference at least this large if there were none. A family of m
-//! tests that may raise a false alarm with probability `level` allows each one 1 − (1 − level)^(1/m) [Šidák 1967].
+//! Every test gives a two-sided p, the probability of a difference at least this large if the exact values are equal.
+//! In a family of m tests that may raise a false alarm with probability `level`, each test has the level 1 − (1 −
+//! level)^(1/m) [Šidák 1967].
 
 use statrs::function::erf::erfc;
 use std::fmt;
 
-/// Probability that a standard normal is farther from 0 than |z|. A NaN is no agreement: p = 0.
+/// Returns the probability that a standard normal variable is farther from 0 than |z|. It is 0 for NaN.
 pub fn two_sided(z: f64) -> f64 {
     if z.is_nan() { 0.0 } else { erfc(z.abs() * std::f64::consts::FRAC_1_SQRT_2) }
 }
 
-/// Level of each of `tests` independent tests for a family level: 1 − (1 − level)^(1/tests).
+/// Returns the level of each of `tests` independent tests for a family level: 1 − (1 − level)^(1/tests).
 pub fn sidak(level: f64, tests: usize) -> f64 {
     -((-level).ln_1p() / tests.max(1) as f64).exp_m1()
 }
@@ -19,9 +20,10 @@ pub fn sidak(level: f64, tests: usize) -> f64 {
 /// A difference in units of its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Z {
-    /// Difference over standard error. Equal values without error give 0, different ones infinity.
+    /// Difference divided by its standard error. Without error, it is 0 for equal values and infinite for different
+    /// ones.
     pub z: f64,
-    /// Two-sided.
+    /// Two-sided p-value.
     pub p: f64,
 }
 
@@ -32,61 +34,62 @@ impl Z {
     }
 }
 
-/// A measured mean with its standard error against an exact value.
+/// Compares a measured mean and its standard error with an exact value.
 pub fn exact(mean: f64, standard_error: f64, exact: f64) -> Z {
     Z::new(mean - exact, standard_error * standard_error)
 }
 
-/// Two measured means, each with its own standard error [Welch 1947, normal limit].
+/// Compares two measured means, each with its own standard error [Welch 1947, normal limit].
 pub fn welch(mean_a: f64, standard_error_a: f64, mean_b: f64, standard_error_b: f64) -> Z {
     Z::new(mean_a - mean_b, standard_error_a * standard_error_a + standard_error_b * standard_error_b)
 }
 
-/// One channel of a picture with what is known of its error.
+/// One channel of an image with its variances.
 #[derive(Clone, Copy, Debug)]
 pub struct Channel<'a> {
-    /// Pixel means, row by row.
+    /// Pixel means in row-major order.
     pub mean: &'a [f64],
-    /// Variances *of those means* (variance of a sample over the number of samples); empty for an exact picture.
+    /// Variances *of those means* (variance of a sample over the number of samples); empty for an exact image.
     pub variance: &'a [f64],
 }
 
 /// One tile of a comparison.
 #[derive(Clone, Copy, Debug)]
 pub struct Tile {
-    /// Upper left pixel.
+    /// Column of the upper left pixel.
     pub x: usize,
-    /// Upper left pixel.
+    /// Row of the upper left pixel.
     pub y: usize,
-    /// Means of the two pictures.
+    /// Means of the two images.
     pub means: [f64; 2],
-    /// Their difference, tested.
+    /// Test of their difference.
     pub test: Z,
 }
 
-/// Comparison of two pictures by tiles.
+/// A comparison of two images by tiles.
 #[derive(Clone, Debug)]
 pub struct Tiles {
-    /// All tiles, row by row.
+    /// All tiles in row-major order.
     pub tiles: Vec<Tile>,
-    /// The means of the whole pictures, tested: sees a small bias that no tile sees.
+    /// Test of the means of the whole images, which detects a bias too small to be detected in a tile.
     pub whole: Z,
-    /// Level of each test: Šidák over the tiles and the whole.
+    /// Level of each test, by Šidák over the tiles and the whole image.
     pub level: f64,
 }
 
-/// Compares two pictures of `width` columns by the means of `size`×`size` tiles, Welch z with both variances, at family
-/// level `level`. Pixels are taken as independent: not for filters that share samples between pixels.
+/// Compares two images of `width` columns by the means of `size`×`size` tiles with Welch's z and both variances, at
+/// family level `level`. Pixels are assumed to be independent, so that it must not be used with filters that share
+/// samples between pixels.
 ///
 /// # Panics
-/// When the lengths do not fit each other or the width.
+/// Panics when the lengths do not match each other or the width.
 pub fn tiles(a: Channel<'_>, b: Channel<'_>, width: usize, size: usize, level: f64) -> Tiles {
     let count = a.mean.len();
     assert!(
         width > 0 && size > 0 && count > 0 && count.is_multiple_of(width),
         "{count} pixels, width {width}"
     );
-    assert_eq!(count, b.mean.len(), "pictures of different sizes");
+    assert_eq!(count, b.mean.len(), "images of different sizes");
     for channel in [a, b] {
         assert!(channel.variance.is_empty() || channel.variance.len() == count, "one variance per pixel");
     }
@@ -115,26 +118,27 @@ fn tile(a: Channel<'_>, b: Channel<'_>, width: usize, [x, y]: [usize; 2], [x1, y
 }
 
 impl Tiles {
-    /// No tile and not the whole beyond its level.
+    /// Returns whether p is at or above the level for all tiles and for the whole image.
     pub fn passed(&self) -> bool {
         self.whole.p >= self.level && self.tiles.iter().all(|t| t.test.p >= self.level)
     }
 
-    /// p of the hypothesis that the tiles' z are standard normal [Kolmogorov–Smirnov]: finds errors that are too many
-    /// rather than too large, and variances that are wrong. Needs many samples per pixel and no tile without variance.
+    /// Returns the p of the hypothesis that the z of the tiles are standard normal [Kolmogorov–Smirnov]. It detects
+    /// moderate errors in too many tiles, and wrong variances. It needs many samples per pixel and no tile without
+    /// variance.
     pub fn normality(&self) -> f64 {
         let mut z: Vec<f64> = self.tiles.iter().map(|t| t.test.z).collect();
         normality(&mut z)
     }
 }
 
-/// Passing or not, the whole, and the worst tiles.
+/// Formats whether the test passed, the result for the whole image, and the worst tiles.
 impl fmt::Display for Tiles {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let failed = self.tiles.iter().filter(|t| t.test.p < self.level).count();
         writeln!(
             f,
-            "{}: {failed} of {} tiles beyond p = {:.2e}; whole z = {:.2} (p = {:.2e})",
+            "{}: {failed} of {} tiles below p = {:.2e}; whole image z = {:.2} (p = {:.2e})",
             if self.passed() { "pass" } else { "FAIL" },
             self.tiles.len(),
             self.level,
@@ -147,7 +151,7 @@ impl fmt::Display for Tiles {
             let [a, b] = t.means;
             writeln!(
                 f,
-                "  ({}, {}): {a:.6e} against {b:.6e}, z = {:.2}, p = {:.2e}",
+                "  ({}, {}): {a:.6e} versus {b:.6e}, z = {:.2}, p = {:.2e}",
                 t.x, t.y, t.test.z, t.test.p
             )?;
         }
@@ -155,7 +159,8 @@ impl fmt::Display for Tiles {
     }
 }
 
-/// p of the hypothesis that the values are standard normal [Kolmogorov–Smirnov, Stephens' form]; sorts them.
+/// Returns the p of the hypothesis that the values are standard normal [Kolmogorov–Smirnov, Stephens' form], and sorts
+/// the values.
 pub fn normality(z: &mut [f64]) -> f64 {
     z.sort_by(f64::total_cmp);
     let n = z.len() as f64;
@@ -188,7 +193,7 @@ mod tests {
         assert_eq!(welch(3.0, 3.0, -2.0, 4.0).z, 1.0);
     }
 
-    /// A picture of noise with the variance it claims, plus `bias` in its first tile and `drift` everywhere.
+    /// An image of noise with its true variance, plus `bias` in its first tile and `drift` everywhere.
     fn noise(seed: u64, bias: f64, drift: f64) -> (Vec<f64>, Vec<f64>) {
         let mut rng = Rng::new(seed);
         let mean = (0..64 * 48).map(|i| {
@@ -208,10 +213,11 @@ mod tests {
         let same = compare(0.0, 0.0);
         assert!(same.passed() && same.normality() > 1e-3, "{same}");
         assert_eq!(same.tiles.len(), 48);
-        // One tile off by 0.15: 8.5 of its standard errors, invisible in the mean of the whole.
+        // One tile is off by 0.15, which is 8.5 of its standard errors and not detectable in the mean of the whole
+        // image.
         let local = compare(0.15, 0.0);
         assert!(!local.passed() && local.whole.p > local.level, "{local}");
-        // All off by 0.02: about one standard error of a tile, eight of the whole.
+        // All tiles are off by 0.02, which is about one standard error of a tile and eight of the whole image.
         let global = compare(0.0, 0.02);
         assert!(
             !global.passed() && global.tiles.iter().filter(|t| t.test.p < global.level).count() < 5,

@@ -1,16 +1,17 @@
-//! The nodes that a thing hangs on. Things below one node share its chain, and what has been worked out for it: a file of
-//! n nodes takes memory and time for n links, however deep they hang.
+//! Shared chains of node transforms from the root of the scene to an object. All objects below a node share its chain
+//! and the motions computed for it, so that a file of n nodes takes memory and time for n links, however deep its
+//! hierarchy is.
 use super::links::Motion;
 use super::node::{Channel, Link, Node, Trs};
 use glam::{DAffine3, DMat3, DVec3};
 use std::sync::{Arc, OnceLock};
 
-/// How unequal the scales of a round shape may be, in parts of their size.
+/// Relative difference up to which the scales along different axes count as equal.
 const EVEN: f64 = 1e-6;
-/// A motion with more links than this is not kept for those below: it would be copied into each of them.
+/// A motion with more links than this is not cached for the nodes below, because each of them would copy it.
 const SHORT: usize = 16;
 
-/// Nodes from the root down.
+/// The nodes from the root to an object.
 #[derive(Clone, Debug, Default)]
 pub struct Chain(Option<Arc<Joint>>);
 
@@ -18,13 +19,13 @@ pub struct Chain(Option<Arc<Joint>>);
 struct Joint {
     above: Chain,
     link: Link,
-    /// Whether a round thing stays round down to here.
+    /// Whether the transforms from the root to this node keep spheres spherical.
     round: bool,
-    /// The motion down to here as seen from the world, and from one other space.
+    /// Cached motions of this node, one to world space and one to one other space.
     folded: [OnceLock<Folded>; 2],
 }
 
-/// A motion, and for which space and offset it was made.
+/// A cached motion with the space and time offset that it was computed for.
 #[derive(Debug)]
 struct Folded {
     space: DAffine3,
@@ -33,7 +34,7 @@ struct Folded {
 }
 
 impl Chain {
-    /// The same chain with one more node at its end.
+    /// Returns the chain with one more node at its end.
     #[must_use]
     pub fn then(&self, node: Node) -> Self {
         let round = self.stays_round() && is_even(&node);
@@ -46,12 +47,12 @@ impl Chain {
         })))
     }
 
-    /// Whether a round thing at the end of the chain stays round at all times.
+    /// Returns whether a sphere at the end of the chain stays a sphere at all times.
     pub fn stays_round(&self) -> bool {
         self.0.as_ref().is_none_or(|joint| joint.round)
     }
 
-    /// As [`Motion::new`], to the last bit. What was worked out for nodes above is not worked out again.
+    /// Returns the same motion as [`Motion::new`], to the last bit. The cached motions of the nodes above are reused.
     pub fn motion(&self, space: DAffine3, offset: f64) -> Arc<Motion> {
         let slot = usize::from(space != DAffine3::IDENTITY);
         let mut below = Vec::new();
@@ -85,7 +86,7 @@ impl From<Vec<Node>> for Chain {
     }
 }
 
-/// A chain may be longer than the stack is deep: it is taken apart link by link.
+/// Drops the chain link by link, because recursion over a long chain would overflow the stack.
 impl Drop for Chain {
     fn drop(&mut self) {
         let mut at = self.0.take();
@@ -156,7 +157,7 @@ mod tests {
         let mut chain = Chain::default();
         for node in nodes(200_000, |i| i == 0) {
             chain = chain.then(node);
-            // In order, each is worked out from the one above.
+            // In this order, each motion is computed from the one above.
             assert!(chain.motion(DAffine3::IDENTITY, 0.0).links.len() <= 3);
         }
         drop(chain);

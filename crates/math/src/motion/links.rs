@@ -1,10 +1,10 @@
-//! The motion of one object: a chain of folded links, root first, evaluated at a time.
+//! The motion of one object: its chain of transforms, root first, with constant transforms combined.
 use super::node::{Link, Node};
 use super::pose::Pose;
 use glam::DAffine3;
 use std::sync::Arc;
 
-/// The way from an object's own space to render space, at any time.
+/// The transform from object space to render space as a function of time.
 #[derive(Clone, Debug)]
 pub struct Motion {
     /// Root first.
@@ -13,8 +13,9 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// `chain` from the root to the object's node, then `space` from world to render space; tracks are read `offset`
-    /// seconds after the time asked for (the time of the picture).
+    /// Creates the motion of an object. `chain` has the nodes from the root to the object's node, and `space` maps
+    /// world space to render space. Tracks are evaluated at `offset` (the animation time at which the shutter
+    /// opens) plus the time of a query, in seconds.
     pub fn new(chain: Vec<Node>, space: DAffine3, offset: f64) -> Self {
         let mut motion = Self { links: Vec::new(), offset };
         motion.push_still(space, Pose::of(&space));
@@ -22,7 +23,7 @@ impl Motion {
         motion
     }
 
-    /// One more node at the end.
+    /// Appends a node at the end.
     pub(super) fn push(&mut self, link: &Link) {
         match link {
             Link::Moving(_) => self.links.push(link.clone()),
@@ -30,12 +31,12 @@ impl Motion {
         }
     }
 
-    /// The same transform at all times.
+    /// Creates a motion with the same transform at all times.
     pub fn fixed(transform: DAffine3) -> Self {
         Self::new(Vec::new(), transform, 0.0)
     }
 
-    /// Neighbouring constant links become one.
+    /// Appends a constant transform, multiplied into the last link if that is constant too.
     fn push_still(&mut self, m: DAffine3, pose: Option<Pose>) {
         match self.links.last_mut() {
             Some(Link::Still(before)) => {
@@ -47,7 +48,7 @@ impl Motion {
         }
     }
 
-    /// Object space to render space at `time` seconds within the shutter.
+    /// Returns the transform from object space to render space, `time` seconds after the shutter opens.
     pub fn at(&self, time: f64) -> DAffine3 {
         let time = self.offset + time;
         let link = |link: &Link| match link {
@@ -57,7 +58,8 @@ impl Motion {
         self.links.iter().map(link).reduce(|a, b| a * b).unwrap_or(DAffine3::IDENTITY)
     }
 
-    /// As [`Motion::at`], with the way back; None when the object is a line, a point or not finite then.
+    /// Returns the transform of [`Motion::at`] with its inverse. It is None when the transform flattens the object to a
+    /// line or a point at that time, or is not finite.
     pub fn pose_at(&self, time: f64) -> Option<Pose> {
         let time = self.offset + time;
         let mut pose = Pose::IDENTITY;
@@ -71,7 +73,7 @@ impl Motion {
         pose.is_finite().then_some(pose)
     }
 
-    /// Whether anything changes between the two times (seconds within the shutter).
+    /// Returns whether the transform can change between the two times (seconds after the shutter opens).
     pub fn is_moving_within(&self, open: f64, close: f64) -> bool {
         let (open, close) = (self.offset + open, self.offset + close);
         let constant = |link: &Link| match link {
@@ -81,7 +83,8 @@ impl Motion {
         close > open && !self.links.iter().all(constant)
     }
 
-    /// Whether what moves between the two times (seconds within the shutter) is only shifted, neither turned nor scaled.
+    /// Returns whether only translations change between the two times (seconds after the shutter opens), and neither
+    /// rotations nor scales.
     pub fn keeps_directions_within(&self, open: f64, close: f64) -> bool {
         let (open, close) = (self.offset + open, self.offset + close);
         self.links.iter().all(|link| match link {
@@ -90,7 +93,7 @@ impl Motion {
         })
     }
 
-    /// The same motion of a part that stands at `inner` in the object's own space.
+    /// Returns the motion of a part whose constant transform within the object is `inner`.
     pub fn then_inner(&self, inner: DAffine3) -> Self {
         let mut motion = self.clone();
         motion.push_still(inner, Pose::of(&inner));

@@ -1,8 +1,8 @@
-//! Where is an object at a time? A chain of node transforms, some of them key-framed, down to render space.
+//! Motion of objects: chains of node transforms, some of them key-framed, from object space to render space.
 //!
-//! `Motion::at(t)` = space · node₀(t) · … · nodeₙ(t), root first, in f64. Times count in seconds within the shutter;
-//! tracks are read at `offset + t`. What does not change is folded when the chain is made, so a query evaluates only
-//! the nodes that have tracks.
+//! `Motion::at(t)` = space · node₀(t) · … · nodeₙ(t), root first, in f64. Times are in seconds after the shutter opens;
+//! tracks are evaluated at `offset + t`. Adjacent constant transforms are multiplied when the motion is built, so that
+//! a query evaluates only the nodes that have tracks.
 mod chain;
 mod links;
 mod node;

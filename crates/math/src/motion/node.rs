@@ -1,24 +1,24 @@
-//! The nodes of a scene as glTF animates them: any fixed transform, or translation, rotation and scale, each of which may
-//! follow keys.
+//! Scene nodes as glTF animates them: a constant affine transform, or a translation, rotation and scale, each of which
+//! may be key-framed.
 use super::pose::{self, Pose};
 use super::track::{Track, Value};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use std::sync::Arc;
 
-/// A number that stays, or one that follows keys.
+/// A constant or key-framed value.
 #[derive(Clone, Debug)]
 pub enum Channel<T> {
     /// The same at all times.
     Constant(T),
-    /// Key-framed; shared, for many objects may hang on one node.
+    /// Key-framed. The track is shared because a node may have many objects below it.
     Track(Arc<Track<T>>),
 }
 
 impl<T: Value> Channel<T> {
-    /// The value at `time`.
+    /// Returns the value at `time`.
     pub fn at(&self, time: f64) -> T {
         match self {
-            Self::Constant(value) => value.settled(),
+            Self::Constant(value) => value.normalized(),
             Self::Track(track) => track.at(time),
         }
     }
@@ -35,14 +35,14 @@ impl<T: Value> Channel<T> {
     }
 }
 
-/// A node as glTF animates it: first scaled, then rotated, then moved.
+/// A node as glTF animates it: a scale, followed by a rotation and a translation.
 #[derive(Clone, Debug)]
 pub struct Trs {
-    /// Scene units.
+    /// Translation in scene units.
     pub translation: Channel<DVec3>,
-    /// Unit quaternion.
+    /// Rotation as a unit quaternion.
     pub rotation: Channel<DQuat>,
-    /// Factors; may be negative, zero or uneven.
+    /// Scale factors, which may be negative, zero or unequal.
     pub scale: Channel<DVec3>,
 }
 
@@ -57,7 +57,7 @@ impl Default for Trs {
 }
 
 impl Trs {
-    /// The transform to the parent at `time`.
+    /// Returns the transform to the parent's space at `time`.
     pub fn at(&self, time: f64) -> DAffine3 {
         let (t, r, s) = (self.translation.at(time), self.rotation.at(time), self.scale.at(time));
         DAffine3::from_scale_rotation_translation(s, r, t)
@@ -75,8 +75,9 @@ impl Trs {
         self.rotation.is_constant_within(open, close) && self.scale.is_constant_within(open, close)
     }
 
-    /// To the parent and back, piece by piece, so that uneven scales cost no digits; a zero scale counts as a tiny one
-    /// (see [`Pose`]). None when fewer than two scales are left: the node's content has no area.
+    /// Returns the transform to the parent's space and its inverse. The inverse is composed from the inverses of the
+    /// factors, so that unequal scales lose no precision, and a zero scale is replaced by a tiny one (see [`Pose`]). It
+    /// is None when fewer than two scales are not zero, because the content of the node then has no area.
     pub(super) fn pose_at(&self, time: f64) -> Option<Pose> {
         let (t, r, s) =
             (self.translation.at(time), self.rotation.at(time), pose::thickened(self.scale.at(time))?);
@@ -87,25 +88,25 @@ impl Trs {
     }
 }
 
-/// One link of a chain.
+/// One node of a chain.
 #[derive(Clone, Debug)]
 pub enum Node {
-    /// Any affine transform, the same at all times.
+    /// A constant affine transform.
     Fixed(DAffine3),
-    /// Translation, rotation, scale; each may follow keys.
+    /// A translation, rotation and scale, each of which may be key-framed.
     Trs(Trs),
 }
 
-/// A folded link.
+/// One or more constant nodes combined, or one animated node.
 #[derive(Clone, Debug)]
 pub(super) enum Link {
-    /// With its pose; None when it flattens its content to a line or a point.
+    /// A constant transform with its pose, which is None when the transform flattens its content to a line or a point.
     Still(Arc<(DAffine3, Option<Pose>)>),
     Moving(Arc<Trs>),
 }
 
 impl Link {
-    /// Of one node alone.
+    /// Converts one node.
     pub(super) fn of(node: Node) -> Self {
         match node {
             Node::Trs(trs) if trs.has_tracks() => Self::Moving(Arc::new(trs)),

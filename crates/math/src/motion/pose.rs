@@ -1,26 +1,26 @@
-//! How do points and normals go to render space and rays come back? A transform with its inverse, which survives
-//! mirrored, uneven and flattening transforms.
+//! Transforms with their inverses, for mapping points and normals to render space and rays to object space. Mirrored,
+//! non-uniform and singular transforms are supported.
 //!
-//! A transform that flattens (one scale 0) has no inverse. It is given a thickness of 2⁻⁶⁰ of its size instead
-//! (*approximation*, without visible effect: far below the rounding of any f32 coordinate). The flattened object then
-//! stays visible, its triangles are found by the same tree, and its normals are right.
+//! A transform that flattens an object (one scale is 0) has no inverse. It is given a thickness of 2⁻⁶⁰ of its size
+//! instead (*approximation*, without visible effect: far below the rounding of any f32 coordinate). The flattened
+//! object then stays visible, its triangles are found in the same acceleration structure, and its normals are correct.
 use crate::Aabb;
 use crate::vector::unit_or;
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Object space to render space and back, at one instant.
+/// The transform from object space to render space at one instant, with its inverse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Object to render space.
+    /// From object space to render space.
     pub to_world: DAffine3,
-    /// Render space to object.
+    /// From render space to object space.
     pub to_object: DAffine3,
 }
 
-/// Thickness of what is flat, in parts of its size: enough to divide by, and its inverse square fits an f32.
+/// Thickness of a flattened object relative to its size: enough to divide by, and its inverse square fits in an f32.
 const THIN: f64 = 1.0 / (1u64 << 60) as f64;
 
-/// `scale` with a component of 0 replaced by a tiny one; None when fewer than two are left.
+/// Returns `scale` with a zero component replaced by a tiny one, or None when fewer than two components are not zero.
 pub(super) fn thickened(scale: DVec3) -> Option<DVec3> {
     let zeros = scale.to_array().iter().filter(|&&s| s == 0.0).count();
     let thin = scale.abs().max_element() * THIN;
@@ -29,10 +29,11 @@ pub(super) fn thickened(scale: DVec3) -> Option<DVec3> {
 }
 
 impl Pose {
-    /// Nothing moves.
+    /// The identity transform.
     pub const IDENTITY: Self = Self { to_world: DAffine3::IDENTITY, to_object: DAffine3::IDENTITY };
 
-    /// Of any affine transform; None when it leaves a line or a point, or is not finite.
+    /// Creates the pose of an affine transform. It is None when the transform maps everything to a line or a point, or
+    /// is not finite.
     pub fn of(m: &DAffine3) -> Option<Self> {
         if !m.is_finite() {
             return None;
@@ -44,61 +45,61 @@ impl Pose {
         })
     }
 
-    /// First `inner`, then `self`.
+    /// Returns the composition that applies `inner` first and `self` second.
     pub fn then_inner(&self, inner: &Self) -> Self {
         Self { to_world: self.to_world * inner.to_world, to_object: inner.to_object * self.to_object }
     }
 
-    /// No NaN, no infinity.
+    /// Returns whether no component is infinite or NaN.
     pub fn is_finite(&self) -> bool {
         self.to_world.is_finite() && self.to_object.is_finite()
     }
 
-    /// Whether the transform turns left into right.
+    /// Returns whether the transform reverses orientation (its determinant is negative).
     pub fn is_mirrored(&self) -> bool {
         self.to_world.matrix3.determinant() < 0.0
     }
 
-    /// How normals go to render space.
+    /// Returns the map of normals to render space.
     pub fn normals(&self) -> NormalMap {
         let cofactor = cofactor(&self.to_world.matrix3);
         NormalMap { cofactor, plane: longest(&cofactor), mirrored: self.is_mirrored() }
     }
 
-    /// Bound per axis of the render-space error that an object-space error becomes.
+    /// Returns the bound per axis of the render-space error caused by the object-space error `e`.
     pub fn error(&self, e: DVec3) -> DVec3 {
         absolute(&self.to_world.matrix3) * e
     }
 
-    /// Box around the transformed box.
+    /// Returns the bounding box of the transformed box.
     pub fn bounds(&self, b: Aabb) -> Aabb {
         transformed(&self.to_world, b)
     }
 }
 
-/// Takes normals to render space: by the cofactor matrix \[a₂×a₃, a₃×a₁, a₁×a₂\], which needs no inverse, with the
-/// sign of the determinant, so that the front of a surface stays its front.
+/// The map of normals to render space: the cofactor matrix \[a₂×a₃, a₃×a₁, a₁×a₂\], which needs no inverse, with the
+/// sign of the determinant, so that the front side of a surface stays its front side.
 #[derive(Clone, Copy, Debug)]
 pub struct NormalMap {
     cofactor: DMat3,
-    /// Across what everything is flattened to, if anything is.
+    /// Normal of the plane that a singular transform flattens everything to.
     plane: DVec3,
     mirrored: bool,
 }
 
 impl NormalMap {
-    /// Unit normal of the transformed surface. A face that a flattening transform sees edge-on gets the normal of the
-    /// plane that everything is flattened to. Zero stays zero.
+    /// Returns the unit normal of the transformed surface. A face that a singular transform flattens to a line gets the
+    /// normal of the plane that everything is flattened to. The zero vector is mapped to itself.
     pub fn apply(&self, n: DVec3) -> DVec3 {
         let turned = self.cofactor * n;
-        // What is left below is rounding.
+        // Smaller lengths are rounding errors.
         let edge_on = turned.length() <= 1e-15 * self.plane.length() * n.length() && n != DVec3::ZERO;
         let n = unit_or(if edge_on { self.plane } else { turned }, DVec3::ZERO);
         if self.mirrored { -n } else { n }
     }
 }
 
-/// Box around `b` transformed: centre by m, half widths by |m|.
+/// Returns the bounding box of the transformed box `b`: its centre is transformed by m, its half extents by |m|.
 pub(super) fn transformed(m: &DAffine3, b: Aabb) -> Aabb {
     let (centre, half) = ((b.lo + b.hi) * 0.5, (b.hi - b.lo) * 0.5);
     let (centre, half) = (m.transform_point3(centre), absolute(&m.matrix3) * half);
@@ -113,17 +114,18 @@ fn cofactor(m: &DMat3) -> DMat3 {
     DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
 }
 
-/// Inverse of `m`; of `m` made 2⁻⁶⁰ thick when it has rank 2 (or is so near it that f64 cannot tell); None below.
+/// Returns the inverse of `m`. If `m` has rank 2 in the precision of f64, it is the inverse of `m` with a thickness of
+/// 2⁻⁶⁰. It is None if the rank is lower.
 ///
-/// With w, v the unit directions that a rank-2 `m` does not reach and does not see, N = m + σ·w vᵀ is well
-/// conditioned and N⁻¹ + (1/ε − 1/σ)·v wᵀ is the inverse of m + ε·w vᵀ.
+/// With w the unit vector perpendicular to the image of a rank-2 `m` and v the one that spans its null space,
+/// N = m + σ·w vᵀ is well conditioned, and N⁻¹ + (1/ε − 1/σ)·v wᵀ is the inverse of m + ε·w vᵀ.
 fn inverse(m: &DMat3) -> Option<DMat3> {
     let lengths = DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length());
     let thin = lengths.max_element() * THIN;
     let thick = lengths.map(|l| if l > 0.0 && l < thin { thin / l } else { 1.0 });
     let (m, lengths) = (&(*m * DMat3::from_diagonal(thick)), lengths * thick);
     let (c, det) = (cofactor(m), m.determinant());
-    // Hadamard: 1 for perpendicular columns of any length, 0 for dependent ones.
+    // Hadamard's ratio |det| / Π lengths is 1 for perpendicular columns of any length and 0 for dependent ones.
     if det.abs() > 1e-12 * lengths.element_product() {
         return Some(c.transpose() * (1.0 / det)).filter(DMat3::is_finite);
     }
@@ -161,13 +163,13 @@ mod tests {
             let m = r * s;
             let back = inverse(&m).unwrap();
             let off = (back * m - DMat3::IDENTITY).to_cols_array().iter().fold(0.0f64, |a, x| a.max(x.abs()));
-            // Rounding of the rotated columns, seen along the thinnest axis.
+            // Rounding of the rotated columns, amplified along the thinnest axis.
             let condition = s.to_cols_array().iter().fold(0.0f64, |a, x| a.max(x.abs()))
                 / [s.x_axis.x, s.y_axis.y, s.z_axis.z].iter().fold(f64::MAX, |a, x| a.min(x.abs()));
             assert!(off < 1e-15 * condition.max(10.0), "{s:?} {off}");
         }
         assert!(inverse(&flat(1.0, 1.0, 1e-40)).unwrap().z_axis.z < 2e18);
-        // Flat: points of the plane come back where they were, up to the lost coordinate.
+        // Flat: points of the plane are mapped back to themselves, except for the lost coordinate.
         for m in
             [r * flat(1.0, 2.0, 0.0), flat(1.0, 2.0, 0.0) * r, flat(1.0, 0.0, 1.0) * r * flat(3.0, 2.0, 1.0)]
         {
@@ -189,7 +191,7 @@ mod tests {
         let n = pose.normals().apply(DVec3::new(1.0, 1.0, 0.0).normalize());
         let along = pose.to_world.transform_vector3(DVec3::new(1.0, -1.0, 0.0));
         assert!(n.dot(along).abs() < 1e-15);
-        // The outward normal of a convex body stays outward under a mirror.
+        // The outward normal of a convex body stays outward under a reflection.
         assert!(n.x < 0.0 && n.y > 0.0);
     }
 }

@@ -1,9 +1,8 @@
-//! Which box does an object never leave while the shutter is open? Bounds of a chain over time, conservative for any
-//! number of turns.
+//! Bounding boxes of moving objects over a time interval, conservative for any number of turns.
 //!
-//! Time is cut at the keys and, where something rotates, into steps of at most 1/16 of half a turn. Over a step every
-//! link maps a box to a box: scales and translations by their ranges; a rotation along one arc to the hull of its two
-//! ends, grown by the bulge r(1 − cos(Δθ/2)) of the arc over its chord.
+//! The interval is split at the keys and, where something rotates, into steps of at most 1/16 of half a turn. Over a
+//! step every link maps a box to a box. Scales and translations use the ranges of their values. A rotation along one
+//! arc uses the union of the boxes at its two ends, padded by the sagitta r(1 − cos(Δθ/2)) of the arc over its chord.
 use super::links::Motion;
 use super::node::{Channel, Link, Trs};
 use super::pose::transformed;
@@ -12,34 +11,35 @@ use crate::Aabb;
 use glam::{DAffine3, DQuat, DVec3};
 use std::f64::consts::PI;
 
-/// Steps at most; beyond it steps get longer and the bounds looser, still conservative.
+/// Maximum number of steps. Beyond it, steps are longer and the bounds are looser, but still conservative.
 const MAX_STEPS: usize = 4096;
-/// Largest arc per step.
+/// Largest rotation angle per step, in radians.
 const ARC: f64 = PI / 16.0;
 /// Steps per segment of a rotation spline.
 const SPLINE_STEPS: usize = 32;
 
 impl Motion {
-    /// Corners of a box that what lies between `lo` and `hi` in its own space stays in from `open` to `close` (seconds
-    /// within the shutter).
+    /// Returns the corners of a render-space box that contains the object-space box from `lo` to `hi` at all times from
+    /// `open` to `close` (seconds after the shutter opens).
     pub fn bounds(&self, lo: DVec3, hi: DVec3, open: f64, close: f64) -> (DVec3, DVec3) {
         let swept = self.bounds_within(Aabb::new(lo, hi), open, close);
         (swept.lo, swept.hi)
     }
 
-    /// Into how many steps [`Motion::bounds`] cuts the time: what it costs.
+    /// Returns the number of steps that [`Motion::bounds`] splits the interval into, which determines its cost.
     pub fn step_count(&self, open: f64, close: f64) -> usize {
         self.steps(self.offset + open, self.offset + close).len() - 1
     }
 
-    /// Box that the content of `local` stays in from `open` to `close` (seconds within the shutter).
+    /// Returns the render-space box that contains the object-space box `local` at all times from `open` to `close`
+    /// (seconds after the shutter opens).
     pub fn bounds_within(&self, local: Aabb, open: f64, close: f64) -> Aabb {
         let times = self.steps(self.offset + open, self.offset + close);
         let over = |t: &[f64]| self.links.iter().rev().fold(local, |b, link| link.bounds(b, t[0], t[1]));
         times.windows(2).map(over).fold(Aabb::EMPTY, Aabb::union)
     }
 
-    /// Times to cut at, the ends included; absolute.
+    /// Returns the absolute times that separate the steps, including both ends.
     fn steps(&self, open: f64, close: f64) -> Vec<f64> {
         let mut times = vec![open, close];
         for link in &self.links {
@@ -95,7 +95,7 @@ impl Trs {
 }
 
 impl Channel<DVec3> {
-    /// Least and greatest value per component from `open` to `close`.
+    /// Returns the minimum and maximum per component from `open` to `close`.
     fn range(&self, open: f64, close: f64) -> (DVec3, DVec3) {
         let track = match self {
             Self::Constant(v) => return (*v, *v),
@@ -116,11 +116,11 @@ impl Channel<DVec3> {
 }
 
 impl Channel<DQuat> {
-    /// Box that the content of `b` stays in while it turns.
+    /// Returns a box that contains the rotating box `b` from `open` to `close`.
     fn turn(&self, b: Aabb, open: f64, close: f64) -> Aabb {
         let turned = |q: DQuat| transformed(&DAffine3::from_quat(q), b);
         let track = match self {
-            Self::Constant(q) => return turned(q.settled()),
+            Self::Constant(q) => return turned(q.normalized()),
             Self::Track(track) => track,
         };
         let r = b.reach();
@@ -134,8 +134,8 @@ impl Channel<DQuat> {
 }
 
 impl Track<DQuat> {
-    /// How far a point at distance 1 can get from the chord between its places at `open` and `close`, between which
-    /// there is no key; None when the path cannot be bounded.
+    /// Returns the largest distance of a point at radius 1 from the chord between its positions at `open` and `close`,
+    /// between which there is no key. It is None when the path cannot be bounded.
     fn deviation(&self, open: f64, close: f64) -> Option<f64> {
         let Some((i, s0, s1)) = self.segments(open, close).next() else { return Some(0.0) };
         match self.interpolation() {
@@ -148,13 +148,14 @@ impl Track<DQuat> {
                 let apart = |a: DQuat, b: DQuat| length(a + b * -1.0);
                 let speed = (0..3).map(|k| 3.0 * apart(c[k], c[k + 1])).fold(0.0, f64::max);
                 let least = length(c[0]) - (1..4).map(|k| apart(c[0], c[k])).fold(0.0, f64::max);
-                // A point turns by at most 2|q̇|/|q|; half of the step to the nearer end.
+                // The angular speed is at most 2|q̇|/|q|, and the nearer end is at most half of the step away.
                 (least > 0.0).then(|| speed / least)
             }
         }
     }
 
-    /// The interval cut at the keys and into arcs of at most [`ARC`]; both ends included, so at least two times.
+    /// Returns the times that split the interval at the keys and into arcs of at most [`ARC`]. Both ends are included,
+    /// so that there are at least two times.
     fn arcs(&self, open: f64, close: f64) -> Vec<f64> {
         let mut times = vec![open];
         for &end in self.keys_within(open, close).iter().chain([&close]) {

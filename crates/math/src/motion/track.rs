@@ -1,33 +1,34 @@
-//! What value does a key-framed quantity have at a time? Exactly glTF's three interpolations \[glTF 2.0, app. C\],
-//! evaluated in f64.
+//! Key-framed quantities with the three interpolations of glTF \[glTF 2.0, app. C\], evaluated in f64.
 //!
-//! Before the first key the first value holds, after the last key the last. Rotations are unit quaternions: LINEAR
-//! means the short arc between two neighbouring keys, so a turn of more than 180° is a turn through several keys;
-//! CUBICSPLINE is a spline of the four numbers, made unit.
+//! The value before the first key is that of the first key, and the value after the last key is that of the last.
+//! Rotations are unit quaternions. LINEAR interpolates them along the short arc between adjacent keys, so that a
+//! rotation by more than 180° needs several keys; CUBICSPLINE interpolates the four components and normalizes the
+//! result.
 use glam::{DQuat, DVec3};
 use std::fmt;
 use std::ops::{Add, Mul};
 
-/// How values run between keys.
+/// Interpolation between keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// The value of the key before.
+    /// The value of the preceding key.
     Step,
-    /// Straight, or along the short arc for rotations.
+    /// Linear interpolation, for rotations along the short arc.
     Linear,
-    /// Hermite spline; each key holds in-tangent, value, out-tangent.
+    /// Hermite spline. Each key has an in-tangent, a value and an out-tangent.
     CubicSpline,
 }
 
-/// What can be key-framed: translations and scales ([`DVec3`]) and rotations ([`DQuat`]).
+/// Types that can be key-framed: translations and scales ([`DVec3`]) and rotations ([`DQuat`]).
 pub trait Value: Copy + PartialEq + fmt::Debug + Add<Output = Self> + Mul<f64, Output = Self> {
-    /// Zero tangent.
+    /// The zero tangent.
     const ZERO: Self;
-    /// From `self` at 0 to `other` at 1.
+    /// Interpolates from `self` at s = 0 to `other` at s = 1.
     fn between(self, other: Self, s: f64) -> Self;
-    /// What a raw number stands for: itself; the unit quaternion of its direction.
-    fn settled(self) -> Self;
-    /// No NaN, no infinity.
+    /// Normalizes a rotation to a unit quaternion; one without a direction becomes the identity. Translations and
+    /// scales are returned unchanged.
+    fn normalized(self) -> Self;
+    /// Returns whether no component is infinite or NaN.
     fn is_finite(self) -> bool;
 }
 
@@ -36,7 +37,7 @@ impl Value for DVec3 {
     fn between(self, other: Self, s: f64) -> Self {
         self * (1.0 - s) + other * s
     }
-    fn settled(self) -> Self {
+    fn normalized(self) -> Self {
         self
     }
     fn is_finite(self) -> bool {
@@ -46,19 +47,19 @@ impl Value for DVec3 {
 
 impl Value for DQuat {
     const ZERO: Self = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
-    /// Slerp along the short arc: sin(a(1 − s))/sin a and ± sin(as)/sin a, a = acos|q₀·q₁|, taken from the half
-    /// chords (a = 2 atan2(|q₀ ∓ q₁|, |q₀ ± q₁|)), which does not lose small angles.
+    /// Slerp along the short arc with weights sin(a(1 − s))/sin a and ± sin(as)/sin a, where a = acos|q₀·q₁| is
+    /// computed from the half chords (a = 2 atan2(|q₀ ∓ q₁|, |q₀ ± q₁|)), which keeps the precision of small angles.
     fn between(self, other: Self, s: f64) -> Self {
         let other = if self.dot(other) < 0.0 { -other } else { other };
         let a = 2.0 * libm::atan2(norm(self + other * -1.0), norm(self + other));
-        // Below this sine and angle agree to the last bit, and the quotient of sines would be 0/0.
+        // Below this angle, sine and angle agree to the last bit, and the quotient of sines could be 0/0.
         if a < 1e-8 {
-            return (self * (1.0 - s) + other * s).settled();
+            return (self * (1.0 - s) + other * s).normalized();
         }
         (self * (libm::sin(a * (1.0 - s)) / libm::sin(a)) + other * (libm::sin(a * s) / libm::sin(a)))
-            .settled()
+            .normalized()
     }
-    fn settled(self) -> Self {
+    fn normalized(self) -> Self {
         let length = norm(self);
         if length > 0.0 && length.is_finite() { self * (1.0 / length) } else { DQuat::IDENTITY }
     }
@@ -71,16 +72,16 @@ fn norm(q: DQuat) -> f64 {
     q.dot(q).sqrt()
 }
 
-/// What keeps keys from being a track.
+/// Reasons why keys do not form a track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrackError {
-    /// No keys.
+    /// There are no keys.
     Empty,
-    /// Another number of values than keys ask for (three per key for CUBICSPLINE).
+    /// The number of values does not match the number of keys (three values per key for CUBICSPLINE).
     Length,
-    /// Times that are not finite or do not rise; the index of the first such key.
+    /// A time is not finite or not greater than the preceding one. Contains the index of the first such key.
     Times(usize),
-    /// A value that is not finite; its index.
+    /// A value is not finite. Contains its index.
     Value(usize),
 }
 
@@ -97,7 +98,7 @@ impl fmt::Display for TrackError {
 
 impl std::error::Error for TrackError {}
 
-/// A quantity given at keys. Times in seconds.
+/// A quantity given at keys, with times in seconds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track<T> {
     times: Vec<f64>,
@@ -106,7 +107,8 @@ pub struct Track<T> {
 }
 
 impl<T: Value> Track<T> {
-    /// Keys in rising order of time; three values per key (in-tangent, value, out-tangent) for CUBICSPLINE, else one.
+    /// Creates a track from keys in increasing order of time, with three values per key (in-tangent, value,
+    /// out-tangent) for CUBICSPLINE and one otherwise. Fails as described at [`TrackError`].
     pub fn new(times: Vec<f64>, values: Vec<T>, interpolation: Interpolation) -> Result<Self, TrackError> {
         let cubic = interpolation == Interpolation::CubicSpline;
         if times.is_empty() {
@@ -122,29 +124,29 @@ impl<T: Value> Track<T> {
         if let Some(i) = values.iter().position(|v| !v.is_finite()) {
             return Err(TrackError::Value(i));
         }
-        let values = if cubic { values } else { values.into_iter().map(T::settled).collect() };
+        let values = if cubic { values } else { values.into_iter().map(T::normalized).collect() };
         Ok(Self { times, values, interpolation })
     }
 
-    /// The value at `time`; the nearest key's outside the range of the keys.
+    /// Returns the value at `time`. Outside the range of the keys it is the value of the nearest key.
     pub fn at(&self, time: f64) -> T {
         let last = self.times.len() - 1;
-        // NaN is before everything.
+        // NaN counts as a time before the first key.
         if time.is_nan() || time <= self.times[0] {
-            return self.key(0).settled();
+            return self.key(0).normalized();
         }
         if time >= self.times[last] {
-            return self.key(last).settled();
+            return self.key(last).normalized();
         }
         let (i, s) = self.locate(time);
         match self.interpolation {
             Interpolation::Step => self.key(i),
             Interpolation::Linear => self.key(i).between(self.key(i + 1), s),
-            Interpolation::CubicSpline => self.hermite(i, s).settled(),
+            Interpolation::CubicSpline => self.hermite(i, s).normalized(),
         }
     }
 
-    /// Whether the value is the same all through \[open, close\].
+    /// Returns whether the value is constant over \[open, close\].
     pub fn is_constant_within(&self, open: f64, close: f64) -> bool {
         let (first, last) = self.keys_around(open, close);
         let still = |i: usize| {
@@ -153,37 +155,38 @@ impl<T: Value> Track<T> {
             self.key(i) == self.key(first) && resting
         };
         let reached = match self.interpolation {
-            // The last key around is only reached when the interval touches it.
+            // The last of these keys only has an effect when the interval reaches it.
             Interpolation::Step if last > first && self.times[last] > close => last - 1,
             _ => last,
         };
         first == reached || (first..=reached).all(still)
     }
 
-    /// Keys strictly inside (open, close).
+    /// Returns the times of the keys strictly inside (open, close).
     pub fn keys_within(&self, open: f64, close: f64) -> &[f64] {
         let from = self.times.partition_point(|&t| t <= open);
         let to = self.times.partition_point(|&t| t < close);
         &self.times[from..to.max(from)]
     }
 
-    /// First and last key that have a say in \[open, close\].
+    /// Returns the indices of the first and last key that affect the values in \[open, close\].
     fn keys_around(&self, open: f64, close: f64) -> (usize, usize) {
         let last = self.times.len() - 1;
         let first = self.times.partition_point(|&t| t <= open).saturating_sub(1);
         let end = self.times.partition_point(|&t| t < close).min(last);
-        // Before the first and after the last key the value holds.
+        // The value is constant before the first key and after the last key.
         (first, if close <= self.times[0] { 0 } else { end.max(first) })
     }
 
-    /// Raw control points of the cubic through segment `i`, cut to \[s0, s1\]: the curve stays in their hull.
+    /// Returns the Bézier control points, before normalization, of the part \[s0, s1\] of segment `i`. The curve stays
+    /// in their convex hull.
     pub(super) fn control_points(&self, i: usize, s0: f64, s1: f64) -> [T; 4] {
         let third = (s1 - s0) / 3.0;
         let (a, b) = (self.hermite(i, s0), self.hermite(i, s1));
         [a, a + self.slope(i, s0) * third, b + self.slope(i, s1) * -third, b]
     }
 
-    /// The segments that [open, close] overlaps, each with its own part \[s0, s1\].
+    /// Returns the segments that overlap [open, close], each with its overlapping part \[s0, s1\].
     pub(super) fn segments(&self, open: f64, close: f64) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         let (first, last) = self.keys_around(open, close);
         (first..last).map(move |i| {
@@ -193,12 +196,12 @@ impl<T: Value> Track<T> {
         })
     }
 
-    /// The numbers given: one per key, three for CUBICSPLINE (in-tangent, value, out-tangent).
+    /// Returns the values of the keys: three per key for CUBICSPLINE (in-tangent, value, out-tangent), otherwise one.
     pub fn values(&self) -> &[T] {
         &self.values
     }
 
-    /// How values run between keys.
+    /// Returns the interpolation between keys.
     pub fn interpolation(&self) -> Interpolation {
         self.interpolation
     }
@@ -215,14 +218,14 @@ impl<T: Value> Track<T> {
         }
     }
 
-    /// (2s³ − 3s² + 1) vₖ + Δ(s³ − 2s² + s) bₖ + (3s² − 2s³) vₖ₊₁ + Δ(s³ − s²) aₖ₊₁, Δ the time between the keys
-    /// \[glTF 2.0, app. C.5\].
+    /// Evaluates (2s³ − 3s² + 1) vₖ + Δ(s³ − 2s² + s) bₖ + (3s² − 2s³) vₖ₊₁ + Δ(s³ − s²) aₖ₊₁, where Δ is the time
+    /// between the keys \[glTF 2.0, app. C.5\].
     fn hermite(&self, i: usize, s: f64) -> T {
         let (s2, s3) = (s * s, s * s * s);
         self.blend(i, [2.0 * s3 - 3.0 * s2 + 1.0, s3 - 2.0 * s2 + s, 3.0 * s2 - 2.0 * s3, s3 - s2])
     }
 
-    /// Derivative of [`Track::hermite`] by s.
+    /// Returns the derivative of [`Track::hermite`] with respect to s.
     fn slope(&self, i: usize, s: f64) -> T {
         let s2 = s * s;
         self.blend(i, [6.0 * s2 - 6.0 * s, 3.0 * s2 - 4.0 * s + 1.0, 6.0 * s - 6.0 * s2, 3.0 * s2 - 2.0 * s])
@@ -279,7 +282,7 @@ mod tests {
         for (from, to, middle) in
             [(0.0, 90.0, 45.0), (10.0, -170.0 + 0.5, -79.75), (350.0, 370.0, 360.0), (0.0, 1e-7, 5e-8)]
         {
-            // The same rotation with the other sign must not matter.
+            // A quaternion and its negative are the same rotation, so the sign must have no effect.
             for sign in [1.0, -1.0] {
                 let track =
                     Track::new(vec![0.0, 1.0], vec![q(from), q(to) * sign], Interpolation::Linear).unwrap();

@@ -1,9 +1,9 @@
-//! Surfaces, from the textbook formulas. Local frame, wo.z > 0; `f` without cosine.
+//! BSDFs by their textbook formulas, in the local frame with wo.z > 0. Values do not contain the cosine.
 
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// GGX: D(m) = α² / (π cos⁴θ (α² + tan²θ)²) [Walter 2007, eq. 33].
+/// Returns the GGX distribution D(m) = α² / (π cos⁴θ (α² + tan²θ)²) [Walter 2007, eq. 33].
 pub fn d(m: DVec3, alpha: f64) -> f64 {
     if m.z <= 0.0 {
         return 0.0;
@@ -12,28 +12,29 @@ pub fn d(m: DVec3, alpha: f64) -> f64 {
     a2 / (PI * m.z.powi(4) * (a2 + tan2).powi(2))
 }
 
-/// Λ(w) = (−1 + √(1 + α² tan²θ)) / 2 [Heitz 2014, eq. 72], in the form that does not cancel.
+/// Returns Λ(w) = (−1 + √(1 + α² tan²θ)) / 2 [Heitz 2014, eq. 72], computed without cancellation.
 pub fn lambda(w: DVec3, alpha: f64) -> f64 {
     let x = alpha * alpha * (w.x * w.x + w.y * w.y) / (w.z * w.z);
     0.5 * x / (1.0 + (1.0 + x).sqrt())
 }
 
-/// Smith masking.
+/// Returns the Smith masking function.
 pub fn g1(w: DVec3, alpha: f64) -> f64 {
     1.0 / (1.0 + lambda(w, alpha))
 }
 
-/// Height-correlated Smith shadowing [Heitz 2014, eq. 99].
+/// Returns the height-correlated Smith masking-shadowing function [Heitz 2014, eq. 99].
 pub fn g2(wo: DVec3, wi: DVec3, alpha: f64) -> f64 {
     1.0 / (1.0 + lambda(wo, alpha) + lambda(wi, alpha))
 }
 
-/// Density of visible normals G1 D (wo·m)₊ / cosθ_o [Heitz 2014, eq. 16].
+/// Returns the density of visible normals G1 D (wo·m)₊ / cosθ_o [Heitz 2014, eq. 16].
 pub fn visible(wo: DVec3, m: DVec3, alpha: f64) -> f64 {
     g1(wo, alpha) * d(m, alpha) * wo.dot(m).max(0.0) / wo.z
 }
 
-/// Fresnel's equations by Snell's law; `eta` far over near.
+/// Returns the unpolarized Fresnel reflectance with Snell's law. `eta` is the index of refraction of the far side
+/// divided by that of the near side.
 pub fn fresnel(c: f64, eta: f64) -> f64 {
     let squared = (eta - 1.0) * (eta + 1.0) + c * c;
     if squared <= 0.0 {
@@ -44,19 +45,20 @@ pub fn fresnel(c: f64, eta: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Cook–Torrance with F = 1: D G2 / (4 cos cos).
+/// Returns the Cook–Torrance BRDF with F = 1: D G2 / (4 cos cos).
 pub fn reflection(wo: DVec3, wi: DVec3, alpha: f64) -> f64 {
     d((wo + wi).normalize(), alpha) * g2(wo, wi, alpha) / (4.0 * wo.z * wi.z)
 }
 
-/// Half vector of refraction [Walter 2007, eq. 16] on the side of wo; None where no facet connects the two.
+/// Returns the half vector of refraction [Walter 2007, eq. 16] on the side of wo, or None if no facet connects the two
+/// directions.
 pub fn refracting(wo: DVec3, wi: DVec3, eta: f64) -> Option<DVec3> {
     let h = (wo + wi * eta).normalize();
     let m = if h.z < 0.0 { -h } else { h };
     (wo.dot(m) > 0.0 && wi.dot(m) < 0.0).then_some(m)
 }
 
-/// Walter's refraction of radiance, wi.z < 0:
+/// Returns the BTDF of Walter for radiance, with wi.z < 0:
 /// |wo·m||wi·m| (1−F) D G2 η_o² / (|cos cos| (η_o wo·m + η_i wi·m)²) [Walter 2007, eq. 21, for radiance].
 pub fn refraction(wo: DVec3, wi: DVec3, alpha: f64, eta: f64) -> f64 {
     let Some(m) = refracting(wo, wi, eta) else { return 0.0 };
@@ -66,14 +68,15 @@ pub fn refraction(wo: DVec3, wi: DVec3, alpha: f64, eta: f64) -> f64 {
         / (wo.z * -wi.z * (co - eta * ci).powi(2))
 }
 
-/// Density of refracting at a visible facet: (1 − F) D_v η_i²|wi·m| / (η_o wo·m + η_i wi·m)² [Walter 2007, eq. 17].
+/// Returns the density of refraction at a visible facet: (1 − F) D_v η_i²|wi·m| / (η_o wo·m + η_i wi·m)²
+/// [Walter 2007, eq. 17].
 pub fn refraction_pdf(wo: DVec3, wi: DVec3, alpha: f64, eta: f64) -> f64 {
     let Some(m) = refracting(wo, wi, eta) else { return 0.0 };
     let (co, ci) = (wo.dot(m), -wi.dot(m));
     (1.0 - fresnel(co, eta)) * visible(wo, m, alpha) * eta * eta * ci / (co - eta * ci).powi(2)
 }
 
-/// Density of reflecting at a visible facet: F D_v / (4 wo·m).
+/// Returns the density of reflection at a visible facet: F D_v / (4 wo·m).
 pub fn reflection_pdf(wo: DVec3, wi: DVec3, alpha: f64, eta: f64) -> f64 {
     let m = (wo + wi).normalize();
     fresnel(wo.dot(m), eta) * visible(wo, m, alpha) / (4.0 * wo.dot(m))

@@ -1,41 +1,41 @@
-//! How far is a function in f32 from its f64 reference over its whole domain, and where is it worst?
+//! The largest deviation of a function in f32 from its reference in f64, and the input where it occurs.
 
 use std::fmt::{self, Debug};
 
-/// The largest deviation seen of one function.
+/// The largest deviation of one function so far.
 #[derive(Clone, Debug)]
 pub struct Deviation {
-    /// Of which function.
+    /// Name of the function.
     pub name: String,
     /// Largest deviation.
     pub worst: f64,
-    /// The input it was found at.
+    /// Input of the largest deviation.
     pub input: String,
-    /// How many inputs were compared.
+    /// Number of compared inputs.
     pub count: u64,
-    /// Most that is tolerated.
+    /// Largest tolerated deviation.
     pub bound: f64,
 }
 
 impl Deviation {
-    /// Of nothing yet.
+    /// Creates a deviation without comparisons.
     pub fn new(name: impl Into<String>, bound: f64) -> Self {
         Self { name: name.into(), worst: 0.0, input: String::new(), count: 0, bound }
     }
 
-    /// |value − exact| relative to |exact|.
+    /// Adds the deviation |value − exact| relative to |exact|.
     pub fn relative(&mut self, value: f32, exact: f64, input: impl Debug) {
         let off =
             if f64::from(value) == exact { 0.0 } else { (f64::from(value) - exact).abs() / exact.abs() };
         self.off(off, input);
     }
 
-    /// |value − exact| relative to `scale`.
+    /// Adds the deviation |value − exact| relative to `scale`.
     pub fn absolute(&mut self, value: f32, exact: f64, scale: f64, input: impl Debug) {
         self.off((f64::from(value) - exact).abs() / scale, input);
     }
 
-    /// A deviation worked out elsewhere; not-a-number is infinite.
+    /// Adds a deviation computed by the caller. NaN counts as infinite.
     pub fn off(&mut self, off: f64, input: impl Debug) {
         let off = if off.is_nan() { f64::INFINITY } else { off };
         self.count += 1;
@@ -44,7 +44,7 @@ impl Deviation {
         }
     }
 
-    /// Whether something was compared, and nothing deviates by more than is tolerated.
+    /// Returns whether there was a comparison and no deviation is above the bound.
     pub fn passed(&self) -> bool {
         self.count > 0 && self.worst <= self.bound
     }

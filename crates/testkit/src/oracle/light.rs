@@ -1,41 +1,42 @@
-//! What a receiver at the origin sees of lights: solid angles and densities per solid angle.
+//! Lights as seen by a receiver at the origin: solid angles, densities per solid angle and irradiance.
 
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Solid angle of the triangle with corners `a`, `b`, `c` seen from the origin, with the triple product of edges
-/// [Van Oosterom & Strackee 1983].
+/// Returns the solid angle of the triangle with corners `a`, `b` and `c` from the origin, with the triple product of
+/// edges [Van Oosterom & Strackee 1983].
 pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let volume = a.dot((b - a).cross(c - a)).abs();
     let [la, lb, lc] = [a, b, c].map(DVec3::length);
     2.0 * volume.atan2(la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb)
 }
 
-/// Solid angle of a sphere seen from outside: 2π(1 − cosθ) with sinθ = R/d.
+/// Returns the solid angle of a sphere from outside: 2π(1 − cosθ) with sinθ = R/d.
 pub fn sphere(centre: DVec3, radius: f64) -> f64 {
     let s2 = (radius * radius) / centre.length_squared();
     2.0 * PI * s2 / (1.0 + (1.0 - s2).sqrt())
 }
 
-/// Density per solid angle of a point even in area: d²/(A cosθ).
+/// Returns the density per solid angle of a point sampled uniformly by area: d²/(A cosθ).
 pub fn by_area(place: DVec3, normal: DVec3, area: f64) -> f64 {
     let d2 = place.length_squared();
     d2 * d2.sqrt() / (area * normal.dot(place).abs())
 }
 
-/// Irradiance on a facing surface from a point of intensity 1 with glTF's range.
+/// Returns the irradiance on a surface that faces a point light of intensity 1 with glTF's range.
 pub fn point(place: DVec3, range: f64) -> f64 {
     let d2 = place.length_squared();
     (1.0 - (d2 / (range * range)).powi(2)).clamp(0.0, 1.0) / d2
 }
 
-/// Density per solid angle of choosing a texel of a latitude-longitude picture `width` wide in proportion to `weight` of
-/// all `total` (weights times solid angles): even within it.
+/// Returns the density per solid angle, uniform within a texel, if a texel of an environment map in the
+/// latitude-longitude layout is selected in proportion to its `weight` times its solid angle. `total` is the sum of
+/// these products.
 pub fn texel(weight: f64, total: f64) -> f64 {
     weight / total
 }
 
-/// Solid angle of a texel in row `y` of `height`.
+/// Returns the solid angle of a texel in row `y` of an environment map of `width` by `height` texels.
 pub fn texel_solid_angle(y: usize, width: usize, height: usize) -> f64 {
     let edge = |y: usize| (PI * y as f64 / height as f64).cos();
     2.0 * PI / width as f64 * (edge(y) - edge(y + 1))

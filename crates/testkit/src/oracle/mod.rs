@@ -1,5 +1,5 @@
-//! The formulas of warps, surfaces, lights and intersections in f64, written from their sources and not from the
-//! renderer's rearranged ones: what f32 is measured against.
+//! Reference formulas of warps, BSDFs, lights and intersections in f64, for comparison with implementations in f32.
+//! They are written from their sources, not from the rearranged formulas of the renderer.
 
 pub mod bsdf;
 pub mod deviation;

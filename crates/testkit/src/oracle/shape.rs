@@ -1,9 +1,9 @@
-//! Where a ray meets exact shapes. Triangles and boxes: [`crate::intersect`].
+//! Intersections of rays with spheres and planes. Those with triangles and boxes are in [`crate::intersect`].
 
 use glam::DVec3;
 
-/// Nearest t > 0 at which |o + t·d − c| = r, from the distance of the line and half a chord, whichever root does not
-/// cancel.
+/// Returns the smallest t > 0 with |o + t·d − c| = r. It is computed from the distance of the line from the centre and
+/// half the chord; the root that would cancel is computed from the other one.
 pub fn sphere(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> Option<f64> {
     let length = d.length();
     let (d, f) = (d / length, centre - o);
@@ -19,7 +19,7 @@ pub fn sphere(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> Option<f64> {
     [low, high].into_iter().find(|&t| t > 0.0).map(|t| t / length)
 }
 
-/// t at which a ray meets the plane through `p` with normal `n`.
+/// Returns the t of the intersection of a ray with the plane through `p` with normal `n`.
 pub fn plane(o: DVec3, d: DVec3, p: DVec3, n: DVec3) -> f64 {
     n.dot(p - o) / n.dot(d)
 }

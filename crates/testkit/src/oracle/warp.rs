@@ -1,9 +1,10 @@
-//! From the unit square to shapes.
+//! Warps from the unit square to disks, spheres, cones, triangles and tents.
 
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-/// Radius and angle of concentric squares turned into circles [Shirley & Chiu 1997]: the square's eight triangles.
+/// Returns the radius and angle of the map of concentric squares to circles [Shirley & Chiu 1997], which is defined
+/// piecewise on triangles of the square.
 fn polar(u: DVec2) -> (f64, f64) {
     let p = u * 2.0 - DVec2::ONE;
     if p == DVec2::ZERO {
@@ -18,36 +19,37 @@ fn polar(u: DVec2) -> (f64, f64) {
     (r, FRAC_PI_4 * eighths)
 }
 
-/// Uniform on the unit disk.
+/// Samples the unit disk uniformly.
 pub fn disk(u: DVec2) -> DVec2 {
     let (r, phi) = polar(u);
     DVec2::new(phi.cos(), phi.sin()) * r
 }
 
-/// Cosine-weighted about +z: the disk lifted onto the hemisphere.
+/// Samples the hemisphere about +z with cosine weight, by projecting the disk up to the hemisphere.
 pub fn hemisphere_cosine(u: DVec2) -> DVec3 {
     let (r, phi) = polar(u);
     DVec3::new(r * phi.cos(), r * phi.sin(), (1.0 - r * r).sqrt())
 }
 
-/// Uniform between the pole +z and the height 1 − `height`: equal heights have equal areas (Archimedes).
+/// Samples the unit sphere uniformly between the pole +z and z = 1 − `height`. Zones of equal height have equal areas
+/// (Archimedes).
 pub fn cone(u: DVec2, height: f64) -> DVec3 {
     let (v, phi) = (u.x * height, TAU * u.y);
     let r = (v * (2.0 - v)).sqrt();
     DVec3::new(r * phi.cos(), r * phi.sin(), 1.0 - v)
 }
 
-/// Uniform on the unit sphere.
+/// Samples the unit sphere uniformly.
 pub fn sphere(u: DVec2) -> DVec3 {
     cone(u, 2.0)
 }
 
-/// Barycentrics of the second and third corner: the diagonal is halved towards either side [Heitz 2019].
+/// Samples the barycentric coordinates of the second and third corner uniformly, by folding the square [Heitz 2019].
 pub fn triangle(u: DVec2) -> DVec2 {
     if u.y > u.x { DVec2::new(0.5 * u.x, u.y - 0.5 * u.x) } else { DVec2::new(u.x - 0.5 * u.y, 0.5 * u.y) }
 }
 
-/// Inverse of the distribution function of 1 − |x| on −1..1.
+/// Samples the density 1 − |x| on −1..1 by the inverse of its distribution function.
 pub fn tent(u: f64) -> f64 {
     if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 * (1.0 - u)).sqrt() }
 }
