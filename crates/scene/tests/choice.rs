@@ -78,10 +78,8 @@ fn scenes_by_name_and_index() {
         assert!((shown(&file, scene) - x).abs() < 1e-6, "{scene}");
     }
     let warnings = |scene| load(&file, choice(scene, "", ""), 0.0).warnings;
-    assert!(
-        warnings("two").iter().any(|w| w.0.contains("2 scenes are called 'two' (1, 3): scene 1 is used"))
-    );
-    assert!(!warnings("3").iter().any(|w| w.0.contains("called")));
+    assert!(warnings("two").iter().any(|w| w.0.contains("2 scenes are named 'two' (1, 3): scene 1 is used")));
+    assert!(!warnings("3").iter().any(|w| w.0.contains("are named")));
     for wrong in ["4", "-1", "Two", "two ", "1.0", "scene 1"] {
         let said = refused(&file, choice(wrong, "", ""));
         assert!(said.contains(&format!("--scene {wrong}: ")), "{said}");
@@ -107,7 +105,7 @@ fn what_else_there_is_is_noted_unless_it_was_chosen() {
     let notes = |choice| read(&file, &options(choice, 0.0)).unwrap().notes().join("\n");
     assert_eq!(
         notes(choice("", "", "")),
-        "materials are those without a variant; the file has 0 'gold', 1 'blue', 2 (--variant)"
+        "no material variant is used; the file has 0 'gold', 1 'blue', 2 (--variant)"
     );
     assert_eq!(notes(choice("", "1", "")), "");
     let file = scenes(&["", "two"]);

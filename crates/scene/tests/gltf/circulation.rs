@@ -111,7 +111,7 @@ fn images_are_found_by_the_names_of_other_systems_or_left_out() {
         gltf::read(&path, &gltf::Options { strict, ..OPTIONS }).and_then(|b| b.build())
     };
     let found = try_uri("textures/a b.png", true).unwrap();
-    let renamed = |scene: &Scene| scene.warnings.iter().any(|w| w.0.contains("was found as"));
+    let renamed = |scene: &Scene| scene.warnings.iter().any(|w| w.0.contains("is used: correct the name"));
     assert!(!renamed(&found), "{:?}", found.warnings);
     for uri in ["textures\\a b.png", "Textures/A%20b.PNG", "TEXTURES\\A b.png"] {
         let other = try_uri(uri, true).unwrap_or_else(|e| panic!("{uri}: {e}"));
