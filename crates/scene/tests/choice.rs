@@ -228,7 +228,7 @@ fn animations_alone_and_together() {
     }
     let hidden = |animation: &str| {
         let warnings = load(&file, choice("", "", animation), 1.0).warnings;
-        warnings.iter().filter(|w| w.0.contains("an earlier animation moves already")).count()
+        warnings.iter().filter(|w| w.0.contains("an earlier animation moves as well")).count()
     };
     assert_eq!([hidden(""), hidden("up"), hidden("all")], [0, 0, 1]);
     for wrong in ["3", "All", "left"] {
