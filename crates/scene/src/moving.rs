@@ -73,7 +73,7 @@ pub(crate) struct Own {
     /// Bounding box of the mesh.
     pub bounds: (DVec3, DVec3),
     pub dropped: usize,
-    pub mended: usize,
+    pub repaired: usize,
 }
 
 impl OwnSpaces {
@@ -98,7 +98,7 @@ impl Own {
             to_node: space.to_world_affine(),
             bounds: bounds.unwrap_or_default(),
             dropped: baked.dropped,
-            mended: baked.mended,
+            repaired: baked.repaired,
         }
     }
 }

@@ -53,8 +53,8 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     assembly.materials.decode(doc, &mut assembly.builder)?;
     let unread = assembly.unread(hierarchy.order.len());
     let mut builder = assembly.builder;
-    builder.take_lights_as(TakenUnit::new(doc.options.light_unit, doc.root.asset.generator.as_deref()));
-    builder.leave_unread(unread);
+    builder.light_unit(TakenUnit::new(doc.options.light_unit, doc.root.asset.generator.as_deref()));
+    builder.unread(unread);
     builder.reads(doc.options.reads);
     doc.take_warnings().into_iter().for_each(|w| builder.warn(w));
     Ok(builder)

@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_mended_and_what_is_left() {
+    fn clear_errors_are_corrected_and_others_left() {
         let mut value = json!({
             "scenes": [{}, { "nodes": [1] }],
             "animations": [{ "samplers": [{ "interpolation": 1 }, { "interpolation": "LINEAR" }, {}, { "interpolation": 9 }] }],
