@@ -237,7 +237,7 @@ mod tests {
         assert!(
             warnings[0].0.starts_with("4 interpolations") && warnings[0].0.ends_with("9729 as \"LINEAR\"")
         );
-        assert!(!sanitize(&mut value, &mut warnings) && value == right, "what is right stays");
+        assert!(!sanitize(&mut value, &mut warnings) && value == right, "valid values are unchanged");
     }
 
     #[test]
