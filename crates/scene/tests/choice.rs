@@ -235,7 +235,11 @@ fn animations_alone_and_together() {
         let said = refused(&file, choice("", "", wrong));
         assert!(said.ends_with("the file has 0 'right', 1 'up', 2"), "{said}");
     }
-    assert_eq!(load(&squares(), choice("", "", "all"), 0.0).survey.objects, 1, "`all` is valid without animations");
+    assert_eq!(
+        load(&squares(), choice("", "", "all"), 0.0).survey.objects,
+        1,
+        "`all` is valid without animations"
+    );
     assert!(refused(&squares(), choice("", "", "0")).ends_with("the file has none"));
     // Errors in an animation that is not played do not matter.
     let mut broken = moving();
