@@ -38,7 +38,7 @@ fn a_camera_that_sees_no_surface_shows_the_background() {
         let (mean, said) = render(at, &scene, &[]);
         assert!(mean > 0.1, "{mean}");
         assert!(said.contains("camera 'eye' sees no surface") && said.contains("--orbit"), "{said}");
-        assert!(said.matches("studio").count() == 1 && !said.contains("lights it"), "{said}");
+        assert!(said.matches("studio").count() == 1 && !said.contains("is added"), "{said}");
         let (mean, said) = render(at, &scene, &["--env", "none"]);
         assert!(mean == 0.0 && said.contains("the picture is black") && !said.contains("studio"), "{said}");
         let (mean, said) = render(at, &scene, &["--env-color", "1,2,3"]);

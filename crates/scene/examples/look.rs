@@ -1,4 +1,4 @@
-//! Builds a scene in code and says what a ray from its camera meets.
+//! Builds a scene in code and prints the surfaces that camera rays hit.
 //! `cargo run --release --example look -p dapple-scene`
 
 use dapple_geometry::Opaque;

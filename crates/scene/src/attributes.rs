@@ -1,10 +1,10 @@
-//! Which attributes does a mesh keep for its material?
+//! Selection of the vertex attributes that a mesh keeps for its material.
 use crate::{TexturedMaterial, tangent};
 use dapple_geometry::Mesh;
 use glam::Vec4;
 
-/// Tangents only where a normal map needs them: generated if missing, dropped if useless; white vertex colours are
-/// none. `everything` keeps what a file gives.
+/// Keeps tangents only if a normal map needs them, generates missing ones, and removes vertex colours that are all
+/// white. `everything` keeps all attributes of the file.
 pub(crate) fn for_material(mut mesh: Mesh, material: &TexturedMaterial, everything: bool) -> Mesh {
     if !everything && mesh.colors.iter().all(|c| *c == Vec4::ONE) {
         mesh.colors = Vec::new();
@@ -15,7 +15,7 @@ pub(crate) fn for_material(mut mesh: Mesh, material: &TexturedMaterial, everythi
             mesh.tangents = Vec::new();
             mesh
         }
-        // Tangents of a file that gives no normals do not count (glTF 2.0 §3.7.2.1).
+        // Tangents of a mesh without normals are ignored (glTF 2.0 §3.7.2.1).
         Some(map) if mesh.tangents.is_empty() || mesh.normals.is_empty() => {
             mesh.tangents = Vec::new();
             tangent::with_tangents(mesh, map)

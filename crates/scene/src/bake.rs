@@ -1,28 +1,29 @@
-//! Meshes from object space into render space: positions, winding, normals and tangents under any affine placement.
+//! Transformation of meshes from object space to render space: positions, winding, normals and tangents under any
+//! affine placement.
 //!
-//! Transforms are applied in f64 and rounded once. Normals go by the cofactor matrix, which needs no inverse and so
-//! survives flattening [Turkowski 1990]. A mirroring placement (negative determinant) swaps the winding, so that the
-//! front side stays the image of the front side, as glTF asks. Triangles without area are dropped: nothing can hit
-//! them, and their normals would point anywhere.
+//! Transforms are applied in f64 and rounded once. Normals are transformed by the cofactor matrix, which needs no
+//! inverse and is therefore valid for singular placements [Turkowski 1990]. A mirroring placement (negative
+//! determinant) swaps the winding, so that the front side remains the image of the front side, as glTF requires.
+//! Triangles of zero area are removed: no ray can hit them, and their normals are undefined.
 use crate::{Placement, Space};
 use dapple_geometry::Mesh;
 use glam::{DMat3, DVec3, Vec2, Vec3, Vec4};
 
-/// A mesh in render space and what had to be changed on the way.
+/// A mesh in render space, with counts of the changes made to it.
 pub(crate) struct Baked {
     pub mesh: Mesh,
-    /// Triangles without area.
+    /// Number of removed triangles of zero area.
     pub dropped: usize,
-    /// Texture coordinates and colours that were not finite numbers (now zero, or white).
-    pub mended: usize,
+    /// Number of texture coordinates and colours that were not valid (replaced by zero, or white).
+    pub repaired: usize,
 }
 
-/// What is wrong with a mesh, in words, or None.
+/// Describes the first problem of a mesh, or returns None.
 pub(crate) fn fault(mesh: &Mesh) -> Option<String> {
     let n = mesh.positions.len();
     if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
         let p = mesh.positions[i];
-        return Some(format!("vertex {i} is at ({}, {}, {}), which is not a place", p.x, p.y, p.z));
+        return Some(format!("vertex {i} is at ({}, {}, {}), which is not finite", p.x, p.y, p.z));
     }
     let bad = |t: &[u32; 3]| t.iter().any(|&i| i as usize >= n);
     if let Some(t) = mesh.triangles.iter().position(bad) {
@@ -37,16 +38,17 @@ pub(crate) fn fault(mesh: &Mesh) -> Option<String> {
         ("colours", mesh.colors.len()),
     ];
     let (name, m) = lengths.into_iter().find(|&(_, m)| m != 0 && m != n)?;
-    Some(format!("{m} {name} for {n} vertices"))
+    Some(format!("has {m} {name} for {n} vertices"))
 }
 
-/// Whether a triangle has an area: cross product of its edges in f64, exact enough for f32 corners.
+/// Whether a triangle has a positive area, from the cross product of its edges in f64, which is accurate enough for f32
+/// corners.
 pub(crate) fn has_area([a, b, c]: [Vec3; 3]) -> bool {
     let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
     (b - a).cross(c - a) != DVec3::ZERO
 }
 
-/// World box of the triangles that have an area in object space; None without any.
+/// World-space bounding box of the triangles with positive area in object space; None without any.
 pub(crate) fn bounds(mesh: &Mesh, placement: &Placement) -> Option<(DVec3, DVec3)> {
     let mut seen = vec![false; mesh.positions.len()];
     for t in &mesh.triangles {
@@ -61,7 +63,7 @@ pub(crate) fn bounds(mesh: &Mesh, placement: &Placement) -> Option<(DVec3, DVec3
     })
 }
 
-/// The mesh in render space. It must be free of `fault`s and the placement finite.
+/// Transforms a mesh to render space. It must have no [`fault`], and the placement must be finite.
 pub(crate) fn bake(mesh: &Mesh, placement: &Placement, space: &Space) -> Baked {
     let directions = Directions::new(&placement.linear);
     let positions: Vec<Vec3> =
@@ -80,11 +82,11 @@ pub(crate) fn bake(mesh: &Mesh, placement: &Placement, space: &Space) -> Baked {
         uv: mesh.uv.clone(),
         colors: mesh.colors.clone(),
     };
-    let mended = sanitize(&mut baked);
-    Baked { mesh: compact(baked), dropped, mended }
+    let repaired = sanitize(&mut baked);
+    Baked { mesh: compact(baked), dropped, repaired }
 }
 
-/// How directions go from object to render space.
+/// Transforms of directions from object to render space.
 struct Directions {
     linear: DMat3,
     /// Columns a₂×a₃, a₃×a₁, a₁×a₂, times the sign of the determinant.
@@ -94,7 +96,7 @@ struct Directions {
 
 impl Directions {
     fn new(linear: &DMat3) -> Self {
-        // Only directions matter here: bring the matrix near 1 so that the products below stay in range.
+        // Only directions matter here: scale the matrix to near 1 so that the products below stay in range.
         let largest = [linear.x_axis, linear.y_axis, linear.z_axis].map(|c| c.abs().max_element());
         let largest = largest[0].max(largest[1]).max(largest[2]);
         let m = if largest > 0.0 { *linear * (1.0 / largest) } else { *linear };
@@ -104,20 +106,20 @@ impl Directions {
         Self { linear: m, normals: if mirrored { -cofactor } else { cofactor }, mirrored }
     }
 
-    /// Unit image of a normal, zero where it has none.
+    /// Unit image of a normal; zero if it has no direction.
     fn normal(&self, n: Vec3) -> Vec3 {
         unit(self.normals * n.as_dvec3())
     }
 
-    /// Image of a tangent; a mirror also swaps the sense of the bitangent n × t.
+    /// Image of a tangent; mirroring also reverses the bitangent n × t.
     fn tangent(&self, t: Vec4) -> Vec4 {
         let sign = if (t.w < 0.0) != self.mirrored { -1.0 } else { 1.0 };
         unit(self.linear * t.truncate().as_dvec3()).extend(sign)
     }
 }
 
-/// Unit vector in f64, or zero where there is no direction. The largest component goes to 1 first, so that squares
-/// stay in range.
+/// Normalises a vector in f64; zero if it has no direction. The vector is first scaled to a largest component of 1, so
+/// that squares stay in range.
 fn unit(v: DVec3) -> Vec3 {
     let largest = v.abs().max_element();
     if !(largest > 0.0 && v.is_finite()) {
@@ -127,8 +129,8 @@ fn unit(v: DVec3) -> Vec3 {
     if v.is_finite() { (v * (1.0 / v.length())).as_vec3() } else { Vec3::ZERO }
 }
 
-/// Replaces what cannot be used: missing vertex normals by a face normal, non-finite texture coordinates by zero,
-/// non-finite colours by white. Returns how many of the latter two.
+/// Replaces invalid attributes: missing vertex normals by a face normal, non-finite texture coordinates by zero,
+/// non-finite or negative colours by white. Returns the number of the latter two.
 fn sanitize(mesh: &mut Mesh) -> usize {
     if mesh.normals.contains(&Vec3::ZERO) {
         for t in &mesh.triangles {
@@ -152,7 +154,7 @@ fn sanitize(mesh: &mut Mesh) -> usize {
     count
 }
 
-/// Without the vertices that no triangle uses.
+/// Removes the vertices that no triangle uses.
 pub(crate) fn compact(mesh: Mesh) -> Mesh {
     const UNUSED: u32 = u32::MAX;
     let mut order = vec![UNUSED; mesh.positions.len()];
@@ -169,7 +171,7 @@ pub(crate) fn compact(mesh: Mesh) -> Mesh {
     pick(&mesh, &kept, mesh.triangles.iter().map(|t| t.map(|i| order[i as usize])).collect())
 }
 
-/// The mesh with vertex `kept[i]` as its vertex i, and other triangles.
+/// A mesh with the given triangles, whose vertex i is vertex `kept[i]` of `mesh`.
 pub(crate) fn pick(mesh: &Mesh, kept: &[usize], triangles: Vec<[u32; 3]>) -> Mesh {
     fn of<T: Copy>(all: &[T], kept: &[usize]) -> Vec<T> {
         if all.is_empty() { Vec::new() } else { kept.iter().map(|&i| all[i]).collect() }
@@ -214,7 +216,7 @@ mod tests {
             let s = |bit: i32| if signs & bit != 0 { -1.0 } else { 1.0 };
             let scale = DVec3::new(s(1), s(2), s(4));
             let out = baked(&triangle(), scale).mesh;
-            // The image of the front side: the image of a point above the front stays above it.
+            // The image of a point above the front side stays above it.
             let above = (DVec3::Z * scale).as_vec3();
             assert_eq!(winding_normal(&out), above, "{scale}");
             assert_eq!(out.normals[0], above, "{scale}");
@@ -270,12 +272,12 @@ mod tests {
     }
 
     #[test]
-    fn missing_normals_and_numbers_are_mended() {
+    fn missing_normals_and_numbers_are_repaired() {
         let mut mesh = triangle();
         mesh.normals[1] = Vec3::new(f32::NAN, 0.0, 0.0);
         mesh.uv[0] = vec![Vec2::new(f32::INFINITY, 0.0), Vec2::ONE, Vec2::ONE];
         let out = baked(&mesh, DVec3::ONE);
-        assert_eq!((out.mesh.normals[1], out.mesh.uv[0][0], out.mended), (Vec3::Z, Vec2::ZERO, 1));
+        assert_eq!((out.mesh.normals[1], out.mesh.uv[0][0], out.repaired), (Vec3::Z, Vec2::ZERO, 1));
     }
 
     #[test]

@@ -1,20 +1,20 @@
-//! Bodies: volumes that light travels through, ranked by who wins where they overlap.
+//! Bodies: volumes that light passes through, ranked by their precedence where they overlap.
 //!
-//! A body is all volume primitives of one mesh node (of one instance); an object added in code is a body of its own.
-//! Where bodies overlap, the one with the highest priority (material `extras`) is there; with equal priority the one with
-//! the smaller bounding volume, then the one with the lower node index. Bodies are kept in that order, strongest first,
-//! so that the medium at a point is the one of the lowest index among the bodies that contain the point, whichever way it
-//! was reached.
+//! A body consists of all volume primitives of one mesh node (of one instance); an object added in code is a separate
+//! body. Where bodies overlap, the one with the highest priority (material `extras`) takes precedence; at equal
+//! priority the one with the smaller bounding volume, then the one with the lower node index. Bodies are stored in that
+//! order, highest precedence first, so that the medium at a point is that of the lowest index among the bodies that
+//! contain the point, regardless of the path by which it was reached.
 use crate::{Object, Space, TexturedMaterial, Warning, builder::Placed, error::quoted, exposure::Exposure};
 use glam::{DVec3, Vec3};
 
-/// Most bodies that are named one by one.
+/// Maximum number of warnings about bodies.
 const MAX_WARNINGS: usize = 40;
 
-/// What fills a body.
+/// Medium of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
-    /// Index of refraction; 0 where only Schlick's law is known.
+    /// Index of refraction; 0 if only Schlick's law is known.
     pub ior: f32,
     /// Absorption coefficient per render unit.
     pub sigma_a: Vec3,
@@ -23,25 +23,26 @@ pub struct Body {
 /// All bodies of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Bodies {
-    /// Strongest first.
+    /// Bodies in order of decreasing precedence.
     pub all: Vec<Body>,
-    /// A box, in render space, that all of them stay in while the shutter is open; None without bodies.
+    /// Render-space bounding box of all bodies over the whole exposure; None without bodies.
     pub bounds: Option<(Vec3, Vec3)>,
 }
 
-/// Part of an f32's digits in which bounding volumes count as equal: about 3e-5, so that the rounding of vertices does not
-/// decide which of two equal bodies wins.
+/// Quantum, in units in the last place of f32, within which bounding volumes count as equal: about 3e-5 relative, so
+/// that the rounding of vertices does not decide between two equal bodies.
 const EQUAL_BITS: u32 = 1 << 9;
 
-/// Room around the boxes of bodies, in parts of their largest coordinate: rounding of placed vertices.
+/// Margin around the bounding box of bodies, relative to its largest coordinate: covers the rounding of placed
+/// vertices.
 const ROOM: f32 = 1.0 / (1 << 16) as f32;
 
-/// The volumes of one body before they are ranked.
+/// A body before ranking.
 struct Volume {
     first: usize,
     node: u32,
     priority: f64,
-    /// Box in the space of the mesh, and the factor to world units of volume.
+    /// Bounding box in the space of the mesh, and the factor from its volume to world units.
     own: (DVec3, DVec3),
     factor: f64,
 }
@@ -49,21 +50,21 @@ struct Volume {
 /// An object that bounds a volume.
 struct BoundingObject {
     object: usize,
-    /// Among the volumes.
+    /// Index of the volume.
     volume: usize,
-    /// Its box when the shutter opens.
+    /// World-space bounding box when the shutter opens.
     world: Option<(DVec3, DVec3)>,
 }
 
-/// Finds the bodies among the objects, ranks them and tells each object which one it bounds. Materials are those of the
-/// scene: absorption per render unit.
+/// Finds the bodies among the objects, ranks them, and assigns to each object the body that it bounds. Absorption in
+/// the materials is per render unit.
 pub(crate) struct Finder {
     parts: Vec<BoundingObject>,
     volumes: Vec<Volume>,
 }
 
 impl Finder {
-    /// Looks at the objects before they are moved into the world.
+    /// Collects the volumes of the objects before these are converted to render space.
     pub fn new(placed: &[Placed], materials: &[TexturedMaterial], exposure: &Exposure) -> Self {
         let mut finder = Self { parts: Vec::new(), volumes: Vec::new() };
         let mut group_of_last = None;
@@ -72,13 +73,13 @@ impl Finder {
                 continue;
             };
             let (own, factor) = part.own_box(exposure).unwrap_or_default();
-            // The parts of a body come one after the other.
+            // The parts of a body are consecutive.
             if group_of_last == Some(part.group)
                 && let Some(volume) = finder.volumes.last_mut()
             {
                 volume.own = (volume.own.0.min(own.0), volume.own.1.max(own.1));
             } else {
-                // Zero has one sign.
+                // Adding zero turns −0 into 0.
                 let (node, priority) = (part.node, material.priority + 0.0);
                 finder.volumes.push(Volume { first: i, node, priority, own, factor });
                 group_of_last = Some(part.group);
@@ -89,7 +90,7 @@ impl Finder {
         finder
     }
 
-    /// The bodies. `whole`: the box, in render space, in which a moving object stays.
+    /// Ranks the bodies. `whole` returns the render-space bounding box of a moving object over the whole exposure.
     pub fn rank(
         self,
         objects: &mut [Object],
@@ -119,7 +120,7 @@ impl Finder {
             if same(mine) != same(first) && warnings.len() < MAX_WARNINGS {
                 let name = quoted(&objects[i].name);
                 warnings.push(Warning(format!(
-                    "the volumes of '{name}' differ between its primitives, which bound one body: the first one's is taken; use a mesh node for each"
+                    "the primitives of '{name}' bound one volume, but differ in ior, attenuation or priority: the first one is used; give each volume a mesh node of its own"
                 )));
             }
             let render = world.map(|(lo, hi)| (space.to_render(lo), space.to_render(hi)));
@@ -133,7 +134,7 @@ impl Finder {
 }
 
 impl Volume {
-    /// World units of volume of the box that bounds it, placed; infinite for what is flat and bounds nothing.
+    /// World-space volume of the placed bounding box; infinite if it is flat and bounds no volume.
     fn size(&self) -> f32 {
         let extent = self.own.1 - self.own.0;
         let volume = (extent.x * extent.y * extent.z * self.factor).abs() as f32;

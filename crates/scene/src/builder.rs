@@ -1,4 +1,5 @@
-//! Scenes built in code: add things in world space, f64; `build` recentres, rescales, finds lights, checks.
+//! Construction of scenes in code: objects are added in world space, f64; `build` validates them, transforms them to
+//! render space and detects lights.
 mod build;
 mod check;
 mod placed;
@@ -19,58 +20,59 @@ use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Collects the parts of a scene. Indices returned count from zero in the order of addition.
+/// Collects the parts of a scene. Returned indices count from zero in the order of addition.
 #[derive(Debug, Default)]
 pub struct SceneBuilder {
     name: String,
-    /// What errors call the scene: its file, else its name.
+    /// Name of the scene in errors: its file, or else its name.
     label: String,
     textures: Vec<Texture>,
     materials: Vec<TexturedMaterial>,
     placed: Vec<Placed>,
-    /// With the chain of nodes that moves it, if one does.
+    /// Punctual lights, each with the chain of nodes that moves it, if any.
     pub(crate) punctual: Vec<(Punctual, Option<Chain>)>,
-    /// Of the punctual lights of a file.
+    /// Unit of the punctual lights of a file.
     pub(crate) light_unit: Option<TakenUnit>,
     environment: Option<Environment>,
-    /// The scene stays dark where nothing gives light.
+    /// Whether a scene without light stays dark.
     no_default_light: bool,
-    /// Likewise.
+    /// Cameras, each with the chain of nodes that moves it, if any.
     pub(crate) cameras: Vec<(Arc<str>, CameraPose, Option<Chain>)>,
     pub(crate) exposure: Exposure,
     warnings: Vec<Warning>,
-    /// What else the file could show.
+    /// Notes on the alternatives in the file.
     pub(crate) notes: Vec<String>,
     pub(crate) files: Vec<PathBuf>,
     unread: Unread,
-    /// What the render looks at.
+    /// The surface data that the render uses.
     reads: Reads,
 }
 
 impl SceneBuilder {
-    /// An empty scene; `name` is what pictures of it are called.
+    /// Creates an empty scene; `name` is used for the names of its images.
     pub fn new(name: &str) -> Self {
         Self { name: name.to_owned(), label: name.to_owned(), ..Self::default() }
     }
 
-    /// An empty scene whose errors name `file`.
+    /// Creates an empty scene whose errors name `file`.
     #[cfg(feature = "gltf")]
     pub(crate) fn from_file(name: &str, file: &std::path::Path) -> Self {
         Self { name: name.to_owned(), label: file.display().to_string(), ..Self::default() }
     }
 
-    /// What the file holds beyond the scene.
+    /// Sets the counts of the parts of the file that were not read.
     #[cfg(feature = "gltf")]
-    pub(crate) fn leave_unread(&mut self, unread: Unread) {
+    pub(crate) fn unread(&mut self, unread: Unread) {
         self.unread = unread;
     }
 
-    /// What the render looks at; the rest is not kept. Without a word: whatever light can do.
+    /// Sets the surface data that the render uses; other data are not kept. The default is everything that light
+    /// transport uses.
     pub fn reads(&mut self, reads: Reads) {
         self.reads = reads;
     }
 
-    /// Adds no light of its own to a scene that has none.
+    /// Disables the default environment for a scene without light.
     pub fn no_default_light(&mut self) {
         self.no_default_light = true;
     }
@@ -93,8 +95,8 @@ impl SceneBuilder {
         &self.materials
     }
 
-    /// Adds a mesh placed by `transform`; returns the object's index. A shared mesh (`Arc`) may be added many times, as may
-    /// a shared name.
+    /// Adds a mesh placed by `transform`; returns the object's index. The mesh and the name may be shared (`Arc`)
+    /// between many objects.
     pub fn mesh(
         &mut self,
         name: impl Into<Arc<str>>,
@@ -138,9 +140,9 @@ impl SceneBuilder {
         index
     }
 
-    /// Makes the volumes among these objects, which were added one after the other, one body, that of node `node`: of two
-    /// bodies that overlap, with equal priorities and equal bounding volumes, the one of the lower node wins. Otherwise
-    /// every object is a body of its own, and its own index stands for the node's.
+    /// Combines the volumes among these consecutive objects into one body of node `node`: of two overlapping bodies
+    /// with equal priorities and equal bounding volumes, the one with the lower node takes precedence. By default every
+    /// object is a separate body, with its own index as the node.
     pub fn one_body(&mut self, objects: std::ops::Range<u32>, node: u32) {
         let first = objects.start;
         let range = objects.start as usize..(objects.end as usize).min(self.placed.len());
@@ -149,37 +151,39 @@ impl SceneBuilder {
         }
     }
 
-    /// How many objects there are.
+    /// Number of objects.
     #[cfg(feature = "gltf")]
     pub(crate) fn object_count(&self) -> u32 {
         self.placed.len() as u32
     }
 
-    /// Adds a point light of `intensity` in W/sr per channel that ends at `range` world units (infinite: never).
+    /// Adds a point light of `intensity` in W/sr per channel that ends at `range` world units (may be infinite).
     pub fn point_light(&mut self, p: DVec3, intensity: Vec3, range: f64) {
         self.punctual.push((Punctual::Point { p, intensity, range }, None));
     }
 
-    /// Adds a spot light along `axis`; `inner` and `outer` are the cone's half angles in radians.
+    /// Adds a spot light along `axis`, with `intensity` and `range` as for [`SceneBuilder::point_light`]; `inner` and
+    /// `outer` are the half angles of the cone in radians.
     pub fn spot_light(&mut self, p: DVec3, axis: DVec3, intensity: Vec3, range: f64, inner: f64, outer: f64) {
         self.punctual.push((Punctual::Spot { p, axis, intensity, range, inner, outer }, None));
     }
 
-    /// Adds a light in the direction `towards`; `irradiance` in W/m² per channel on a surface that faces it.
+    /// Adds a distant light in the direction `towards`; `irradiance` is in W/m² per channel on a surface that faces it.
     pub fn distant_light(&mut self, towards: DVec3, irradiance: Vec3) {
         self.punctual.push((Punctual::Distant { towards, irradiance }, None));
     }
 
-    /// Takes the intensities of the punctual lights so far as they are, or divides them.
+    /// Sets the unit of the punctual lights added so far, and converts their intensities.
     #[cfg(feature = "gltf")]
-    pub(crate) fn take_lights_as(&mut self, unit: TakenUnit) {
+    pub(crate) fn light_unit(&mut self, unit: TakenUnit) {
         if unit.is_photometric {
             self.punctual.iter_mut().for_each(|(light, _)| light.divide(crate::light_unit::LUMENS_PER_WATT));
         }
         self.light_unit = Some(unit).filter(|_| !self.punctual.is_empty());
     }
 
-    /// Sets what surrounds the scene; replaces an earlier one. A constant black one is "nothing, on purpose".
+    /// Sets the environment and replaces an earlier one. A constant black environment makes the scene intentionally
+    /// dark.
     pub fn environment(&mut self, environment: Environment) {
         self.environment = Some(environment);
     }
@@ -194,13 +198,13 @@ impl SceneBuilder {
         self.cameras.push((name.into(), pose, None));
     }
 
-    /// Adds something to tell the user.
+    /// Adds a warning.
     pub fn warn(&mut self, warning: Warning) {
         self.warnings.push(warning);
     }
 
-    /// What else the file that the scene was read from could show (other scenes, variants, animations): one line each,
-    /// for those that nobody chose from.
+    /// Notes on the alternatives in the file from which the scene was read (other scenes, variants, animations): one
+    /// line for each kind for which no choice was made.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }

@@ -1,16 +1,16 @@
-//! Scenes that need no file: `builtin:cornell` and friends.
+//! Built-in scenes, such as `builtin:cornell`.
 //!
-//! The Cornell box is the physical one at Cornell University: corner coordinates as published with its measurements
-//! [Cornell 1998], in millimetres there and in metres here. Its measured spectra are replaced by the RGB values most
-//! renderers use [Bitterli 2016]:
-//! white (0.725, 0.71, 0.68), red (0.63, 0.065, 0.05), green (0.14, 0.45, 0.091), light (17, 12, 4).
+//! The Cornell box is the physical one at Cornell University, with the corner coordinates published with its
+//! measurements [Cornell 1998], in millimetres there and in metres here. Its measured spectra are replaced by the RGB
+//! values that most renderers use [Bitterli 2016]: white (0.725, 0.71, 0.68), red (0.63, 0.065, 0.05), green (0.14,
+//! 0.45, 0.091), light (17, 12, 4).
 use crate::{CameraPose, SceneBuilder, TexturedMaterial};
 use dapple_camera::Projection;
 use dapple_geometry::Mesh;
 use dapple_materials::Material;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-/// None for an unknown name.
+/// Creates a built-in scene; None for an unknown name.
 pub fn builtin(name: &str) -> Option<SceneBuilder> {
     match name {
         "cornell" => Some(cornell()),
@@ -20,11 +20,11 @@ pub fn builtin(name: &str) -> Option<SceneBuilder> {
     }
 }
 
-/// All names with a line each.
+/// All names, each with a one-line description.
 pub const NAMES: &[(&str, &str)] = &[
     ("cornell", "the Cornell box with its two blocks, as published"),
     ("cornell-spheres", "the Cornell box with a glass and a metal sphere instead of the blocks"),
-    ("furnace", "inside a cube whose walls emit 1 and reflect half: 2 everywhere"),
+    ("furnace", "inside a cube whose walls emit radiance 1 and reflect half: radiance 2 everywhere"),
 ];
 
 const WHITE: Vec3 = Vec3::new(0.725, 0.71, 0.68);
@@ -58,7 +58,7 @@ const TALL: [Quad; 5] = [
 
 const MILLIMETRES: f64 = 1e-3;
 
-/// Two triangles per quad; corners wind counter-clockwise seen from the front.
+/// A mesh of two triangles per quad; corners are counter-clockwise seen from the front.
 fn quads(corners: &[Quad]) -> Mesh {
     let positions = corners.iter().flatten().map(|&p| Vec3::from_array(p)).collect();
     let first = (0..corners.len() as u32).map(|q| 4 * q);
@@ -66,7 +66,7 @@ fn quads(corners: &[Quad]) -> Mesh {
     Mesh { positions, triangles, ..Mesh::default() }
 }
 
-/// The ceiling with a hole that the lamp fills exactly: a ring of eight triangles.
+/// The ceiling with a hole that the light fills exactly: a ring of eight triangles.
 fn ceiling() -> Mesh {
     let positions = CEILING.iter().chain(&LAMP).map(|&p| Vec3::from_array(p)).collect();
     let ring = (0..4).flat_map(|i| {
@@ -76,7 +76,7 @@ fn ceiling() -> Mesh {
     Mesh { positions, triangles: ring.collect(), ..Mesh::default() }
 }
 
-/// The box without anything in it; returns the index of its white material.
+/// The empty box; also returns the index of its white material.
 fn empty_box(name: &str) -> (SceneBuilder, u32) {
     let mut b = SceneBuilder::new(name);
     let white = b.material(TexturedMaterial::lambert("white", WHITE));
@@ -134,8 +134,8 @@ fn cornell_spheres() -> SceneBuilder {
     b
 }
 
-/// Closed cube of side 2 about the origin, inside out: emission 1, albedo ½, so that every ray returns
-/// 1 / (1 − ½) = 2 (docs/science.md, "Closed room").
+/// A closed cube of side 2 about the origin, facing inwards: emission 1, albedo ½, so that the radiance along every ray
+/// is 1 / (1 − ½) = 2 (docs/science.md, "Closed room").
 fn furnace() -> SceneBuilder {
     let mut b = SceneBuilder::new("furnace");
     let wall =
@@ -153,7 +153,7 @@ fn furnace() -> SceneBuilder {
     b
 }
 
-/// Two triangles of a face given counter-clockwise from outside, turned to face the inside.
+/// Two triangles, facing inwards, of a face given counter-clockwise seen from outside.
 fn inwards([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
     [[a, c, b], [a, d, c]]
 }

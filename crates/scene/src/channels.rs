@@ -1,9 +1,9 @@
-//! Channels of textures that nothing looks at are not kept.
+//! Removal of texture channels that no material reads.
 
 use crate::{Reads, TexturedMaterial};
 use dapple_imaging::{Texture, texture::Channels};
 
-/// What the materials look at of each of `count` textures, together.
+/// The union of the channels that materials read, for each of `count` textures.
 pub(crate) fn looked_at(materials: &[TexturedMaterial], count: usize, reads: &Reads) -> Vec<Channels> {
     let mut all = vec![Channels::NONE; count];
     for (texture, channels) in materials.iter().flat_map(|m| m.looked_at(reads)) {
@@ -13,7 +13,7 @@ pub(crate) fn looked_at(materials: &[TexturedMaterial], count: usize, reads: &Re
     all
 }
 
-/// Drops the other channels.
+/// Removes the channels that are not read.
 pub(crate) fn drop_others(materials: &[TexturedMaterial], textures: &mut Vec<Texture>, reads: &Reads) {
     if reads.everything {
         return;
@@ -29,7 +29,7 @@ mod tests {
     use crate::{AlphaMode, TextureUse};
     use dapple_imaging::{Sampler, read::Rgba8, texture::Encoding};
 
-    /// Channels kept of a texture in which all differ.
+    /// Number of channels kept of a texture whose channels all differ.
     fn kept(change: impl FnOnce(&mut TexturedMaterial), reads: Reads) -> usize {
         let image = Rgba8 { width: 2, height: 1, texels: vec![[1, 2, 3, 4], [5, 6, 7, 9]] };
         let mut textures = vec![Texture::new(image, Encoding::Linear, Sampler::default())];

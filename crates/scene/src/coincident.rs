@@ -1,31 +1,32 @@
-//! Which lights and surfaces share their place with a surface so that it matters which of them is there?
+//! Coincident surfaces and lights, for which it matters which of them a ray hits first.
 //!
-//! A lamp in the plane of a ceiling, lamps that lie in one another, a point light in a wall, a glass on a table, a panel in
-//! a wall: found once, when the scene is built. Scenes without any carry nothing, and ask nothing.
+//! Examples: an emitter in the plane of a ceiling, coinciding emitters, a point light in a wall, a glass on a table, a
+//! panel in a wall. They are found once, when the scene is built; scenes without any store no data and do no tests.
 use crate::{AlphaMode, Object, Space, TexturedMaterial, emission::AreaLights};
 use dapple_geometry::{Accel, Coincident, Hit};
 use dapple_lights::{Area, AreaShape, Light};
 use dapple_math::offset::{UNIT_ROUNDOFF, gamma};
 use glam::{DVec3, Vec3};
 
-/// Surfaces and lights that share a place.
+/// Coincident surfaces and lights.
 #[derive(Clone, Debug)]
 pub struct SharedPlaces {
-    /// The surfaces.
+    /// The coincident surfaces.
     pub surfaces: Box<Coincident>,
-    /// By light.
+    /// Whether each light coincides with a surface other than its own.
     lights: Vec<bool>,
     kinds: Vec<Kind>,
 }
 
-/// What an object is to others in the same place.
+/// Properties of an object that decide how coincident surfaces are treated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Kind {
-    /// Its material says that it emits.
+    /// Its material emits.
     pub emits: bool,
-    /// Its material lets light pass.
+    /// Its material transmits light.
     pub transmits: bool,
-    /// It does neither, and has no holes: a decal with alpha is left to rounding.
+    /// It neither emits nor transmits and is opaque. Decals with alpha are excluded: rounding decides which surface is
+    /// hit.
     pub is_solid: bool,
 }
 
@@ -38,8 +39,9 @@ impl Kind {
 }
 
 impl SharedPlaces {
-    /// `kinds`: by object; `punctual`: the lights that follow those of `area`. None when nothing shares its place that
-    /// matters. Boundaries of bodies that touch each other are no question: rays cross all of them.
+    /// Finds the coincident surfaces and lights; None if there are none that matter. `kinds` is indexed by object;
+    /// `punctual` are the lights that follow those of `area`. Touching boundaries of bodies do not count: rays cross
+    /// all of them.
     pub(crate) fn find(
         accel: &Accel,
         (objects, kinds): (&[Object], Vec<Kind>),
@@ -69,9 +71,9 @@ impl SharedPlaces {
         Some(Self { surfaces, lights: shared, kinds })
     }
 
-    /// The lights that are never seen, because an earlier one covers them in the same place; `is_solid` says of an object
-    /// whether it has no holes. Of what moves, and of what several others cover together, nothing is known: such lights
-    /// are sampled in vain.
+    /// Flags the lights that are invisible because an earlier one coincides with and covers them; `is_solid` tells
+    /// whether an object has no holes. Moving lights, and lights covered only by several others together, are not
+    /// detected: they are sampled without effect.
     pub(crate) fn hidden(
         &self,
         area: &AreaLights,
@@ -95,34 +97,34 @@ impl SharedPlaces {
         hidden
     }
 
-    /// Takes lights out of the list, as [`AreaLights::remove`] does.
+    /// Removes lights from the list, as [`AreaLights::remove`] does.
     pub(crate) fn remove(&mut self, is_removed: &[bool]) {
         let mut index = 0..self.lights.len();
         self.lights.retain(|_| index.next().is_some_and(|i| !is_removed.get(i).copied().unwrap_or(false)));
     }
 
-    /// Whether light `light` shares its place with a surface other than its own.
+    /// Whether light `light` coincides with a surface other than its own.
     pub fn contains_light(&self, light: u32) -> bool {
         self.lights.get(light as usize).copied().unwrap_or(false)
     }
 
-    /// Whether the surface that was hit may share its place with another one so that it matters.
+    /// Whether the surface that was hit may coincide with another one for which it matters.
     #[inline]
     pub fn contains(&self, hit: &Hit) -> bool {
         self.surfaces.contains(hit.object, hit.primitive)
     }
 
-    /// Whether an object's material says that it emits, be it with the light left out of the scene.
+    /// Whether the material of an object emits, even if its light is not part of the scene.
     pub fn emits(&self, object: u32) -> bool {
         self.kinds.get(object as usize).is_some_and(|kind| kind.emits)
     }
 
-    /// Whether an object's material lets light pass.
+    /// Whether the material of an object transmits light.
     pub fn transmits(&self, object: u32) -> bool {
         self.kinds.get(object as usize).is_some_and(|kind| kind.transmits)
     }
 
-    /// Lights that share their place.
+    /// Number of lights that coincide with a surface other than their own.
     pub fn light_count(&self) -> usize {
         self.lights.iter().filter(|shared| **shared).count()
     }
@@ -132,13 +134,13 @@ impl SharedPlaces {
     }
 }
 
-/// All boundaries of bodies are one group.
+/// Group that contains all boundaries of bodies.
 const BODIES: u32 = u32::MAX;
 
-/// Of lights with lights, at most.
+/// Maximum number of comparisons between lights.
 const COMPARISONS: usize = 1 << 26;
 
-/// Whether `light` lies wholly in the place of `cover`, which emits to wherever `light` does.
+/// Whether `light` lies completely within `cover`, which emits to every side to which `light` emits.
 fn is_covered(light: &Area, cover: &Area, origin_error: Vec3) -> bool {
     let bound = |p: DVec3| (p.abs() * f64::from(gamma(7)) + origin_error.as_dvec3()) * 2.0;
     let same_side = |n: Vec3, m: Vec3| cover.two_sided || (!light.two_sided && n.dot(m) > 0.0);
@@ -166,7 +168,7 @@ fn is_covered(light: &Area, cover: &Area, origin_error: Vec3) -> bool {
     }
 }
 
-/// Of a flat light with edges, in order.
+/// Corners of a flat polygonal light, in order.
 fn corners(shape: &AreaShape) -> Option<Vec<DVec3>> {
     match *shape {
         AreaShape::Triangle(corners) => Some(corners.map(Vec3::as_dvec3).to_vec()),
@@ -182,7 +184,7 @@ fn normal(corners: &[DVec3]) -> DVec3 {
     (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero()
 }
 
-/// Whether `q` lies on a convex polygon of unit normal `n`, within `bound` per axis.
+/// Whether `q` lies on a convex polygon with unit normal `n`, within `bound` per axis.
 fn is_on(polygon: &[DVec3], n: DVec3, q: DVec3, bound: DVec3) -> bool {
     let within = |axis: DVec3, distance: f64| distance <= axis.abs().dot(bound);
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
@@ -193,8 +195,8 @@ fn is_on(polygon: &[DVec3], n: DVec3, q: DVec3, bound: DVec3) -> bool {
     within(n, n.dot(q - polygon[0]).abs()) && edges.into_iter().all(beside)
 }
 
-/// What coordinates of the world were rounded by before they came here: files have them in f32, half an ulp of their
-/// distance from the world's origin. The part that goes with render-space coordinates is in the surfaces' own bounds.
+/// Rounding error of world coordinates in the input, in render units: files store f32, so it is half an ulp of the
+/// distance from the world's origin. The part proportional to render-space coordinates is in the surfaces' own bounds.
 fn origin_error(space: &Space) -> Vec3 {
     ((space.centre.abs() * space.scale) * f64::from(UNIT_ROUNDOFF)).as_vec3()
 }

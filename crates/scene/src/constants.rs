@@ -1,12 +1,12 @@
-//! Textures of one colour become factors, and textures that no material asks for are let go.
+//! Folding of constant textures into material factors, and removal of unused textures.
 
 use crate::TexturedMaterial;
 use crate::slots::SLOTS;
 use dapple_imaging::Texture;
 use glam::Vec4;
 
-/// Folds constant textures into the factors of `materials` and drops what is then unused; returns how many were folded.
-/// Normal maps stay: a constant one still tilts the normal.
+/// Folds constant textures into the factors of `materials` and removes textures that are then unused; returns the
+/// number folded. Normal maps are kept, as a constant one still tilts the normal.
 pub(crate) fn fold(materials: &mut [TexturedMaterial], textures: &mut Vec<Texture>) -> usize {
     let constants: Vec<Option<Vec4>> = textures.iter().map(Texture::constant).collect();
     materials.iter_mut().for_each(|m| fold_one(m, &constants));

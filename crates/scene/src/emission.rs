@@ -1,11 +1,12 @@
-//! Which surfaces emit, and how much.
+//! Area lights: emitting surfaces and their radiance.
 //!
-//! Radiance = emissiveFactor × strength × texture, from the front side, from both if double-sided. Every emitting
-//! triangle, sphere and disk is an area light of its own; two neighbouring triangles that make up a parallelogram of
-//! constant radiance are one quad. The light carries the mean radiance of its surface, by which it is chosen; what a
-//! sampled point really sends is looked up there (`Scene::light_radiance`). Whatever emits anywhere is a light.
+//! Radiance = emissiveFactor × strength × texture, from the front side, and from both if double-sided. Every emitting
+//! triangle, sphere and disk is a separate area light; two adjacent triangles that form a parallelogram of constant
+//! radiance are one quad. A light stores the mean radiance of its surface, from which the probability of selecting it
+//! is derived; the actual radiance of a sampled point is looked up there (`Scene::light_radiance`). Every surface that
+//! emits anywhere is a light.
 //!
-//! Shadeless (unlit) surfaces are no lights: they are seen, and light nothing.
+//! Unlit (shadeless) surfaces are not lights: they are visible, but do not illuminate other surfaces.
 use crate::emitter::Emitter;
 use crate::form::{Form, Movement};
 use crate::patterns::{Mean, Patterns};
@@ -13,22 +14,22 @@ use dapple_geometry::{Coincident, Hit};
 use dapple_lights::{Area, AreaShape, Light, Moving};
 use glam::Vec3;
 
-/// No light.
+/// Index that stands for no light.
 pub(crate) const DARK: u32 = u32::MAX;
 
-/// The area lights of a scene and the way back from a surface to them.
+/// The area lights of a scene, and the map from surfaces to them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AreaLights {
     pub lights: Vec<Light>,
     /// Object and first primitive of each light.
     pub sources: Vec<(u32, u32)>,
-    /// Per object: where its primitives start in `of_primitive`; `DARK` for objects that emit nothing.
+    /// Per object: index of its first primitive in `of_primitive`; `DARK` for objects that emit nothing.
     starts: Vec<u32>,
     of_primitive: Vec<u32>,
 }
 
 impl AreaLights {
-    /// Adds the lights of the next object (objects come in order); `object` is its index.
+    /// Adds the lights of the next object, whose index is `object`; objects must be added in order.
     pub fn add(
         &mut self,
         patterns: &mut Patterns<'_>,
@@ -54,14 +55,14 @@ impl AreaLights {
         self.starts.push(if dark { DARK } else { start });
     }
 
-    /// The light a surface point belongs to.
+    /// The light to which the hit surface belongs.
     pub fn of(&self, hit: &Hit) -> Option<u32> {
         let start = self.starts[hit.object as usize];
         let light = if start == DARK { DARK } else { self.of_primitive[(start + hit.primitive) as usize] };
         (light != DARK).then_some(light)
     }
 
-    /// Takes lights out of the list; their surfaces are none of a light from then on.
+    /// Removes lights from the list; their surfaces then belong to no light.
     pub fn remove(&mut self, is_removed: &[bool]) {
         let kept = |i: u32| !is_removed.get(i as usize).copied().unwrap_or(false);
         let mut next = 0;
@@ -80,7 +81,7 @@ impl AreaLights {
         }
     }
 
-    /// Whether a light's surface is among those that share a place with another one.
+    /// Whether a light's surface is among the coincident ones.
     pub fn is_on(&self, light: u32, surfaces: &Coincident) -> bool {
         let Some(&(object, first)) = self.sources.get(light as usize) else { return false };
         let start = self.starts[object as usize];
@@ -90,7 +91,7 @@ impl AreaLights {
         (first..).take_while(own).any(|primitive| surfaces.contains(object, primitive))
     }
 
-    /// First light of an object, `DARK` without any.
+    /// First light of an object; `DARK` if it has none.
     pub fn first(&self, object: u32, primitives: usize) -> u32 {
         match self.starts[object as usize] {
             DARK => DARK,
@@ -154,7 +155,7 @@ impl AreaLights {
     }
 }
 
-/// An object that emits.
+/// An emitting object.
 struct Source<'a> {
     emitter: &'a Emitter<'a>,
     object: u32,
@@ -163,7 +164,7 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// In the object's own space if it moves.
+    /// Corners of a triangle, in the object's own space if it moves.
     fn corners(&self, primitive: u32) -> [Vec3; 3] {
         match self.movement {
             None => self.emitter.accel.corners(self.object, primitive),
@@ -172,12 +173,12 @@ impl Source<'_> {
     }
 }
 
-/// The parallelogram that two triangles of the same front side make up across a shared edge. The corners may miss it
-/// by their own rounding, no more.
+/// The parallelogram formed by two triangles with a shared edge and the same front side. The corners may deviate from
+/// it by their own rounding only.
 fn parallelogram(a: [Vec3; 3], b: [Vec3; 3]) -> Option<AreaShape> {
     for i in 0..3 {
         let (corner, next, before) = (a[i], a[(i + 1) % 3], a[(i + 2) % 3]);
-        // `next`–`before` is the candidate for the shared edge; b has it in the opposite sense.
+        // `next`–`before` is the candidate for the shared edge, which `b` has in the opposite direction.
         for j in 0..3 {
             if b[j] == before && b[(j + 1) % 3] == next {
                 let (e1, e2) = (next - corner, before - corner);
@@ -195,14 +196,15 @@ fn parallelogram(a: [Vec3; 3], b: [Vec3; 3]) -> Option<AreaShape> {
     None
 }
 
-/// Whether a parallelogram passes through its far corner within the error bound of points sampled on it, which are
-/// rounded by half an ulp: else the surface would stand before its own light. `miss`: from its own far corner to that of
-/// the surface; the corners in no matter which order, the first one and its neighbours before the far one.
+/// Whether the plane of a parallelogram passes through the surface's far corner within the error bound of points
+/// sampled on it, which are rounded by half an ulp; otherwise the surface would occlude its own light. `miss` is the
+/// vector from the far corner of the parallelogram to that of the surface. The far corner is the last one; `next` and
+/// `before` are interchangeable.
 fn is_flat(miss: Vec3, [corner, next, before, far]: [Vec3; 4]) -> bool {
     let n = (next - corner).as_dvec3().cross((before - corner).as_dvec3()).normalize_or_zero();
     let low = corner.min(next).min(before).min(far);
     let high = corner.max(next).max(before).max(far);
-    // The least coordinate per axis, 0 where the surface reaches to both sides.
+    // The smallest absolute coordinate per axis, 0 if the surface extends to both sides.
     let least = low.max(-high).max(Vec3::ZERO);
     let edges = (next - corner).abs() + (before - corner).abs();
     let bound = (least * 0.5 + edges) * f32::EPSILON;
@@ -226,7 +228,7 @@ mod tests {
         }
     }
 
-    /// Coordinates along the normal are near 0, where points of a quad have small error bounds.
+    /// The coordinates along the normal are near 0, where points of a quad have small error bounds.
     #[test]
     fn a_square_that_rounding_bends_out_of_its_plane_is_two_triangles() {
         let square = |far: f32| {

@@ -1,10 +1,10 @@
-//! How much does a material emit at a place of its surface?
+//! Evaluation of the emission of a material on a surface.
 use crate::{AlphaMode, TextureUse, TexturedMaterial};
 use dapple_geometry::{Accel, Hit};
 use dapple_imaging::Texture;
 use glam::{DVec3, Vec2, Vec3};
 
-/// What the emission of an object depends on.
+/// Data on which the emission of an object depends.
 #[derive(Clone, Copy)]
 pub(crate) struct Emitter<'a> {
     pub accel: &'a Accel,
@@ -13,20 +13,22 @@ pub(crate) struct Emitter<'a> {
 }
 
 impl Emitter<'_> {
-    /// Radiance × opacity is the same everywhere on the surface.
+    /// Whether radiance × opacity is constant over the surface.
     pub fn is_constant(&self) -> bool {
         let m = self.material;
         m.emissive_texture.is_none() && m.alpha_mode == AlphaMode::Opaque
     }
 
-    /// Mean radiance × opacity at a place: what a ray that is not stopped by the surface's own holes meets.
+    /// Radiance × opacity at a point: the expected radiance along a ray, as the surface is absent with probability
+    /// 1 − opacity.
     pub fn radiance(&self, hit: &Hit) -> Vec3 {
         self.material.radiance(self.accel, self.textures, hit)
             * self.material.opacity(self.accel, self.textures, hit)
     }
 
-    /// Mean over a sphere or disk at points that are even in area, as many as texels up to a million (*approximation* for
-    /// finer textures: as for triangles). Where nothing is met the light stays, as dim as can be.
+    /// Mean over a sphere or disk at points of uniform area density, as many as there are texels up to a million
+    /// (*approximation* for finer textures, as for triangles). If all points are black the light is kept, with the
+    /// smallest positive radiance.
     pub fn mean_of_shape(&self, object: u32) -> Vec3 {
         if self.is_constant() {
             return self.material.emission;

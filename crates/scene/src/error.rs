@@ -1,8 +1,8 @@
-//! What can be wrong with a scene. Every message is one line that names the file (or the scene built in code), the
-//! thing in it, and what to do.
+//! Errors and warnings about scenes. Every message is one line that names the file (or the scene built in code), the
+//! object in it, and the remedy.
 use std::path::PathBuf;
 
-/// Why there is no scene.
+/// The reason why a scene cannot be read or built.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// The file, or a file it refers to, cannot be read.
@@ -10,30 +10,30 @@ pub enum SceneError {
     Io {
         /// The scene's file.
         file: PathBuf,
-        /// What was being read.
+        /// The item that was being read.
         what: String,
-        /// The system's answer.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// Not glTF, or cut short.
+    /// The file is not glTF, or it is truncated.
     #[error("{}: not a readable glTF 2.0 file: {what}", file.display())]
     Malformed {
         /// The scene's file.
         file: PathBuf,
-        /// What is wrong.
+        /// The problem.
         what: String,
     },
-    /// Something in the file contradicts itself or the format.
+    /// Something in the file is inconsistent or violates the format.
     #[error("{file}: {place}: {what}")]
     Invalid {
-        /// File or scene name.
+        /// Name of the file or the scene.
         file: String,
-        /// The thing that is wrong, by kind, index and name.
+        /// The object at fault, by kind, index and name.
         place: String,
-        /// What is wrong with it.
+        /// The problem with it.
         what: String,
     },
-    /// The file cannot be shown as meant without an extension that dapple does not have.
+    /// The file requires an extension that dapple does not support.
     #[error(
         "{}: needs the glTF extension {}, which dapple does not support; export the scene without it",
         file.display(),
@@ -45,7 +45,7 @@ pub enum SceneError {
         /// The extension's name.
         extension: String,
     },
-    /// A scene, variant or animation that was asked for and is not there.
+    /// The requested scene, variant or animation does not exist.
     #[error(
         "{}: --{kind} {}: there is no such {kind}; the file has {}",
         file.display(),
@@ -55,41 +55,41 @@ pub enum SceneError {
     Choice {
         /// The scene's file.
         file: PathBuf,
-        /// What was to be chosen: "scene", "variant" or "animation".
+        /// The kind of item that was requested: "scene", "variant" or "animation".
         kind: String,
-        /// The name or index asked for.
+        /// The requested name or index.
         wanted: String,
-        /// What there is, with index and name; empty if there is nothing.
+        /// The items that exist, with index and name; empty if there are none.
         there: String,
     },
-    /// A reference that leaves the scene's folder.
+    /// A reference leads out of the scene's folder.
     #[error("{}: {place} refers to '{}': {what}", file.display(), quoted(uri))]
     Path {
         /// The scene's file.
         file: PathBuf,
-        /// What refers.
+        /// The object that contains the reference.
         place: String,
-        /// Where to.
+        /// The target of the reference.
         uri: String,
-        /// Why not.
+        /// The reason why it is not followed.
         what: String,
     },
-    /// More memory than there is, or than suits the size of the file.
+    /// The scene needs more memory than is available, or than is plausible for the size of the file.
     #[error("{}: {place} {overrun}", file.display())]
     Memory {
         /// The scene's file.
         file: PathBuf,
-        /// What takes it.
+        /// The object that needs the memory.
         place: String,
-        /// What is needed and what there is.
+        /// The required and the available memory.
         overrun: dapple_imaging::memory::Overrun,
     },
-    /// A texture that cannot be decoded.
+    /// A texture cannot be decoded.
     #[error("{}: {source}", file.display())]
     Image {
         /// The scene's file.
         file: PathBuf,
-        /// The decoder's answer, which names the image.
+        /// The error of the decoder, which names the image.
         source: dapple_imaging::ImageError,
     },
 }
@@ -100,10 +100,10 @@ impl SceneError {
     }
 }
 
-/// Most characters of a value that a message repeats.
+/// Maximum number of characters of a value that a message quotes.
 pub const MOST: usize = 80;
 
-/// A value of the file as messages quote it: its first 80 characters, without control characters.
+/// Formats a value of the file for a message: its first 80 characters, without control characters.
 pub fn quoted(value: &str) -> String {
     let mut shown: String =
         value.chars().take(16 * MOST).filter(|c| !c.is_control()).take(MOST + 1).collect();
@@ -114,8 +114,8 @@ pub fn quoted(value: &str) -> String {
     shown
 }
 
-/// A message with each value that it quotes, in '…', "…" or `…`, cut as by [`quoted`]: for the words of other libraries,
-/// which repeat values whole.
+/// Truncates each value that a message quotes in '…', "…" or `…` as [`quoted`] does. Used for messages of other
+/// libraries, which quote values in full.
 pub fn shortened(message: &str) -> String {
     let (mut shown, mut rest) = (String::new(), message);
     while let Some((start, mark)) = opening(rest, shown.chars().next_back()) {
@@ -125,7 +125,7 @@ pub fn shortened(message: &str) -> String {
         if let Some(end) = closing(inner, mark) {
             let (value, after) = inner.split_at(end);
             shown.push_str(&if value.chars().count() > MOST { quoted(value) } else { value.into() });
-            // The closing mark goes with the value: it opens nothing.
+            // The closing mark belongs to the value and does not open another quotation.
             shown.push(mark);
             rest = &after[1..];
         }
@@ -133,7 +133,7 @@ pub fn shortened(message: &str) -> String {
     shown + rest
 }
 
-/// The first mark that opens a quotation. An apostrophe after a letter or digit opens none.
+/// The first mark that opens a quotation. An apostrophe after a letter or digit does not.
 fn opening(text: &str, mut before: Option<char>) -> Option<(usize, char)> {
     for (at, c) in text.char_indices() {
         let in_word = before.is_some_and(char::is_alphanumeric);
@@ -145,8 +145,8 @@ fn opening(text: &str, mut before: Option<char>) -> Option<(usize, char)> {
     None
 }
 
-/// Where the quotation ends: at the mark that opened it, unless a backslash stands before it or, for an apostrophe, a
-/// letter or digit behind it.
+/// Position at which the quotation ends: the next occurrence of its opening mark that is not preceded by a backslash
+/// and, for an apostrophe, not followed by a letter or digit.
 fn closing(text: &str, mark: char) -> Option<usize> {
     let mut escaped = false;
     for (at, c) in text.char_indices() {
@@ -159,7 +159,7 @@ fn closing(text: &str, mark: char) -> Option<usize> {
     None
 }
 
-/// Something that will look different from what the file says; rendering goes on.
+/// A difference between the file and what is rendered; rendering continues.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning(pub String);
 

@@ -1,26 +1,26 @@
-//! When is the picture taken, and where do things on a chain of nodes stand then?
+//! The exposure of the image: time and shutter, and the placement of moving objects within it.
 use crate::{Placement, Space};
 use dapple_camera::Shutter;
 use dapple_math::Motion;
 use dapple_math::motion::Chain;
 use std::sync::Arc;
 
-/// When the picture is taken.
+/// Time interval in which the image is exposed.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Exposure {
-    /// Seconds of the animation.
+    /// Time of the animation in seconds.
     pub at: f64,
-    /// Counted from `at`.
+    /// Opening and closing time relative to `at`.
     pub shutter: Shutter,
 }
 
 impl Exposure {
-    /// Motion along a chain, in seconds from the opening.
+    /// Motion of a chain in render space; its time counts in seconds from the opening of the shutter.
     pub fn motion(&self, chain: &Chain, space: &Space) -> Arc<Motion> {
         chain.motion(space.to_render_affine(), self.at + self.shutter.open)
     }
 
-    /// Where the end of a chain stands in the world when the shutter opens.
+    /// World placement of the end of a chain when the shutter opens.
     pub fn placement(&self, chain: &Chain) -> Placement {
         self.motion(chain, &Space::IDENTITY).at(0.0).into()
     }

@@ -1,22 +1,21 @@
-//! Between which values does a texture stay in a part of its plane? Least and greatest values of blocks of texels, in
-//! levels of doubling size.
+//! Bounds of a texture over regions of its plane: minimum and maximum of blocks of texels, in levels of doubling size.
 use crate::TextureUse;
 use dapple_imaging::Texture;
 use dapple_imaging::texture::{Interpolation, Wrap};
 use glam::{DVec2, Vec4};
 use std::ops::RangeInclusive;
 
-/// One number per texel, with its extremes over blocks.
+/// A scalar function of the texels, with its minimum and maximum over blocks.
 #[derive(Debug)]
 pub(crate) struct Extremes<'a> {
     texture: &'a Texture,
-    /// What of a texel counts.
+    /// The scalar of a texel.
     value: Value,
-    /// Of blocks of 2, 4, 8… texels a side, up to one block.
+    /// Levels with blocks of 2, 4, 8… texels per side, up to a single block.
     levels: Vec<Level>,
 }
 
-/// Weights of the channels: their sum counts.
+/// Weights of the channels; the scalar is the weighted sum.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Value(pub Vec4);
 
@@ -68,8 +67,8 @@ impl<'a> Extremes<'a> {
         blocks[y * width + x]
     }
 
-    /// Least and greatest value of lookups at `low`…`high` (in texels, not wrapped), rounding included: of a box of at
-    /// least that size.
+    /// Bounds of the lookups in the box `low`…`high` (in texels, not wrapped), including rounding. The box may be
+    /// enlarged.
     pub fn within(&self, low: DVec2, high: DVec2) -> (f32, f32) {
         let (sampler, (w, h)) = (self.texture.sampler(), self.texture.size());
         let linear = sampler.interpolation == Interpolation::Linear;
@@ -84,7 +83,7 @@ impl<'a> Extremes<'a> {
         all
     }
 
-    /// At the level at which the range is a few blocks wide.
+    /// Bounds of a range of texels, from the level at which it is a few blocks wide.
     fn block(&self, columns: &RangeInclusive<usize>, rows: &RangeInclusive<usize>) -> (f32, f32) {
         let widest = (columns.end() - columns.start()).max(rows.end() - rows.start());
         let level = (usize::BITS - (widest / 3).leading_zeros()).min(self.levels.len() as u32);
@@ -98,13 +97,13 @@ impl<'a> Extremes<'a> {
     }
 }
 
-/// Texels of `n` that lookups between two coordinates (in texels) touch: up to two ranges.
+/// Indices of the texels, of `n`, that lookups between two coordinates (in texels) access: up to two ranges.
 fn indices(wrap: Wrap, linear: bool, low: f64, high: f64, n: usize) -> [Option<RangeInclusive<usize>>; 2] {
     let whole = [Some(0..=n - 1), None];
-    // What f32 can move a coordinate by on its way to a texel.
+    // Bound of the f32 rounding error of a coordinate.
     let rounding = (low.abs().max(high.abs()) + n as f64) * (4.0 * f64::from(f32::EPSILON));
     let (low, high) = (low - rounding, high + rounding);
-    // Also for what is not a number.
+    // Also true for NaN.
     if !(high - low < n as f64 && rounding < n as f64) {
         return whole;
     }
@@ -132,7 +131,7 @@ fn indices(wrap: Wrap, linear: bool, low: f64, high: f64, n: usize) -> [Option<R
                 (if i < size { i } else { 2 * size - 1 - i }) as usize
             };
             let (a, b) = (fold(first), fold(last));
-            // A fold on the way is an end of the range.
+            // If the range contains a fold, it ends there.
             let turns = first.div_euclid(size) != last.div_euclid(size);
             let at_end = first.div_euclid(size).rem_euclid(2) == 0;
             match turns {
@@ -145,7 +144,7 @@ fn indices(wrap: Wrap, linear: bool, low: f64, high: f64, n: usize) -> [Option<R
     }
 }
 
-/// Corners of a triangle in texels of the texture, as `of` looks it up; `uvs` of its uv set.
+/// Texture coordinates of a triangle's corners in texels, transformed as `of` requires; `uvs` are those of its uv set.
 pub(crate) fn in_texels(of: &TextureUse, texture: &Texture, uvs: [glam::Vec2; 3]) -> [DVec2; 3] {
     let (w, h) = texture.size();
     uvs.map(|uv| of.apply(uv).as_dvec2() * DVec2::new(w as f64, h as f64))
@@ -157,7 +156,8 @@ mod tests {
     use dapple_imaging::{Sampler, read::Rgba8, texture::Encoding};
     use glam::Vec2;
 
-    /// No lookup leaves its bounds, and bounds of what is even are tight: every wrap and filter, inside and far outside.
+    /// All lookups are within the bounds, and bounds of constant regions are tight, for every wrap mode and filter,
+    /// inside and far outside the texture.
     #[test]
     fn lookups_stay_within() {
         let (width, height) = (13, 6);

@@ -1,9 +1,9 @@
-//! What an object looks like to a light, and how it moves.
+//! Shape of an object for light creation, and its motion.
 use dapple_math::Motion;
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
-/// What an object looks like to a light.
+/// Shape of an object as required to create its lights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Form {
     Triangles(usize),
@@ -11,25 +11,25 @@ pub(crate) enum Form {
     Disk { centre: Vec3, normal: Vec3, radius: f32 },
 }
 
-/// How an object moves while the shutter is open; its form is then given in its own space.
+/// Motion of an object while the shutter is open; its form is then given in its own space.
 #[derive(Clone, Debug)]
 pub(crate) struct Movement {
     pub motion: Arc<Motion>,
-    /// How long the shutter is open.
+    /// Exposure time in seconds.
     pub seconds: f32,
-    /// Box that the object stays in meanwhile.
+    /// Render-space bounding box of the object over the whole exposure.
     pub whole: (DVec3, DVec3),
-    /// A round shape is round all the way; true for triangles.
+    /// Whether a sphere or disk remains one at all times; true for triangles.
     pub stays_round: bool,
 }
 
 impl Form {
-    /// How many triangles; None for a shape.
+    /// Number of triangles; None for a sphere or disk.
     pub fn triangles(&self) -> Option<usize> {
         if let Self::Triangles(count) = self { Some(*count) } else { None }
     }
 
-    /// How many values `Hit::primitive` can take.
+    /// Number of values of `Hit::primitive`.
     pub fn primitives(&self) -> usize {
         self.triangles().unwrap_or(1)
     }

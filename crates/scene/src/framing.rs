@@ -1,25 +1,25 @@
-//! A camera for scenes that have none: looks from the front, a little from the right and above, just far enough away to
-//! see everything. Where that would show the scene's back (a room without a front wall, seen through its side wall), it
-//! looks straight from the front.
+//! Default camera for scenes that have none. It views the scene from the front, slightly from the right and above, at
+//! the smallest distance from which everything is visible. If this shows more back faces than a view straight from the
+//! front (a room without a front wall, seen through its side wall), it views straight from the front.
 use crate::builder::CameraPose;
 use dapple_camera::Projection;
 use dapple_geometry::{Accel, Opaque};
 use dapple_math::Ray;
 use glam::{DAffine3, DMat3, DVec3};
 
-/// tan of half the vertical field of view: 40° in all.
+/// Tangent of half the vertical field of view, which is 40°.
 const TAN_HALF: f64 = 0.363_970_234_266_202_4;
-/// From the scene to the camera, the first that shows the fewest backs.
+/// Directions from the scene to the camera; the first one with the fewest visible back faces is used.
 const TOWARDS: [DVec3; 2] = [DVec3::new(0.55, 0.4, 1.0), DVec3::Z];
-/// Room around the scene.
+/// Margin around the scene, as a factor.
 const MARGIN: f64 = 1.05;
-/// Steps in which the picture is centred; each is exact once it has found the two outermost points.
+/// Number of iterations that centre the image; an iteration is exact once the two outermost points are known.
 const CENTRING: usize = 6;
-/// Rays along each side that look for backs.
+/// Number of rays per side of the grid that counts back faces.
 const GRID: i32 = 32;
 
-/// A view of the world whose square middle holds all of it. `triangles` counts those of each object; where one is a
-/// shape it is None, and the world's box is framed.
+/// A view whose central square contains the whole scene. `triangles` holds the triangle count of each object; it is
+/// None if any object is a sphere or disk, and the scene's bounding box is framed instead.
 pub(crate) fn frame(accel: &Accel, triangles: Option<Vec<usize>>) -> CameraPose {
     let points = match triangles {
         Some(counts) => corners(accel, &counts),
@@ -42,8 +42,9 @@ fn box_corners(accel: &Accel) -> Vec<DVec3> {
     (0..8).map(|c| DVec3::new(pick(c, 0).x.into(), pick(c, 1).y.into(), pick(c, 2).z.into())).collect()
 }
 
-/// The nearest place that sees all points when looking along −`towards`. A point with coordinates (x, y, z) along the
-/// camera's axes is seen from c when |x − cx| ≤ (cz − z) tan, and so for y: four half-spaces that c must lie in.
+/// The nearest camera position from which all points are visible when looking along −`towards`. A point with
+/// coordinates (x, y, z) along the camera's axes is visible from c if |x − cx| ≤ (cz − z) tan, and likewise for y: c
+/// must lie in the intersection of four half-spaces.
 fn fit(towards: DVec3, points: &[DVec3]) -> CameraPose {
     let backward = towards * (1.0 / towards.length());
     let right = DVec3::Y.cross(backward);
@@ -54,7 +55,7 @@ fn fit(towards: DVec3, points: &[DVec3]) -> CameraPose {
     let side = |axis: DVec3| (farthest(axis + backward * tan), farthest(backward * tan - axis));
     let ((r, l), (t, b)) = (side(right), side(up));
     let needed = ((r + l) * 0.5).max((t + b) * 0.5) / tan;
-    // A single point is seen from anywhere but itself.
+    // A single point is visible from any other point.
     let distance = if needed > farthest(backward) { needed } else { farthest(backward) + 1.0 };
     let axes = DMat3::from_cols(right, up, backward);
     let middle = |axis: DVec3, at: f64| {
@@ -70,8 +71,8 @@ fn fit(towards: DVec3, points: &[DVec3]) -> CameraPose {
     }
 }
 
-/// Where the camera has to be, along an axis of the picture, for the two points that lie farthest out when it is `at` to
-/// lie equally far out. `seen` are their places along this axis and their depths.
+/// Camera position along an axis of the image at which the two outermost points, as seen from `at`, are equally far
+/// from the centre. `seen` holds the positions of all points along this axis, and their depths.
 fn centred(seen: impl Iterator<Item = (f64, f64)>, at: f64) -> f64 {
     let tangent = |&(x, depth): &(f64, f64)| (x - at) / depth;
     let start = ((f64::NEG_INFINITY, at, 1.0), (f64::INFINITY, at, 1.0));
@@ -82,7 +83,7 @@ fn centred(seen: impl Iterator<Item = (f64, f64)>, at: f64) -> f64 {
     (high * e + low * d) / (d + e)
 }
 
-/// How many rays of a grid over the square middle see the back of what they hit.
+/// Number of rays, of a grid over the central square, that hit a back face.
 fn backs(accel: &Accel, pose: &CameraPose) -> usize {
     let at = |i: i32| (f64::from(2 * i + 1) / f64::from(GRID) - 1.0) * TAN_HALF;
     let directions = (0..GRID).flat_map(|y| (0..GRID).map(move |x| DVec3::new(at(x), at(y), -1.0)));
@@ -101,13 +102,14 @@ mod tests {
     use dapple_geometry::{AccelBuilder, Mesh, shapes::Sphere};
     use glam::Vec3;
 
-    /// How far out a point lies in the picture, 1 at the edge of the square middle; infinite behind the camera.
+    /// Distance of a point from the centre of the image, 1 at the edge of the central square; infinite behind the
+    /// camera.
     fn outwards(pose: &CameraPose, p: Vec3) -> f64 {
         let q = pose.transform.inverse().transform_point3(p.as_dvec3());
         if q.z < 0.0 { q.x.abs().max(q.y.abs()) / (-q.z * TAN_HALF) } else { f64::INFINITY }
     }
 
-    /// Quads of four corners each, front where they run counter-clockwise.
+    /// Quads of four corners each; the front side is where they are counter-clockwise.
     fn accel(quads: &[[Vec3; 4]]) -> (Accel, Option<Vec<usize>>) {
         let triangles = (0..quads.len() as u32)
             .flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]);

@@ -1,8 +1,8 @@
-//! One checked picture: geometry, materials, lights and cameras, read from glTF or built in code.
+//! Validated scenes: geometry, materials, lights and cameras, read from glTF or built in code.
 //!
-//! A [`SceneBuilder`] takes things in world space (f64, the file's units, metres in glTF); [`SceneBuilder::build`]
-//! checks them, moves them to render space ([`space`]) and gives a [`Scene`], which is all a tracer reads. Nothing
-//! here draws a random number or knows how light is transported.
+//! A [`SceneBuilder`] takes objects in world space (f64, the file's units, metres in glTF); [`SceneBuilder::build`]
+//! validates them, transforms them to render space ([`space`]) and returns a [`Scene`], which is everything a ray
+//! tracer reads. This crate draws no random numbers and has no knowledge of light transport.
 #![forbid(unsafe_code)]
 mod attributes;
 mod bake;

@@ -1,28 +1,28 @@
-//! In which unit a file gives its punctual lights.
+//! Units of the intensities of punctual lights.
 //!
-//! KHR_lights_punctual says candela and lux. A renderer without wavelengths needs W/sr and W/m², and takes the numbers as
-//! these; but exporters that start from watts multiply them by the luminous efficacy of green light, 683 lm/W, and their
-//! lamps then are 683 times as bright as they were where they were made. Which exporters do so is known of those in
-//! [`PHOTOMETRIC`].
+//! KHR_lights_punctual specifies candela and lux. A renderer without wavelengths needs W/sr and W/m², and interprets
+//! the numbers as these. Exporters that convert from watts multiply by the luminous efficacy of green light, 683 lm/W;
+//! without a correction their lights are 683 times as bright as in the exporting program. Exporters that are known to
+//! do so are in [`PHOTOMETRIC`].
 use std::{fmt, str::FromStr};
 
 /// Luminous efficacy of monochromatic light of 540 THz, in lm/W: the constant that defines the candela.
 pub const LUMENS_PER_WATT: f32 = 683.0;
 
-/// Generators whose punctual lights are photometric, as `asset.generator` names them before the version, and the first such
-/// version.
+/// Generators that write photometric intensities: the part of `asset.generator` before the version, and the first
+/// version that does.
 ///
-/// Blender's exporter has done so by default (lighting mode *Standard*) since 3.4.39, point and spot lights as
-/// W · 683 / 4π, suns as W/m² · 683 [Khronos 2022]. Which of its three modes was used the file does not say.
+/// Blender's exporter has done so by default (lighting mode *Standard*) since 3.4.39: point and spot lights as
+/// W · 683 / 4π, suns as W/m² · 683 [Khronos 2022]. The file does not record which of its three modes was used.
 pub const PHOTOMETRIC: [(&str, [u32; 3]); 1] = [("Khronos glTF Blender I/O v", [3, 4, 39])];
 
-/// What intensities of a file's point, spot and directional lights are taken as.
+/// Interpretation of the intensities of a file's point, spot and directional lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightUnit {
-    /// Photometric if the generator is known to write that, else radiometric.
+    /// Photometric if the generator is known to write photometric intensities, else radiometric.
     #[default]
     Auto,
-    /// As they are: 1 cd is 1 W/sr, 1 lx is 1 W/m².
+    /// Unchanged: 1 cd is 1 W/sr, 1 lx is 1 W/m².
     Radiometric,
     /// Divided by 683 lm/W.
     Photometric,
@@ -47,24 +47,24 @@ impl fmt::Display for LightUnit {
     }
 }
 
-/// The unit that was settled on.
+/// The unit in use, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TakenUnit {
-    /// Intensities are divided by [`LUMENS_PER_WATT`].
+    /// Whether intensities are divided by [`LUMENS_PER_WATT`].
     pub is_photometric: bool,
-    /// Why, as a clause.
+    /// The reason, as a clause.
     pub why: String,
 }
 
 impl TakenUnit {
-    /// What `asked` means for a file by `generator`.
+    /// The unit for a file written by `generator`, given the option `asked`.
     pub fn new(asked: LightUnit, generator: Option<&str>) -> Self {
         let known = generator.is_some_and(is_photometric);
         let named = generator.map(|g| format!("the generator '{}'", crate::error::quoted(g)));
         let why = match (asked, named) {
             (LightUnit::Radiometric | LightUnit::Photometric, _) => format!("as --light-unit {asked} says"),
             (LightUnit::Auto, Some(named)) if known => {
-                format!("{named} makes 683 lm of each watt by default")
+                format!("{named} writes 683 lm per watt by default")
             }
             (LightUnit::Auto, Some(named)) => format!("{named} is not known to write lumens"),
             (LightUnit::Auto, None) => "the file names no generator".into(),
@@ -73,13 +73,13 @@ impl TakenUnit {
         Self { is_photometric, why }
     }
 
-    /// Its name.
+    /// The unit, never [`LightUnit::Auto`].
     pub fn unit(&self) -> LightUnit {
         if self.is_photometric { LightUnit::Photometric } else { LightUnit::Radiometric }
     }
 }
 
-/// Whether the table has the generator, in this version or an earlier one.
+/// Whether the table contains the generator with the same version or an earlier one.
 fn is_photometric(generator: &str) -> bool {
     let since = |(name, first): &(&str, [u32; 3])| {
         generator.strip_prefix(name).and_then(version).is_some_and(|version| version >= *first)
@@ -87,7 +87,7 @@ fn is_photometric(generator: &str) -> bool {
     PHOTOMETRIC.iter().any(since)
 }
 
-/// `4.2.60`, whatever comes after it; numbers that are not there are 0.
+/// Parses a version such as `4.2.60`, ignoring trailing text; missing numbers are 0.
 fn version(text: &str) -> Option<[u32; 3]> {
     let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let mut version = [0; 3];
@@ -125,7 +125,7 @@ mod tests {
         assert_eq!(of(LightUnit::Radiometric, blender).unit(), LightUnit::Radiometric);
         assert_eq!(of(LightUnit::Photometric, None).unit(), LightUnit::Photometric);
         assert!(of(LightUnit::Photometric, None).why.contains("--light-unit photometric"));
-        assert!(of(LightUnit::Auto, blender).why.contains("I/O v4.2.0' makes 683 lm"));
+        assert!(of(LightUnit::Auto, blender).why.contains("I/O v4.2.0' writes 683 lm"));
         assert!(of(LightUnit::Auto, Some("x")).why.contains("'x' is not known"));
         assert!(of(LightUnit::Auto, None).why.contains("no generator"));
     }

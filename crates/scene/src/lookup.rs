@@ -1,4 +1,4 @@
-//! Values of a material at a hit: factors times textures and vertex colours.
+//! Evaluation of a material at a hit: factors times textures and vertex colours.
 use crate::slots::{Factors, SLOTS};
 use crate::{AlphaMode, TextureUse, TexturedMaterial};
 use dapple_geometry::{Accel, Hit};
@@ -24,7 +24,7 @@ impl TexturedMaterial {
     pub(crate) fn at(&self, accel: &Accel, textures: &[Texture], hit: &Hit) -> Material {
         let base = self.untextured(accel, hit);
         let mut factors = Factors { base, alpha: self.alpha, emission: self.emission };
-        // Straight code, where a loop would call through the table at every hit.
+        // Unrolled: a loop would make indirect calls through the table at every hit.
         const { assert!(SLOTS.len() == 7, "one line for each row") };
         let place = (accel, textures, hit);
         self.scale::<0>(&mut factors, place);
@@ -37,7 +37,7 @@ impl TexturedMaterial {
         factors.base
     }
 
-    /// Multiplies the factors by the texture of a row, if reflection or transmission depends on it.
+    /// Multiplies the factors by the texture of a row if it affects reflection or transmission.
     #[inline(always)]
     fn scale<const ROW: usize>(
         &self,
@@ -56,7 +56,7 @@ impl TexturedMaterial {
         used(&self.base_color_texture).map_or(factor, |t| factor * t.lookup(accel, textures, hit))
     }
 
-    /// Fraction of the surface that is there, in [0, 1].
+    /// Opacity of the surface, in [0, 1].
     pub(crate) fn opacity(&self, accel: &Accel, textures: &[Texture], hit: &Hit) -> f32 {
         let alpha = || self.base_color(accel, textures, hit).w;
         match self.alpha_mode {
@@ -66,7 +66,7 @@ impl TexturedMaterial {
         }
     }
 
-    /// Radiance sent from an emitting side: factor × texture (unlit: the base colour).
+    /// Radiance emitted from an emitting side: factor × texture (unlit: the base colour).
     pub(crate) fn radiance(&self, accel: &Accel, textures: &[Texture], hit: &Hit) -> Vec3 {
         if self.unlit {
             return self.base_color(accel, textures, hit).truncate();
@@ -79,7 +79,7 @@ impl TexturedMaterial {
         }
     }
 
-    /// The tangent-space normal at a hit, unit, or None where there is no map or it says nothing usable.
+    /// The unit tangent-space normal at a hit; None if there is no normal map or its texel is degenerate.
     pub(crate) fn normal(&self, accel: &Accel, textures: &[Texture], hit: &Hit) -> Option<Vec3> {
         let texel = used(&self.normal_texture)?.lookup(accel, textures, hit).truncate();
         let n = (texel * 2.0 - 1.0) * Vec3::new(self.normal_scale, self.normal_scale, 1.0);

@@ -1,84 +1,87 @@
 //! Materials with textures.
 //!
-//! A value is its factor times its texture; a base colour is multiplied by the vertex colour COLOR_0 as well.
+//! Each parameter is the product of its factor and its texture; the base colour is also multiplied by the vertex colour
+//! COLOR_0.
 use dapple_materials::Material;
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
-/// What the alpha of the base colour means.
+/// Interpretation of the alpha of the base colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AlphaMode {
-    /// Nothing: the surface is solid.
+    /// Alpha is ignored: the surface is opaque.
     #[default]
     Opaque,
-    /// Solid where alpha ≥ cutoff, absent elsewhere.
+    /// The surface is opaque where alpha ≥ cutoff, and absent elsewhere.
     Mask {
-        /// Smallest alpha that counts as solid.
+        /// Smallest alpha at which the surface is opaque.
         cutoff: f32,
     },
-    /// Covers the fraction alpha of what lies behind.
+    /// The surface covers the fraction alpha of the background.
     Blend,
 }
 
-/// A texture, the uv set it uses and its KHR_texture_transform.
+/// A reference to a texture, with its uv set and KHR_texture_transform.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureUse {
     /// Index into the scene's textures.
     pub texture: u32,
-    /// TEXCOORD_0 or TEXCOORD_1.
+    /// Index of the uv set: 0 (TEXCOORD_0) or 1 (TEXCOORD_1).
     pub uv_set: u32,
-    /// Applied to uv before the lookup; None is the identity.
+    /// Transform applied to uv before the lookup; None is the identity.
     pub transform: Option<Affine2>,
 }
 
 impl TextureUse {
-    /// The whole texture by the first uv set.
+    /// A reference by the first uv set without a transform.
     pub fn new(texture: u32) -> Self {
         Self { texture, uv_set: 0, transform: None }
     }
 
-    /// uv as the texture sees it.
+    /// Applies the transform to uv.
     pub fn apply(&self, uv: Vec2) -> Vec2 {
         self.transform.map_or(uv, |t| t.matrix2 * uv + t.translation)
     }
 }
 
-/// Factors (in `base`) times textures: everything a glTF material says that dapple honours.
+/// A material with factors and textures: all supported properties of a glTF material.
 #[derive(Clone, Debug)]
 pub struct TexturedMaterial {
-    /// For reports and AOVs.
+    /// Name for reports and AOVs.
     pub name: String,
-    /// Factors.
+    /// Factors of the scattering parameters.
     pub base: Material,
     /// Alpha factor of the base colour.
     pub alpha: f32,
-    /// What alpha means.
+    /// Interpretation of alpha.
     pub alpha_mode: AlphaMode,
     /// Radiance factor: emissiveFactor × strength (W·m⁻²·sr⁻¹).
     pub emission: Vec3,
-    /// Emits from both sides; not removed by back-face culling.
+    /// Whether it emits from both sides and is exempt from back-face culling.
     pub double_sided: bool,
-    /// Shadeless: shows its base colour as radiance, to both sides, and scatters nothing. It is seen by the camera, directly
-    /// and by way of mirrors and clear glass, and lights nothing.
+    /// Whether it is unlit (shadeless): it emits its base colour as radiance from both sides and scatters nothing. It
+    /// is visible to the camera, directly and through mirrors and clear glass, but does not illuminate other surfaces.
     pub unlit: bool,
-    /// Multiplies the x and y of the normal map.
+    /// Scale of the x and y of the normal map.
     pub normal_scale: f32,
-    /// Absorption coefficient of the inside: per world unit in the builder, per render unit in the scene; zero = clear.
+    /// Absorption coefficient of the interior: per world unit in the builder, per render unit in the scene; zero is
+    /// clear.
     pub sigma_a: Vec3,
-    /// Where volumes overlap, the one of the highest priority is there (see [`crate::Bodies`]); any finite number.
+    /// Priority, any finite number: where volumes overlap, the one with the highest priority fills the overlap (see
+    /// [`crate::Bodies`]).
     pub priority: f64,
-    /// rgb × base colour, a × alpha.
+    /// Texture whose rgb multiplies the base colour and whose a multiplies alpha.
     pub base_color_texture: Option<TextureUse>,
-    /// g × roughness, b × metallic.
+    /// Texture whose g multiplies roughness and whose b multiplies metallic.
     pub metallic_roughness_texture: Option<TextureUse>,
-    /// Tangent-space normals, +y up.
+    /// Tangent-space normal map, +y up.
     pub normal_texture: Option<TextureUse>,
-    /// rgb × emission.
+    /// Texture whose rgb multiplies the emission.
     pub emissive_texture: Option<TextureUse>,
-    /// a × specular.
+    /// Texture whose a multiplies specular.
     pub specular_texture: Option<TextureUse>,
-    /// rgb × specular colour.
+    /// Texture whose rgb multiplies the specular colour.
     pub specular_color_texture: Option<TextureUse>,
-    /// r × transmission.
+    /// Texture whose r multiplies transmission.
     pub transmission_texture: Option<TextureUse>,
 }
 
@@ -107,28 +110,28 @@ impl Default for TexturedMaterial {
 }
 
 impl TexturedMaterial {
-    /// Lambertian with albedo `albedo`: no specular lobe at all.
+    /// A Lambertian material with albedo `albedo`, without a specular lobe.
     pub fn lambert(name: &str, albedo: Vec3) -> Self {
         let base = Material { base_color: albedo, metallic: 0.0, specular: 0.0, ..Material::default() };
         Self { name: name.to_owned(), base, ..Self::default() }
     }
 
-    /// Black surface of radiance `radiance`.
+    /// A black material that emits radiance `radiance`.
     pub fn emitter(name: &str, radiance: Vec3) -> Self {
         Self { emission: radiance, ..Self::lambert(name, Vec3::ZERO) }
     }
 
-    /// Whether surfaces of it are lights: they emit, and are not shadeless.
+    /// Whether its surfaces are lights: they emit and are not unlit.
     pub(crate) fn is_light(&self) -> bool {
         !self.unlit && self.emission != Vec3::ZERO
     }
 
-    /// Whether surfaces of it bound a volume that light travels through.
+    /// Whether its surfaces bound a volume that light passes through.
     pub(crate) fn is_volume(&self) -> bool {
         self.transmits() && !self.base.thin
     }
 
-    /// Name of a factor that is not a finite number ≥ 0, if any.
+    /// Name of a factor that is not finite or is negative, if there is one.
     pub(crate) fn bad_factor(&self) -> Option<&'static str> {
         let b = &self.base;
         let mirror = b.mirror.map_or(Vec3::ZERO, |m| m.kr.max(Vec3::splat(m.blur)));

@@ -1,39 +1,40 @@
-//! How much memory will a scene take? Worked out from counts alone, before anything is decoded or copied.
+//! Estimate of the memory that a scene takes, from counts alone, before any data are decoded or copied.
 //!
-//! *Approximation*: figures per piece are measured on grids of 10⁵ to 10⁷ triangles (peak of the whole process, within
-//! 15 %); they are for 64-bit machines. Every instance of a mesh is a copy in render space, so all are counted.
+//! *Approximation*: the sizes per element are measured on grids of 10⁵ to 10⁷ triangles (peak of the whole process,
+//! within 15 %) on 64-bit machines. Every instance of a mesh is a copy in render space, so all instances count.
 use dapple_imaging::{MemoryLimit, memory::Overrun};
 
-/// Bytes of a triangle while its tree is built, the largest share of a scene's peak.
+/// Bytes per triangle while the acceleration structure is built, the largest part of a scene's peak.
 const TRIANGLE: u64 = 480;
-/// Bytes of a vertex: where it is, as read and in render space.
+/// Bytes per vertex: its position as read and in render space.
 const VERTEX: u64 = 44;
-/// And of each further number of it that is read (normals, tangents, texture coordinates, colours), likewise.
+/// Bytes per number of a vertex attribute (normals, tangents, texture coordinates, colours), as read and in render
+/// space.
 const ATTRIBUTE: u64 = 8;
-/// Bytes of an object beside its triangles, whatever node or list of instances it comes from.
+/// Bytes per object in addition to its triangles, including those of its node or instance.
 const OBJECT: u64 = 1000;
-/// Bytes of a link between a moving object and the root that moves for itself.
+/// Bytes per animated link between a moving object and its root.
 const LINK: u64 = 16;
 
-/// What a scene consists of. All counts are of what is placed: twice for a mesh that is shown twice.
+/// Counts of the parts of a scene. Every instance counts: a mesh that is placed twice is counted twice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Load {
-    /// Triangles.
+    /// Number of triangles.
     pub triangles: u64,
-    /// Vertices that triangles use.
+    /// Number of vertices that triangles use.
     pub vertices: u64,
-    /// Numbers of vertices beside their position.
+    /// Number of floats in vertex attributes other than position.
     pub attributes: u64,
-    /// Meshes' primitives, spheres and disks.
+    /// Number of mesh primitives, spheres and disks.
     pub objects: u64,
-    /// Moving nodes above objects, lights and cameras, counted for each of these.
+    /// Number of links in the chains of moving objects, lights and cameras, summed over these.
     pub links: u64,
-    /// Bytes of textures and of anything else that is decoded.
+    /// Bytes of textures and other decoded data.
     pub bytes: u64,
 }
 
 impl Load {
-    /// Both together.
+    /// The sum of both.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         let add = u64::saturating_add;
@@ -47,7 +48,7 @@ impl Load {
         }
     }
 
-    /// So many times the same.
+    /// The load multiplied by `n`.
     #[must_use]
     pub fn times(self, n: u64) -> Self {
         let times = |count: u64| count.saturating_mul(n);
@@ -61,7 +62,7 @@ impl Load {
         }
     }
 
-    /// Bytes at the peak, while the scene is built.
+    /// Peak memory in bytes, while the scene is built.
     pub fn peak_bytes(&self) -> u64 {
         let parts = [
             self.triangles.saturating_mul(TRIANGLE),
@@ -74,10 +75,10 @@ impl Load {
         parts.into_iter().fold(0, u64::saturating_add)
     }
 
-    /// Whether it fits.
+    /// Checks the peak against a limit.
     ///
     /// # Errors
-    /// What is needed and what there is, in words.
+    /// The required and the available memory if the limit is exceeded.
     pub fn admit(&self, limit: MemoryLimit) -> Result<(), Overrun> {
         limit.admit(self.peak_bytes(), None)
     }

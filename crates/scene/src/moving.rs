@@ -1,7 +1,7 @@
-//! What moves while the shutter is open, and how does it get to render space at a time?
+//! Objects, lights and cameras that move while the shutter is open, and their transformation to render space.
 //!
-//! A thing that moves hangs on a chain of nodes, root first, some of them key-framed; every node is evaluated at the
-//! time of the ray and the chain is composed in f64 ([`Motion`]). Things that stand still never come here.
+//! A moving object is at the end of a chain of nodes, root first, some of them key-framed; every node is evaluated at
+//! the time of the ray and the chain is composed in f64 ([`Motion`]). Static objects are handled elsewhere.
 use crate::attributes::for_material;
 use crate::builder::Body;
 use crate::exposure::Exposure;
@@ -15,7 +15,8 @@ use glam::{DAffine3, DVec3};
 use std::{collections::HashMap, sync::Arc};
 
 impl Exposure {
-    /// Puts a body on a chain into the world. `own`: the body's mesh, made ready. In words what is wrong, if something is.
+    /// Adds a body on a chain to the acceleration structure. `own` is the body's prepared mesh. The error describes the
+    /// problem.
     pub fn insert(
         &self,
         accel: &mut AccelBuilder,
@@ -33,7 +34,7 @@ impl Exposure {
         let seconds = self.shutter.seconds();
         let whole = motion.bounds(lo, hi, 0.0, seconds.into());
         if !(whole.0.is_finite() && whole.1.is_finite()) {
-            return Err("moves beyond every number dapple can work with");
+            return Err("moves too far away: its coordinates overflow");
         }
         let form = match (body.unit_shape(), own) {
             (Some(shape), _) => {
@@ -51,32 +52,32 @@ impl Exposure {
         Ok((form, Movement { motion, seconds, whole, stays_round }))
     }
 
-    /// The camera in motion; none when it stands still.
+    /// The motion of a camera; None if it is static.
     pub fn camera(&self, chain: &Chain, own: &DAffine3, space: &Space) -> Option<Arc<Motion>> {
         Some(self.motion(&chain.then(Node::Fixed(*own)), space)).filter(|motion| self.is_moving(motion))
     }
 }
 
-/// Meshes made ready for their own space, each once per material.
+/// Cache of meshes prepared in their own space, one per mesh and material.
 #[derive(Default)]
 pub(crate) struct OwnSpaces {
-    /// By address; only looked up, so its order does not matter.
+    /// Keyed by address. It is never iterated, so its order does not matter.
     known: HashMap<(usize, u32), Own>,
 }
 
-/// A mesh near unit scale about its own middle, and the way back.
+/// A mesh near unit scale about its own centre, and the transform back to the space of its node.
 #[derive(Clone)]
 pub(crate) struct Own {
     pub mesh: Arc<Mesh>,
     pub to_node: DAffine3,
-    /// Its box.
+    /// Bounding box of the mesh.
     pub bounds: (DVec3, DVec3),
     pub dropped: usize,
-    pub mended: usize,
+    pub repaired: usize,
 }
 
 impl OwnSpaces {
-    /// The mesh of a body; None for what has none.
+    /// The prepared mesh of a body; None if it is a sphere or disk.
     pub fn get(&mut self, body: &Body, index: u32, material: &TexturedMaterial) -> Option<Own> {
         let Body::Mesh(mesh) = body else { return None };
         let key = (Arc::as_ptr(mesh) as usize, index);
@@ -85,8 +86,8 @@ impl OwnSpaces {
 }
 
 impl Own {
-    /// As far from the origin and of whatever size the vertices are, rays meet them near unit scale
-    /// (docs/science.md, "Render space").
+    /// Prepares a mesh: whatever the size of its vertices and their distance from the origin, rays intersect them near
+    /// unit scale (docs/science.md, "Render space").
     fn new(mesh: &Mesh, material: &TexturedMaterial) -> Self {
         let bounds = bake::bounds(mesh, &Placement::IDENTITY);
         let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));
@@ -97,14 +98,14 @@ impl Own {
             to_node: space.to_world_affine(),
             bounds: bounds.unwrap_or_default(),
             dropped: baked.dropped,
-            mended: baked.mended,
+            repaired: baked.repaired,
         }
     }
 }
 
 impl SceneBuilder {
-    /// When the picture is taken: at `at` seconds of the animation, while the shutter is open (counted from there).
-    /// Without it: at the instant 0.
+    /// Sets the exposure: `at` is the time of the animation in seconds, to which `shutter` is relative. The default is
+    /// the instant 0.
     pub fn exposure(&mut self, at: f64, shutter: Shutter) {
         self.exposure = Exposure { at, shutter };
     }
@@ -144,7 +145,7 @@ impl SceneBuilder {
         self.place_moving(name, material, Body::Disk { radius }, chain.into())
     }
 
-    /// Adds a camera whose pose is meant in the space at the end of a chain.
+    /// Adds a camera whose pose is relative to the space at the end of a chain.
     pub fn moving_camera(
         &mut self,
         name: impl Into<Arc<str>>,
@@ -154,8 +155,8 @@ impl SceneBuilder {
         self.cameras.push((name.into(), pose, Some(chain.into())));
     }
 
-    /// Lets the light that was added last (point, spot or distant) move: its place and direction are meant in the space
-    /// at the end of the chain. Its intensity and range keep world units.
+    /// Attaches the light added last (point, spot or distant) to a chain: its position and direction are then relative
+    /// to the space at the end of the chain. Its intensity and range keep world units.
     pub fn moving_light(&mut self, chain: impl Into<Chain>) {
         if let Some((_, slot)) = self.punctual.last_mut() {
             *slot = Some(chain.into());
@@ -163,7 +164,7 @@ impl SceneBuilder {
     }
 }
 
-/// Whether any camera is on its way.
+/// Whether any camera moves.
 pub(crate) fn any_moves<'a>(mut cameras: impl Iterator<Item = &'a Camera>) -> bool {
     cameras.any(|camera| camera.motion.is_some())
 }

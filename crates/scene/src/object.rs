@@ -1,17 +1,17 @@
-//! What is known of an object beside its surface.
+//! Per-object data other than geometry.
 use std::sync::Arc;
 
-/// Names for reports and ids for AOVs; index = world object index.
+/// Data of an object, by its index in the acceleration structure: names for reports, ids for AOVs.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// The file's name for it, which many may share.
+    /// Name from the file, not necessarily unique.
     pub name: Arc<str>,
     /// Index into the scene's materials.
     pub material: u32,
-    /// First area light of this object's surface; `u32::MAX` = emits nothing.
+    /// First area light on this object's surface; `u32::MAX` if it emits nothing.
     pub first_light: u32,
-    /// Its material looks up textures.
+    /// Whether its material looks up textures.
     pub textured: bool,
-    /// The body whose boundary it is, as an index into [`Bodies::all`](crate::Bodies::all); `u32::MAX` = none.
+    /// The body that it bounds, as an index into [`Bodies::all`](crate::Bodies::all); `u32::MAX` if none.
     pub body: u32,
 }

@@ -1,10 +1,11 @@
-//! How much do textured triangles emit, where on them, and how are they sampled?
+//! Emission of textured triangles: mean, centroid, and sampling patterns.
 //!
-//! The mean over a triangle is exact to the texel: the triangle is cut by the grid of the finer of its textures, and every
-//! piece counts with its area and the value at its middle. In a scene with more than [`MOST_PIECES`] of them, or for a
-//! texture repeated that often, the rest are means over well-spread points (*approximation*: such a light is chosen more
-//! or less often than its power asks; its light is exact either way). Triangles whose emission varies are then sampled by
-//! a pattern ([`Pattern`]) made from bounds of the textures, which share [`MOST_PARTS`] by power.
+//! The mean over a triangle is exact to the texel: the triangle is subdivided by the grid of the finer of its textures,
+//! and every piece contributes its area times the value at its centroid. If a scene has more than [`MOST_PIECES`]
+//! pieces, or a texture is repeated that often, the remaining means are taken over low-discrepancy points
+//! (*approximation*: such a light is selected more or less often than in proportion to its power; its radiance is exact
+//! in any case). Triangles whose emission varies are then sampled by a pattern ([`Pattern`]) built from bounds of the
+//! textures; all patterns share [`MOST_PARTS`] in proportion to power.
 use crate::emitter::Emitter;
 use crate::extremes::{Extremes, Value, in_texels};
 use crate::{AlphaMode, TextureUse, TexturedMaterial, pieces};
@@ -15,32 +16,32 @@ use dapple_lights::{Light, Moving};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
-/// Pieces of triangles that are looked at in a scene: one and a quarter texture of 4096² texels.
+/// Limit of the pieces of triangles in a scene: 1.25 textures of 4096² texels.
 const MOST_PIECES: f64 = 1.25 * (1u64 << 24) as f64;
 
-/// Parts of triangles that the patterns of a scene are made from, and the least and most of one triangle.
+/// Total number of triangle parts in the patterns of a scene, and minimum and maximum per triangle.
 const MOST_PARTS: usize = 1 << 17;
 const LEAST_OF_ONE: usize = 64;
 const MOST_OF_ONE: usize = 1 << 16;
 
-/// Points of a triangle that is too large to be cut into pieces, and of all of those together about.
+/// Number of points on a triangle with too many pieces, and approximate total over all such triangles.
 const POINTS: f64 = 4096.0;
 const ALL_POINTS: f64 = 4e6;
 
-/// Side of a part, in texels, from which on it is not divided.
+/// Size of a part, in texels, at or below which it is not divided.
 const FINE: f64 = 0.125;
-/// Side of a part, in texels, up to which four points tell its mean.
+/// Size of a part, in texels, up to which its mean is estimated from four points.
 const FEW_TEXELS: f64 = 16.0;
 
-/// Textured emitters of a scene while its lights are being found.
+/// State for the textured emitters of a scene while its lights are created.
 pub(crate) struct Patterns<'a> {
     accel: &'a Accel,
     textures: &'a [Texture],
     materials: &'a [TexturedMaterial],
-    /// By material, made when first needed.
+    /// Bounds by material, created on demand.
     bounds: Vec<Option<Bounds<'a>>>,
     pieces_left: f64,
-    /// Lights whose emission is not the same everywhere, with its middle.
+    /// Lights whose emission varies, with its centroid in barycentric coordinates.
     varying: Vec<(u32, Vec2)>,
 }
 
@@ -49,9 +50,9 @@ pub(crate) struct Patterns<'a> {
 pub(crate) struct Mean {
     /// Mean of radiance × opacity.
     pub radiance: Vec3,
-    /// Barycentrics of its middle.
+    /// Barycentric coordinates of the centroid of the emission.
     pub middle: Vec2,
-    /// It varies enough for a pattern.
+    /// Whether it varies enough for a pattern.
     pub varies: bool,
 }
 
@@ -66,9 +67,9 @@ impl<'a> Patterns<'a> {
         Emitter { accel: self.accel, textures: self.textures, material }
     }
 
-    /// Emission of a triangle of an object of `count`. Where it emits at all, it is not zero.
+    /// Emission of a triangle of an object with `count` triangles. It is not zero if the triangle emits anywhere.
     pub fn mean(&mut self, material: u32, (object, primitive): (u32, u32), count: usize) -> Mean {
-        if self.judged(material, (object, primitive)).judge(&Part::WHOLE).high == 0.0 {
+        if self.triangle(material, (object, primitive)).emitted(&Part::WHOLE).high == 0.0 {
             return Mean { radiance: Vec3::ZERO, middle: Vec2::splat(1.0 / 3.0), varies: false };
         }
         let emitter = self.emitter(material);
@@ -83,7 +84,7 @@ impl<'a> Patterns<'a> {
         if mean.radiance != Vec3::ZERO || cut == Some(true) {
             return mean;
         }
-        // Nothing was met: is there nothing?
+        // All points were black: decide from the bounds whether the triangle emits at all.
         let (_, left) = self.pattern(material, (object, primitive), 4096, Vec2::ZERO);
         let factor = emitter.material.emission;
         let share = left / scalar(factor);
@@ -92,8 +93,8 @@ impl<'a> Patterns<'a> {
         Mean { radiance: radiance.max(Vec3::splat(least)), varies: true, ..mean }
     }
 
-    /// Sums over the pieces of a triangle; None when it is not done. Whether the sum is 0 only where nothing emits: not so
-    /// for holes that may lie within a piece.
+    /// Sums over the pieces of a triangle; None if the sum is not evaluated. The result tells whether a sum of 0 proves
+    /// that nothing emits; it does not if alpha may vary within a piece.
     fn cut(&mut self, emitter: &Emitter<'_>, at: &dyn Fn(DVec2) -> Hit, sum: &mut Sum) -> Option<bool> {
         let layers = [emitter.material.emission_map(), emitter.material.opacity_map()];
         let uvs = |of: &TextureUse| corners().map(|p| self.accel.uv(&at(p), of.uv_set as usize));
@@ -109,7 +110,7 @@ impl<'a> Patterns<'a> {
             return None;
         }
         self.pieces_left -= count;
-        // Cells of a linear texture lie between its texels' centres.
+        // The cells of a linearly interpolated texture lie between texel centres.
         let linear = texture.sampler().interpolation == Interpolation::Linear;
         let shift = if linear { DVec2::splat(0.5) } else { DVec2::ZERO };
         let alone = emitter.material.alpha_mode == AlphaMode::Opaque
@@ -124,7 +125,7 @@ impl<'a> Patterns<'a> {
             let radiance = if is_whole && alone {
                 factor * texture.lookup((place * per_texel).as_vec2()).truncate()
             } else {
-                emitter.radiance(&at(held(p)))
+                emitter.radiance(&at(clamped(p)))
             };
             sum.add(p, area, radiance);
         });
@@ -133,13 +134,13 @@ impl<'a> Patterns<'a> {
         (sum.weight > 0.0).then_some(certain)
     }
 
-    /// Notes that a light's emission varies.
+    /// Records a light whose emission varies.
     pub fn note(&mut self, light: u32, middle: Vec2) {
         self.varying.push((light, middle));
     }
 
-    /// Gives patterns to the lights that are better off with one. `sources`: object and primitive of each light; `material`
-    /// tells that of an object.
+    /// Assigns patterns to the lights that benefit from one. `sources` holds the object and primitive of each light;
+    /// `material` returns the material of an object.
     pub fn refine(mut self, lights: &mut [Light], sources: &[(u32, u32)], material: impl Fn(u32) -> u32) {
         let power = |light: &Light| scalar(light.power(1.0));
         let total: f64 = self.varying.iter().map(|(i, _)| power(&lights[*i as usize])).sum();
@@ -156,7 +157,7 @@ impl<'a> Patterns<'a> {
         }
     }
 
-    /// The pattern of a triangle, if it pays, and the mean of the bounds' middle over it.
+    /// The pattern of a triangle, if worthwhile, and the mean of the bounds' midpoints over it.
     fn pattern(
         &mut self,
         material: u32,
@@ -164,12 +165,12 @@ impl<'a> Patterns<'a> {
         budget: usize,
         middle: Vec2,
     ) -> (Option<Pattern>, f64) {
-        let triangle = self.judged(material, (object, primitive));
-        Pattern::new(budget, middle, |part| triangle.judge(part))
+        let triangle = self.triangle(material, (object, primitive));
+        Pattern::new(budget, middle, |part| triangle.emitted(part))
     }
 
     /// A triangle with the bounds of its material.
-    fn judged(&mut self, material: u32, (object, primitive): (u32, u32)) -> Triangle<'_> {
+    fn triangle(&mut self, material: u32, (object, primitive): (u32, u32)) -> Triangle<'_> {
         let emitter = self.emitter(material);
         let textures = self.textures;
         let bounds =
@@ -188,7 +189,7 @@ fn give(light: &mut Light, pattern: Pattern) {
     *light = patterned;
 }
 
-/// Weighted sums of emission and its places.
+/// Weighted sums of emission and its positions.
 #[derive(Default)]
 struct Sum {
     radiance: DVec3,
@@ -208,20 +209,20 @@ impl Sum {
         self.squares += value * scalar(radiance);
     }
 
-    /// What is too little for f32 is the least it has, not nothing.
+    /// The mean. Values that underflow f32 become its smallest normal number rather than zero.
     fn mean(&self) -> Mean {
         let radiance = (self.radiance / self.weight).as_vec3();
         let least = if self.scalar > 0.0 { f32::MIN_POSITIVE } else { 0.0 };
         let radiance = if radiance == Vec3::ZERO { Vec3::splat(least) } else { radiance };
         let middle =
-            if self.scalar > 0.0 { held(self.moment / self.scalar) } else { DVec2::splat(1.0 / 3.0) };
+            if self.scalar > 0.0 { clamped(self.moment / self.scalar) } else { DVec2::splat(1.0 / 3.0) };
         // Relative variance: E[f²]/E[f]² − 1.
         let varies = self.squares * self.weight > (1.0 + WORTH) * self.scalar * self.scalar;
         Mean { radiance, middle: middle.as_vec2(), varies }
     }
 }
 
-/// The channels count alike.
+/// Mean of the channels.
 fn scalar(rgb: Vec3) -> f64 {
     rgb.as_dvec3().element_sum() / 3.0
 }
@@ -230,14 +231,15 @@ fn corners() -> [DVec2; 3] {
     [DVec2::ZERO, DVec2::X, DVec2::Y]
 }
 
-/// Inside the triangle, against rounding.
-fn held(p: DVec2) -> DVec2 {
+/// Clamps barycentric coordinates to the triangle, against rounding.
+fn clamped(p: DVec2) -> DVec2 {
     let p = p.max(DVec2::ZERO);
     let over = p.x + p.y;
     if over > 1.0 { p / over } else { p }
 }
 
-/// `n` barycentrics, well spread and without period: multiples of the inverse powers of the plastic number, folded.
+/// `n` low-discrepancy points in barycentric coordinates: multiples of the inverse powers of the plastic number, folded
+/// into the triangle.
 fn spread(n: u32) -> impl Iterator<Item = DVec2> {
     const STEP: DVec2 = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_2);
     (0..n).map(|i| {
@@ -251,13 +253,13 @@ impl TexturedMaterial {
         self.emissive_texture.as_ref()
     }
 
-    /// The texture whose alpha makes holes.
+    /// The texture whose alpha channel defines the opacity.
     fn opacity_map(&self) -> Option<&TextureUse> {
         self.base_color_texture.as_ref().filter(|_| self.alpha_mode != AlphaMode::Opaque)
     }
 }
 
-/// Between which values the emission of a material stays.
+/// Bounds of the emission of a material.
 struct Bounds<'a> {
     emissive: Option<(TextureUse, Extremes<'a>)>,
     alpha: Option<(TextureUse, Extremes<'a>)>,
@@ -275,7 +277,7 @@ impl<'a> Bounds<'a> {
     }
 }
 
-/// A texture on a triangle: where its corners are.
+/// A texture on a triangle, with the corners in texels.
 struct Layer<'a> {
     extremes: &'a Extremes<'a>,
     grid: [DVec2; 3],
@@ -292,7 +294,7 @@ impl<'a> Layer<'a> {
         Some(Self { extremes, grid: in_texels(map, &emitter.textures[map.texture as usize], uvs) })
     }
 
-    /// Least and greatest value in a part, and its size in texels.
+    /// Minimum and maximum in a part, and its size in texels.
     fn within(&self, part: &Part) -> (f64, f64, f64) {
         let [a, b, c] = self.grid;
         let [x, y, z] = part.corners().map(|p| a + (b - a) * p.x + (c - a) * p.y);
@@ -302,14 +304,14 @@ impl<'a> Layer<'a> {
     }
 }
 
-/// A triangle that emits.
+/// An emitting triangle.
 struct Triangle<'a> {
     emitter: Emitter<'a>,
     object: u32,
     primitive: u32,
     emissive: Option<Layer<'a>>,
     alpha: Option<Layer<'a>>,
-    /// Factor times vertex colour at the corners.
+    /// Alpha factor times vertex alpha at the corners.
     alphas: [f64; 3],
 }
 
@@ -326,7 +328,8 @@ impl<'a> Triangle<'a> {
         }
     }
 
-    fn judge(&self, part: &Part) -> Emitted {
+    /// Bounds and mean of the emission in a part.
+    fn emitted(&self, part: &Part) -> Emitted {
         let factor = scalar(self.emitter.material.emission);
         let none = |value: f64| (value, value, 0.0);
         let emissive = self.emissive.as_ref().map_or(none(factor), |layer| layer.within(part));
@@ -339,7 +342,7 @@ impl<'a> Triangle<'a> {
     }
 
     fn opacity(&self, part: &Part) -> (f64, f64, f64) {
-        // What f32 can be off by.
+        // Bound of the f32 rounding error.
         const ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
         let mode = self.emitter.material.alpha_mode;
         if mode == AlphaMode::Opaque {
@@ -359,7 +362,7 @@ impl<'a> Triangle<'a> {
         }
     }
 
-    /// Mean at the middles of the quarters.
+    /// Mean of the values at the centroids of the four quarters.
     fn points(&self, part: &Part) -> f64 {
         let value = |which: usize| {
             let [a, b, c] = part.quarter(which).corners();

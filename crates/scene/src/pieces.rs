@@ -1,11 +1,11 @@
-//! Into which pieces does the grid of texels cut a triangle?
+//! Subdivision of a triangle by the grid of texels.
 //!
-//! The integral of a texture over a triangle is the sum over these pieces of area times value: exact for texels that are
-//! looked up as they are (nearest), and for whole cells between texel centres (linear), whose mean is the value at their
-//! middle.
+//! The integral of a texture over a triangle is the sum over the pieces of area × value at the centroid. It is exact
+//! for nearest-neighbour lookups, and for whole cells between texel centres with linear interpolation, whose mean is
+//! the value at their centre.
 use glam::DVec2;
 
-/// Corners of a triangle cut by a row and a column: seven at most, and one to spare.
+/// A triangle clipped to a row and a column: at most seven corners, and one spare.
 #[derive(Clone, Copy)]
 struct Polygon {
     corners: [DVec2; 8],
@@ -13,7 +13,7 @@ struct Polygon {
 }
 
 impl Polygon {
-    /// The part with `inside` ≥ 0, which is linear in the place.
+    /// The part in which `inside`, a linear function of the position, is ≥ 0.
     fn clipped(&self, inside: impl Fn(DVec2) -> f64) -> Self {
         let mut out = Self { corners: [DVec2::ZERO; 8], count: 0 };
         let mut push = |p: DVec2| {
@@ -41,7 +41,7 @@ impl Polygon {
         })
     }
 
-    /// Area and middle; None without area.
+    /// Centroid and area; None if the area is zero.
     fn middle(&self) -> Option<(DVec2, f64)> {
         let origin = self.corners[0];
         let (mut sum, mut twice) = (DVec2::ZERO, 0.0);
@@ -55,17 +55,18 @@ impl Polygon {
     }
 }
 
-/// About how many pieces there are; infinite where there is no number.
+/// Approximate upper bound of the number of pieces; infinite if the coordinates are not finite or too large.
 pub(crate) fn count(corners: [DVec2; 3]) -> f64 {
     let [a, b, c] = corners;
     let size = a.max(b).max(c) - a.min(b).min(c);
     let count = 0.5 * (b - a).perp_dot(c - a).abs() + 2.0 * (size.x + size.y) + 4.0;
-    // Beyond, f64 has no places within a cell.
+    // Larger coordinates in f64 cannot represent positions within a cell.
     let near = corners.iter().all(|p| p.abs().max_element() < 1e12);
     if near { count } else { f64::INFINITY }
 }
 
-/// Gives every piece of the triangle `corners` (in cells) to `visit`: its middle, its area, and whether it is a whole cell.
+/// Calls `visit` for every piece of the triangle `corners` (in units of cells) with its centroid, its area, and whether
+/// it is a whole cell.
 pub(crate) fn visit(corners: [DVec2; 3], mut visit: impl FnMut(DVec2, f64, bool)) {
     let whole = triangle(corners);
     let (low, high) = whole.range(|p| p.y);
@@ -99,7 +100,7 @@ fn triangle([a, b, c]: [DVec2; 3]) -> Polygon {
     Polygon { corners, count: 3 }
 }
 
-/// Where x lies inside at both heights, and so, the triangle being convex, at all between.
+/// Range of x that is inside at both heights, and therefore, as the triangle is convex, at all heights in between.
 fn inner(whole: &Polygon, top: f64, bottom: f64) -> (f64, f64) {
     let section = |y: f64| {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -120,7 +121,7 @@ fn inner(whole: &Polygon, top: f64, bottom: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Pieces fill the triangle, lie in their cells, and have its middle as theirs.
+    /// The pieces fill the triangle, and their centroids average to that of the triangle.
     #[test]
     fn pieces_tile_the_triangle() {
         let triangles = [

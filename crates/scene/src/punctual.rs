@@ -1,7 +1,7 @@
-//! Point, spot and distant lights from the world to render space.
+//! Conversion of point, spot and distant lights from world to render space.
 //!
-//! Units are radiometric, per channel: W/sr and W/m² ([`crate::light_unit`] says how those of a file come to be so).
-//! Irradiance I/d² does not depend on the unit of length, so I goes to render space times scale².
+//! Units are radiometric, per channel: W/sr and W/m² (see [`crate::light_unit`] for those of files). Irradiance I/d²
+//! does not depend on the unit of length, so I is multiplied by scale² in render space.
 use crate::{Space, exposure::Exposure};
 use dapple_lights::{Distant, Light, Moving, Point, Spot};
 use dapple_math::motion::Chain;
@@ -14,7 +14,8 @@ pub(crate) enum Punctual {
     Distant { towards: DVec3, irradiance: Vec3 },
 }
 
-/// The lights that shine; or the index of a bad one and what is wrong with it. Those with a chain move along it.
+/// Converts all lights that are not black; those with a chain move along it. The error is the index of an invalid light
+/// and a description of the problem.
 pub(crate) fn lights(
     all: &[(Punctual, Option<Chain>)],
     space: &Space,
@@ -24,7 +25,7 @@ pub(crate) fn lights(
     for (i, (light, chain)) in all.iter().enumerate() {
         let light = match chain {
             None => light.to_render(space),
-            Some(chain) => light.on_its_way(chain, space, exposure),
+            Some(chain) => light.to_render_moving(chain, space, exposure),
         };
         lights.extend(light.map_err(|what| (i, what))?);
     }
@@ -32,7 +33,7 @@ pub(crate) fn lights(
 }
 
 impl Punctual {
-    /// The same light, dimmer.
+    /// Divides the intensity or irradiance by `by`.
     #[cfg(feature = "gltf")]
     pub(crate) fn divide(&mut self, by: f32) {
         match self {
@@ -48,8 +49,8 @@ impl Punctual {
         })
     }
 
-    /// Place and direction stay in the space at the end of the chain.
-    fn on_its_way(
+    /// Converts a light on a chain; its position and direction stay in the space at the end of the chain.
+    fn to_render_moving(
         self,
         chain: &Chain,
         space: &Space,
@@ -68,7 +69,7 @@ impl Punctual {
         if is_moving { Ok(Some(Light::Moving(Box::new(moving)))) } else { Ok(moving.at(0.0)) }
     }
 
-    /// Intensity (or irradiance) and range in render units; None for a light that does not shine.
+    /// Intensity (or irradiance) and range in render units; None for a black light.
     fn strengths(self, space: &Space) -> Result<Option<(Vec3, f32)>, &'static str> {
         let (strength, range) = match self {
             Self::Point { intensity, range, .. } | Self::Spot { intensity, range, .. } => (intensity, range),
@@ -112,11 +113,11 @@ impl Punctual {
 }
 
 fn place(p: Vec3) -> Result<Vec3, &'static str> {
-    Some(p).filter(|p| p.is_finite()).ok_or("it is not at a place that numbers can express")
+    Some(p).filter(|p| p.is_finite()).ok_or("its position is not finite or too far away")
 }
 
 fn direction(d: DVec3) -> Result<Vec3, &'static str> {
-    d.try_normalize().map(DVec3::as_vec3).filter(|d| d.is_finite()).ok_or("it has no direction")
+    d.try_normalize().map(DVec3::as_vec3).filter(|d| d.is_finite()).ok_or("its direction must not be zero")
 }
 
 fn reach(range: f64, space: &Space) -> Result<f32, &'static str> {

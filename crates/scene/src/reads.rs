@@ -1,50 +1,50 @@
-//! What a render looks at of surfaces: the rest need not be read, decoded or kept.
+//! Selection of the surface data that a render uses; other data need not be read, decoded or kept.
 
 use crate::{AlphaMode, TexturedMaterial};
 
-/// Uses that a render has for surfaces, beside where they are and the holes they have.
+/// Surface data that a render uses in addition to geometry and opacity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reads {
-    /// Light is shown: what surfaces emit, lamps, and what surrounds the scene.
+    /// Light is rendered: emission of surfaces, punctual lights and the environment.
     pub light: bool,
-    /// Light is scattered: everything about reflection and transmission counts.
+    /// Light is scattered: all parameters of reflection and transmission are used.
     pub scattering: bool,
-    /// Albedo is shown.
+    /// Albedo is output.
     pub albedo: bool,
-    /// Shading normals are shown.
+    /// Shading normals are output.
     pub normals: bool,
-    /// Keep even what nothing looks at, for comparison.
+    /// Unused data are kept as well, for comparison.
     pub everything: bool,
 }
 
 impl Default for Reads {
-    /// Whatever light can do.
+    /// Everything that light transport uses.
     fn default() -> Self {
         Self { light: true, scattering: true, albedo: true, normals: true, everything: false }
     }
 }
 
 impl Reads {
-    /// All that files hold.
+    /// Everything in a file, including unused data.
     pub const EVERYTHING: Self =
         Self { light: true, scattering: true, albedo: true, normals: true, everything: true };
 
-    /// The parameters of reflection and transmission matter.
+    /// Whether parameters of reflection and transmission are used.
     pub fn matter(&self) -> bool {
         self.scattering || self.albedo || self.everything
     }
 
-    /// Interpolated and mapped normals matter.
+    /// Whether interpolated and mapped normals are used.
     pub fn shading_normals(&self) -> bool {
         self.matter() || self.normals
     }
 
-    /// Whether the colour of a material counts: as what is reflected, or as a shadeless colour.
+    /// Whether the colour of a material is used, for reflection or as an unlit colour.
     pub(crate) fn color(&self, m: &TexturedMaterial) -> bool {
         self.matter() || (m.unlit && self.light)
     }
 
-    /// Whether the base colour of a material counts: by its colour, or by its holes.
+    /// Whether the base colour of a material is used, for its colour or its alpha.
     pub(crate) fn base_color(&self, m: &TexturedMaterial) -> bool {
         self.color(m) || m.alpha_mode != AlphaMode::Opaque
     }

@@ -1,4 +1,4 @@
-//! The checked scene: everything a tracer reads. Render space throughout (see [`crate::space`]).
+//! The validated scene: everything that a ray tracer reads, in render space (see [`crate::space`]).
 use crate::{
     AlphaMode, Bodies, Object, SharedPlaces, Space, Survey, TexturedMaterial, Warning, emission::AreaLights,
     emitter::Emitter,
@@ -12,30 +12,30 @@ use dapple_math::Frame;
 use glam::{DVec3, Vec2, Vec3};
 use std::{path::PathBuf, sync::Arc};
 
-/// A camera and the name to ask for it by.
+/// A camera and its name.
 #[derive(Clone, Debug)]
 pub struct NamedCamera {
-    /// The file's name for it, which many may share.
+    /// Name from the file, not necessarily unique.
     pub name: Arc<str>,
-    /// In render space.
+    /// The camera in render space.
     pub camera: Camera,
-    /// Width / height asked for by the file.
+    /// Aspect ratio (width / height) given by the file.
     pub aspect: Option<f32>,
 }
 
-/// One picture's worth of geometry, materials, lights and cameras, checked: every index is in range, every number
-/// finite. Made by [`crate::SceneBuilder::build`].
+/// Geometry, materials, lights and cameras of one scene, validated: every index is in range, and every number is
+/// finite. Created by [`crate::SceneBuilder::build`].
 #[derive(Debug)]
 pub struct Scene {
-    /// Stem of the file's name.
+    /// Name of the scene: the stem of the file's name.
     pub name: String,
-    /// How render space lies in the world.
+    /// Map between world space and render space.
     pub space: Space,
-    /// What rays hit.
+    /// Acceleration structure with the geometry.
     pub accel: Accel,
-    /// One per world object.
+    /// Data of the objects, by their index in `accel`.
     pub objects: Vec<Object>,
-    /// Volumes that light travels through, the one that wins where they overlap first.
+    /// Volumes that light passes through, in order of decreasing precedence where they overlap.
     pub bodies: Bodies,
     /// Materials by index.
     pub materials: Vec<TexturedMaterial>,
@@ -43,47 +43,48 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// All lights: area lights in the order of their surfaces, then punctual lights, then the environment.
     pub lights: Vec<Light>,
-    /// How to choose among them; None when there is nothing to aim at.
+    /// Sampler that selects a light; None if there is none that can be sampled.
     pub light_choice: Option<LightSampler>,
     /// Index of the environment in `lights`.
     pub environment: Option<u32>,
-    /// At least one.
+    /// Cameras; at least one.
     pub cameras: Vec<NamedCamera>,
-    /// Seconds of the animation from which the shutter counts.
+    /// Time of the animation in seconds to which the shutter is relative.
     pub at: f64,
-    /// When the picture is exposed. Times of rays count in seconds from its opening.
+    /// Opening and closing time of the shutter. Times of rays are in seconds from its opening.
     pub shutter: Shutter,
-    /// What there is, and what there is not.
+    /// Statistics and features of the scene.
     pub survey: Survey,
-    /// What the intensities of a file's punctual lights were taken as; None without such lights.
+    /// Unit in which the intensities of a file's punctual lights were interpreted; None without such lights.
     pub light_unit: Option<crate::light_unit::TakenUnit>,
-    /// What will look different from what was asked for.
+    /// Differences between the file and what is rendered.
     pub warnings: Vec<Warning>,
-    /// The file that the scene was read from and the files that it names, looked at or not; empty for a scene built in
+    /// The file from which the scene was read and the files that it names, used or not; empty for a scene built in
     /// code.
     pub files: Vec<PathBuf>,
-    /// The corners of the box around all objects when the shutter opens, in the world; None when there are none.
+    /// Lower and upper corner of the world-space bounding box of all objects when the shutter opens; None without
+    /// objects.
     pub bounds: Option<(DVec3, DVec3)>,
-    /// Half the diagonal of the box around everything, in render space.
+    /// Half the diagonal of the scene's bounding box, in render space.
     pub(crate) radius: f32,
-    /// Surfaces and lights in one place; None when each has its place to itself.
+    /// Coincident surfaces and lights; None if there are none.
     pub shared_places: Option<SharedPlaces>,
     pub(crate) area: AreaLights,
 }
 
-/// A hit with its textures looked up.
+/// Shading data of a hit, with its textures looked up.
 #[derive(Clone, Copy, Debug)]
 pub struct Shading {
-    /// z = shading normal (normal map applied) on the *front* side of the surface: z·ng > 0.
+    /// Shading frame; z is the shading normal (normal map applied) on the *front* side of the surface: z·ng > 0.
     pub frame: Frame,
-    /// Factors times textures.
+    /// Material parameters: factors times textures.
     pub material: Material,
-    /// Shadeless: emits its base colour and scatters nothing.
+    /// Whether the material is unlit (shadeless): it emits its base colour and scatters nothing.
     pub unlit: bool,
 }
 
 impl Scene {
-    /// Adds an environment to a scene without one; a scene that has one keeps it.
+    /// Adds an environment unless the scene has one already.
     pub fn surround(&mut self, environment: Environment) {
         if self.environment.is_some() {
             return;
@@ -107,7 +108,7 @@ impl Scene {
         (&self.materials[object.material as usize], textured)
     }
 
-    /// Material and shading frame at a hit at a time.
+    /// Material and shading frame at a hit at a time in seconds from the opening of the shutter.
     pub fn shading(&self, hit: &Hit, surface: &Surface, time: f32) -> Shading {
         let (material, textured) = self.material_of(hit.object);
         if textured {
@@ -135,9 +136,9 @@ impl Scene {
         }
     }
 
-    /// Frame about the shading normal. The mapped normal is x·T + y·B + z·N with T the tangent made orthogonal to N
-    /// and B = w·(N × T), as the glTF specification has it. One that dips below the surface is folded back above it
-    /// (z·ng > 0 always); a degenerate one gives way to the interpolated normal.
+    /// Frame about the shading normal. The mapped normal is x·T + y·B + z·N with T the tangent made orthogonal to N and
+    /// B = w·(N × T), as in the glTF specification. A mapped normal that points below the surface is reflected to the
+    /// upper side (z·ng > 0 always); a degenerate one is replaced by the interpolated normal.
     fn frame(&self, material: &TexturedMaterial, hit: &Hit, surface: &Surface, time: f32) -> Frame {
         if material.normal_texture.is_none() {
             return Frame::from_z(surface.ns);
@@ -154,7 +155,7 @@ impl Scene {
         }
     }
 
-    /// Radiance (W·m⁻²·sr⁻¹) emitted at a hit towards `wo` (unit, world): from the front side, from both when the
+    /// Radiance (W·m⁻²·sr⁻¹) emitted at a hit towards the unit vector `wo`: from the front side, and from both if the
     /// material is double-sided or unlit.
     pub fn emission(&self, hit: &Hit, surface: &Surface, wo: Vec3) -> Vec3 {
         let (material, textured) = self.material_of(hit.object);
@@ -172,13 +173,13 @@ impl Scene {
         self.area.sources.get(light as usize).copied()
     }
 
-    /// The area light a hit lies on.
+    /// The area light to which the hit surface belongs.
     pub fn light_of(&self, hit: &Hit) -> Option<u32> {
         self.area.of(hit)
     }
 
-    /// What area light `light` sends from a sampled place, its texture and its holes (opacity) taken into account;
-    /// at a time; `mean` is the radiance of the sample, returned as it is when the light is uniform.
+    /// Radiance that area light `light` emits from a sampled point at a time, including its texture and opacity. `mean`
+    /// is the radiance of the sample, which is returned unchanged if the light is uniform.
     pub fn light_radiance(&self, light: u32, point: &LightPoint, mean: Vec3, time: f32) -> Vec3 {
         let Some(&(object, primitive)) = self.area.sources.get(light as usize) else { return mean };
         let emitter = self.emitter(object);
@@ -189,22 +190,23 @@ impl Scene {
         emitter.radiance(&Hit { t: 0.0, u: at.x, v: at.y, primitive, object })
     }
 
-    /// Opacity at a hit, 1 for opaque materials; Mask gives 0 or 1.
+    /// Opacity at a hit: 1 for opaque materials, 0 or 1 for Mask.
     pub fn opacity(&self, hit: &Hit) -> f32 {
         self.material(hit.object).opacity(&self.accel, &self.textures, hit)
     }
 
-    /// Any object whose material is Mask or Blend and can let something through.
+    /// Whether any object has a material of mode Mask or Blend that is not fully opaque.
     pub fn has_alpha(&self) -> bool {
         self.survey.has_alpha
     }
 
-    /// Backfaces can be hit only when the material is double-sided (with --cull-backfaces).
+    /// Whether the material of an object is double-sided; with --cull-backfaces only back faces of such objects can be
+    /// hit.
     pub fn is_double_sided(&self, object: u32) -> bool {
         self.material(object).double_sided
     }
 
-    /// Everything the scene holds in memory, approximately.
+    /// Approximate memory of the scene in bytes.
     pub fn memory_bytes(&self) -> usize {
         self.accel.memory_bytes()
             + self.textures.iter().map(Texture::memory_bytes).sum::<usize>()
@@ -220,7 +222,7 @@ impl Scene {
     }
 }
 
-/// What of `materials` the objects use, for the survey.
+/// Sets the features in `survey` of the materials that objects use.
 pub(crate) fn survey(objects: &[Object], materials: &[TexturedMaterial], survey: &mut Survey) {
     for material in objects.iter().map(|o| &materials[o.material as usize]) {
         survey.has_alpha |= material.alpha_mode != AlphaMode::Opaque;

@@ -1,13 +1,14 @@
-//! The textures that a material may have: one table. What decodes, checks, folds and looks up textures goes over it.
+//! Table of the texture slots of a material, used to decode, check, fold and look up textures.
 //!
-//! A new texture is a field of [`TexturedMaterial`], a row here, and where files have it an arm in `gltf/material.rs`.
+//! A new texture needs a field of [`TexturedMaterial`], a row here and, if files contain it, an arm in
+//! `gltf/material.rs`.
 use crate::{AlphaMode, Reads, TextureUse, TexturedMaterial};
 use dapple_imaging::texture::Channels;
 use dapple_imaging::texture::Encoding::{self, Linear, Srgb};
 use dapple_materials::Material;
 use glam::{Vec3, Vec4};
 
-/// Which texture of a material.
+/// Identifies a texture slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Name {
     BaseColor,
@@ -19,29 +20,29 @@ pub(crate) enum Name {
     Transmission,
 }
 
-/// A texture that a material may have.
-#[cfg_attr(not(feature = "gltf"), allow(dead_code, reason = "some columns are for files alone"))]
+/// A texture slot of a material.
+#[cfg_attr(not(feature = "gltf"), allow(dead_code, reason = "some columns are used only by the glTF reader"))]
 pub(crate) struct Slot {
     pub name: Name,
-    /// How messages call it.
+    /// Name in messages.
     pub label: &'static str,
     pub of: fn(&TexturedMaterial) -> &Option<TextureUse>,
     pub of_mut: fn(&mut TexturedMaterial) -> &mut Option<TextureUse>,
-    /// What its numbers mean.
+    /// Encoding of its texels.
     pub encoding: Encoding,
-    /// The channels that are looked at.
+    /// The channels that are read.
     pub channels: fn(&TexturedMaterial, &Reads) -> Channels,
-    /// Whether anything of it shows: else files need not be read for it.
+    /// Whether it affects the result; otherwise it need not be read.
     pub shows: fn(&TexturedMaterial, &Reads) -> bool,
-    /// It is a factor of reflection or transmission.
+    /// Whether it is a factor of reflection or transmission.
     pub scatters: bool,
     /// Multiplies the factors by a texel.
     pub multiply: fn(&mut Factors, Vec4),
-    /// One of a single colour does no more than its factor.
+    /// Whether a constant texture can be folded into the factors.
     pub folds: bool,
 }
 
-/// What texels multiply.
+/// Material factors that texels multiply.
 pub(crate) struct Factors {
     pub base: Material,
     pub alpha: f32,
@@ -92,7 +93,7 @@ pub(crate) const SLOTS: [Slot; 7] = [
         shows: |m, reads| reads.shading_normals() && !m.unlit,
         scatters: false,
         multiply: |_, _| (),
-        // Of one colour too it tilts the normal.
+        // A constant normal map still tilts the normal.
         folds: false,
     },
     Slot {
@@ -146,12 +147,12 @@ pub(crate) const SLOTS: [Slot; 7] = [
 ];
 
 impl TexturedMaterial {
-    /// Every texture the material looks up.
+    /// All textures of the material.
     pub fn textures(&self) -> impl Iterator<Item = &TextureUse> {
         SLOTS.iter().filter_map(move |slot| (slot.of)(self).as_ref())
     }
 
-    /// The textures that are looked up, and the channels that then count.
+    /// Indices of the textures of the material, with the channels that are read.
     pub(crate) fn looked_at(&self, reads: &Reads) -> impl Iterator<Item = (u32, Channels)> {
         SLOTS.iter().filter_map(move |slot| {
             let channels = (slot.channels)(self, reads);
@@ -159,7 +160,7 @@ impl TexturedMaterial {
         })
     }
 
-    /// Gives the textures other indices.
+    /// Replaces the indices of the textures.
     pub(crate) fn renumber(&mut self, index: impl Fn(u32) -> u32) {
         for slot in &SLOTS {
             if let Some(t) = (slot.of_mut)(self) {
@@ -168,7 +169,7 @@ impl TexturedMaterial {
         }
     }
 
-    /// Multiplies the factor of a texture of one colour by it; the texture is gone.
+    /// Replaces a constant texture: multiplies the factors by its texel and removes it.
     pub(crate) fn fold(&mut self, slot: &Slot, texel: Vec4) {
         let mut factors = Factors { base: self.base, alpha: self.alpha, emission: self.emission };
         (slot.multiply)(&mut factors, texel);
@@ -181,7 +182,7 @@ impl TexturedMaterial {
 mod tests {
     use super::*;
 
-    /// A material whose textures are numbered by their rows.
+    /// A material whose texture indices equal their rows.
     fn full() -> TexturedMaterial {
         let mut material = TexturedMaterial::default();
         for (i, slot) in SLOTS.iter().enumerate() {
@@ -207,7 +208,7 @@ mod tests {
         assert!(material.textures().map(|t| t.texture).eq((4..=10).rev()));
     }
 
-    /// A texel of four primes tells which channels went where.
+    /// A texel of four primes shows which channel multiplies which factor.
     #[test]
     fn texels_multiply_their_own_factors() {
         let mut material = full();

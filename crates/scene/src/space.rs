@@ -2,12 +2,12 @@
 //! the units of the file (docs/science.md, "Render space").
 //!
 //! render = (world − centre) · scale, in f64, rounded to f32 once at the end. `scale` is a power of two, so scaling
-//! rounds nothing; `centre` is a multiple of 1/scale, so that a scene moved by a multiple of 1/scale — or scaled by a
-//! power of two — gives the same render space to the last bit.
+//! does not round; `centre` is a multiple of 1/scale, so that a scene moved by a multiple of 1/scale, or scaled by a
+//! power of two, has a bit-identical render space.
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-/// Golden-ratio offset of the rounding boundary of the centre. Centres of real scenes are mostly round numbers; half
-/// way between two grid points would be the place where rounding noise of a far translation flips them.
+/// Golden-ratio offset of the rounding boundary of the centre. Centres of real scenes are mostly round numbers; with a
+/// boundary half way between grid points, the rounding errors of a far translation could change the result.
 const ROUNDING: f64 = 0.618_033_988_749_895;
 
 /// The map between the world (the file's units) and render space.
@@ -20,11 +20,11 @@ pub struct Space {
 }
 
 impl Space {
-    /// World space itself.
+    /// The identity: render space equals world space.
     pub const IDENTITY: Self = Self { centre: DVec3::ZERO, scale: 1.0 };
 
-    /// Space in which the box from `min` to `max` has a diagonal in [256, 512) and lies around the origin. A box
-    /// without extent keeps its scale. Both corners must be finite.
+    /// Space in which the box from `min` to `max` is around the origin and has a diagonal in [256, 512). The scale is 1
+    /// for a box without extent. Both corners must be finite.
     pub fn fit(min: DVec3, max: DVec3) -> Self {
         let size = (max - min).max(DVec3::ZERO);
         let largest = size.max_element();
@@ -37,71 +37,71 @@ impl Space {
         Self { centre: (middle + ROUNDING).floor() / scale, scale }
     }
 
-    /// World point to render space.
+    /// Transforms a world-space point to render space.
     pub fn to_render(&self, p: DVec3) -> Vec3 {
         ((p - self.centre) * self.scale).as_vec3()
     }
 
-    /// Render-space point to the world.
+    /// Transforms a render-space point to world space.
     pub fn to_world(&self, p: Vec3) -> DVec3 {
         p.as_dvec3() / self.scale + self.centre
     }
 
-    /// World to render space as a transform.
+    /// Transform from world to render space.
     pub(crate) fn to_render_affine(self) -> DAffine3 {
         let scale = DMat3::from_diagonal(DVec3::splat(self.scale));
         DAffine3 { matrix3: scale, translation: -self.centre * self.scale }
     }
 
-    /// Render space to the world as a transform.
+    /// Transform from render to world space.
     pub(crate) fn to_world_affine(self) -> DAffine3 {
         let scale = DMat3::from_diagonal(DVec3::splat(1.0 / self.scale));
         DAffine3 { matrix3: scale, translation: self.centre }
     }
 
-    /// World length to render units.
+    /// Converts a world-space length to render units.
     pub fn length_to_render(&self, length: f64) -> f32 {
         (length * self.scale) as f32
     }
 
-    /// Render-space image of the point `v` of an object placed by `placement`. The centre leaves the translation
-    /// before the vertex joins it, so nothing is lost to a far translation.
+    /// Render-space image of the point `v` of an object placed by `placement`. The centre is subtracted from the
+    /// translation before the vertex is added, so that a far translation loses no precision.
     pub(crate) fn place(&self, placement: &Placement, v: DVec3) -> DVec3 {
         let origin = (placement.translation - self.centre) + placement.residual;
         (origin + placement.linear * v) * self.scale
     }
 }
 
-/// ⌊log₂ x⌋ for finite x > 0, x first rounded to 24 bits so that rounding noise does not flip round sizes; held to
-/// ±900 so that the scale and its inverse stay normal numbers.
+/// ⌊log₂ x⌋ for finite x > 0. x is first rounded to 24 bits, so that rounding errors do not change the result for round
+/// sizes. The result is clamped to ±900, so that the scale and its inverse are normal numbers.
 fn floor_log2(x: f64) -> i32 {
     let (mantissa, exponent) = libm::frexp(x.min(f64::MAX));
     let rounded_up = mantissa >= 1.0 - 0.5 / (1 << 24) as f64;
     (if rounded_up { exponent } else { exponent - 1 }).clamp(-900, 900)
 }
 
-/// Where an object stands: world = linear · v + translation + residual, where `residual` is what the rounding of
-/// `translation` left over when transforms were composed.
+/// Placement of an object: world = linear · v + translation + residual, where `residual` is the rounding error of
+/// `translation` from the composition of transforms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Rotation, scale and shear.
     pub linear: DMat3,
-    /// Origin in the world, rounded.
+    /// World-space origin, rounded.
     pub translation: DVec3,
-    /// What is missing in `translation`.
+    /// Rounding error of `translation`.
     pub residual: DVec3,
 }
 
 impl Placement {
-    /// The object's space is the world.
+    /// The identity: object space equals world space.
     pub const IDENTITY: Self =
         Self { linear: DMat3::IDENTITY, translation: DVec3::ZERO, residual: DVec3::ZERO };
 
-    /// Placement of a child that stands at `local` in this object's space.
+    /// Placement of a child with placement `local` in this object's space.
     pub fn child(&self, local: &Self) -> Self {
         let moved = self.linear * local.translation;
         let sum = self.translation + moved;
-        // Knuth's exact sum: what the rounding of `sum` dropped.
+        // Knuth's exact sum: the rounding error of `sum`.
         let virtual_part = sum - self.translation;
         let dropped = (self.translation - (sum - virtual_part)) + (moved - virtual_part);
         Self {
@@ -111,7 +111,7 @@ impl Placement {
         }
     }
 
-    /// World image of a point.
+    /// World-space image of a point.
     pub fn point(&self, v: DVec3) -> DVec3 {
         self.translation + (self.residual + self.linear * v)
     }

@@ -1,30 +1,31 @@
-//! The light of a scene that brings none: a soft studio.
+//! Default environment for scenes without light: a soft studio.
 //!
-//! A large key light from the upper left of a viewer who looks along −Z, a weaker one from behind on the right, and walls
-//! that darken towards the floor: every side of an object gets light, and no two sides the same, so its shape shows.
-//! Radiance in the middle of the key light is about 4, of the floor 0.25; the mean over all directions is about 1.
+//! A large key light from the upper left of a viewer who looks along −Z, a weaker one from behind on the right, and
+//! walls that darken towards the floor: every side of an object receives light, and no two sides the same amount, so
+//! its shape is visible. The radiance at the centre of the key light is about 4, of the floor 0.25; the mean over all
+//! directions is about 1.
 
 use dapple_imaging::Image;
 use dapple_lights::Environment;
 use glam::{DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// What is said where it is added.
-pub const STUDIO: &str = "a soft studio environment lights it (--env none leaves it as it is)";
+/// Part of the warning when it is added.
+pub const STUDIO: &str = "a soft studio environment is added (--env none prevents this)";
 
-/// Texels around and from pole to pole; interpolated when looked up.
+/// Width and height in texels; lookups interpolate.
 const WIDTH: usize = 64;
 const HEIGHT: usize = 32;
 
-/// Radiance of floor and ceiling; between them it follows the height of the direction.
+/// Radiance of floor and ceiling; in between it is linear in the y of the direction.
 const FLOOR: f64 = 0.25;
 const CEILING: f64 = 1.15;
 
-/// Direction to a light, its radiance on top of the walls', and how fast that falls with the angle.
+/// Direction to a light, its peak radiance, added to that of the walls, and its falloff with the angle.
 const LIGHTS: [(DVec3, f64, f64); 2] =
     [(DVec3::new(-0.62, 0.6, 0.5), 3.2, 7.0), (DVec3::new(0.85, 0.28, -0.45), 1.2, 9.0)];
 
-/// The studio as an environment.
+/// Creates the studio environment.
 pub fn studio() -> Environment {
     let texel = |i: usize| {
         let (x, y) = ((i % WIDTH) as f64 + 0.5, (i / WIDTH) as f64 + 0.5);
@@ -34,11 +35,11 @@ pub fn studio() -> Environment {
     };
     let pixels = (0..WIDTH * HEIGHT).map(texel).collect();
     let picture = Image { width: WIDTH, height: HEIGHT, pixels };
-    // Every texel is a positive number, so there is always a picture.
+    // All texels are positive, so this does not fail.
     Environment::picture(picture, 0.0, 1.0, true).unwrap_or_else(|_| Environment::constant(Vec3::ONE))
 }
 
-/// Radiance from the unit direction `d`; y is up.
+/// Radiance from the unit direction `d`; +y is up.
 fn radiance(d: DVec3) -> f64 {
     let walls = FLOOR + (CEILING - FLOOR) * (0.5 + 0.5 * d.y);
     let lights = LIGHTS.map(|(to, peak, fall)| peak * libm::exp(fall * (d.dot(to.normalize()) - 1.0)));
@@ -49,7 +50,7 @@ fn radiance(d: DVec3) -> f64 {
 mod tests {
     use super::*;
 
-    /// Six sides of a cube get six different amounts of light, none of them little.
+    /// The six sides of a cube receive six different amounts of light, none of them small.
     #[test]
     fn shape_shows_from_every_side() {
         let studio = studio();

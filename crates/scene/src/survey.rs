@@ -1,54 +1,55 @@
-//! What a scene contains, exactly (what can be left out follows from it).
+//! Statistics and features of a scene, from which the renderer derives what it can leave out.
 
-/// Counts and questions; a feature that is false need not exist in the kernel that renders the scene.
+/// Counts and features of a scene; the kernel that renders it need not support a feature that is false.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Survey {
-    /// Triangles that can be hit.
+    /// Number of triangles that can be hit.
     pub triangles: usize,
-    /// Meshes, spheres and disks placed in the scene.
+    /// Number of placed meshes, spheres and disks.
     pub objects: usize,
-    /// Exact spheres and disks among the objects.
+    /// Number of exact spheres and disks among the objects.
     pub shapes: usize,
-    /// Materials, used or not.
+    /// Number of materials, including unused ones.
     pub materials: usize,
-    /// Texture maps in memory.
+    /// Number of textures in memory.
     pub textures: usize,
-    /// Lights, the environment included.
+    /// Number of lights, including the environment.
     pub lights: usize,
-    /// Some used material has holes (Mask or Blend).
+    /// A used material is not opaque (Mask or Blend).
     pub has_alpha: bool,
-    /// Some used material looks up a texture.
+    /// A used material looks up a texture.
     pub has_textures: bool,
-    /// Some used material transmits light.
+    /// A used material transmits light.
     pub has_transmission: bool,
-    /// Some used material absorbs light in its inside.
+    /// A used material absorbs light in its interior.
     pub has_volume: bool,
-    /// Some used material has a normal map.
+    /// A used material has a normal map.
     pub has_normal_maps: bool,
-    /// Some used material is shadeless.
+    /// A used material is unlit.
     pub has_unlit: bool,
     /// An object, a light or a camera moves while the shutter is open.
     pub has_motion: bool,
-    /// Some used material interpolates colours of vertices.
+    /// A used material interpolates vertex colours.
     pub has_colors: bool,
-    /// Textures of one colour that became factors.
+    /// Number of constant textures that were folded into factors.
     pub constant_textures: usize,
-    /// Channels of the textures in memory, of four each, that are not kept: no material reads them, or they hold nothing
-    /// new (1 everywhere, or the same as another).
+    /// Number of texture channels, of four per texture in memory, that are not stored: no material reads them, or they
+    /// are redundant (1 everywhere, or equal to another channel).
     pub dropped_channels: usize,
-    /// What the file holds and the picture does not need.
+    /// Parts of the file that were not read.
     pub unread: Unread,
 }
 
-/// Parts of a file that were left alone: nothing in the scene refers to them, or this render does not look at them.
+/// Counts of the parts of a file that were not read: the scene does not refer to them, or this render does not use
+/// them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Unread {
-    /// Nodes outside the scene, or hidden.
+    /// Nodes outside the scene, and hidden nodes.
     pub nodes: usize,
     /// Meshes.
     pub meshes: usize,
     /// Materials.
     pub materials: usize,
-    /// Images, not decoded.
+    /// Images that were not decoded.
     pub images: usize,
 }

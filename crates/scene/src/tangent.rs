@@ -1,14 +1,15 @@
-//! Tangents for normal maps where the file gives none: MikkTSpace [Mikkelsen 2008], by the crate `bevy_mikktspace`.
+//! Generation of tangents for normal maps if the file has none: MikkTSpace [Mikkelsen 2008], by the crate
+//! `bevy_mikktspace`.
 //!
-//! The texture coordinates are those the normal map is looked up with, its KHR_texture_transform applied. glTF counts
-//! v downwards while MikkTSpace takes it upwards, hence the sign of w is reversed: +w·(n × t) is the image's up.
+//! The texture coordinates are those with which the normal map is looked up, including its KHR_texture_transform. In
+//! glTF v points down, in MikkTSpace up, hence the sign of w is reversed: +w·(n × t) is the up direction of the image.
 use crate::{bake, material::TextureUse};
 use bevy_mikktspace::{Geometry, Ops, TangentSpace};
 use dapple_geometry::Mesh;
 use glam::{Vec2, Vec3, Vec4};
 
-/// The mesh with a tangent per vertex; vertices whose corners disagree are split. Unchanged when there are no texture
-/// coordinates to take a direction from.
+/// Adds a tangent to every vertex; vertices whose corners have different tangents are split. The mesh is unchanged if
+/// it has no texture coordinates.
 pub(crate) fn with_tangents(mesh: Mesh, normal_map: &TextureUse) -> Mesh {
     let uv = &mesh.uv[normal_map.uv_set as usize & 1];
     if uv.is_empty() || mesh.triangles.is_empty() {
@@ -19,19 +20,20 @@ pub(crate) fn with_tangents(mesh: Mesh, normal_map: &TextureUse) -> Mesh {
         uv: uv.iter().map(|&uv| normal_map.apply(uv)).collect(),
         tangents: vec![Vec4::ZERO; mesh.triangles.len() * 3],
     };
-    // The error type has no values.
+    // The error type is uninhabited.
     let _ = bevy_mikktspace::generate_tangents::<_, LibmOps>(&mut corners);
     let tangents = corners.tangents;
     weld(&mesh, &tangents)
 }
 
-/// How many twins of a vertex are compared before another one is made: keeps fans of any size linear.
+/// Maximum number of copies of a vertex that are compared before another one is added; keeps the cost linear for fans
+/// of any size.
 const LONGEST_SEARCH: usize = 16;
 
-/// Vertices shared by corners of equal tangent; a corner that differs gets a vertex of its own.
+/// Shares vertices between corners of equal tangent; a corner with a different tangent gets a separate vertex.
 fn weld(mesh: &Mesh, tangents: &[Vec4]) -> Mesh {
     const NONE: u32 = u32::MAX;
-    // For each old vertex a chain of its new ones.
+    // Linked list of the new vertices of each old one.
     let mut first = vec![NONE; mesh.positions.len()];
     let mut next: Vec<u32> = Vec::new();
     let (mut kept, mut chosen): (Vec<usize>, Vec<Vec4>) = (Vec::new(), Vec::new());
@@ -97,13 +99,13 @@ impl Geometry<LibmOps> for Corners<'_> {
 
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, vert: usize) {
         let tangent = space.map_or(Vec4::ZERO, |s| Vec4::from_array(s.tangent_encoded()));
-        // No zero signs: equal tangents are equal bits.
+        // Adding zero removes negative zeros, so that equal tangents have equal bits.
         let tangent = tangent * Vec4::new(1.0, 1.0, 1.0, -1.0) + Vec4::ZERO;
         self.tangents[face * 3 + vert] = if tangent.is_finite() { tangent } else { Vec4::ZERO };
     }
 }
 
-/// The platform's acos may differ between machines; libm's does not.
+/// Math functions of libm: the acos of the platform may differ between machines.
 struct LibmOps;
 
 impl Ops for LibmOps {
@@ -120,7 +122,7 @@ impl Ops for LibmOps {
 mod tests {
     use super::*;
 
-    /// Unit square facing +z; u to the right, v down as glTF has it.
+    /// Unit square facing +z; u to the right, v down as in glTF.
     fn square() -> Mesh {
         Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y],

@@ -1,38 +1,39 @@
-//! Views that are asked for by a place and a direction, in place of a camera of the scene.
+//! Views that the user defines by position and direction instead of a camera of the scene.
 use crate::{CameraPose, Scene};
 use dapple_camera::{Camera, Projection};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-/// Vertical field of view of a view that says none, in radians.
+/// Default vertical field of view, in radians.
 pub const FIELD_OF_VIEW: f64 = 40.0 / 180.0 * std::f64::consts::PI;
 
-/// Room around what an orbit shows.
+/// Margin around the bounding sphere shown by an orbit, as a factor.
 const MARGIN: f64 = 1.05;
 
-/// A perspective that spans `yfov` radians from bottom to top.
+/// A perspective projection with vertical field of view `yfov` in radians.
 pub fn perspective(yfov: f64) -> Projection {
     Projection::Perspective { tan_half: libm::tan(yfov * 0.5) as f32 }
 }
 
-/// On a sphere around a point, which is in the middle of the picture.
+/// Camera position on a sphere around a point, which is at the centre of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
-    /// Angle about the vertical axis in radians: 0 looks from +Z, the front of glTF models, a quarter turn from +X.
+    /// Angle about the vertical axis in radians: 0 views from +Z, the front of glTF models, π/2 from +X.
     pub yaw: f64,
-    /// Angle above the horizontal plane in radians, up to a quarter turn.
+    /// Angle above the horizontal plane in radians, at most π/2.
     pub pitch: f64,
-    /// From the point in the middle, in world units; None: as near as everything is in the picture from all sides.
+    /// Distance from the central point in world units; None selects the smallest one at which everything is in view
+    /// from all sides.
     pub distance: Option<f64>,
 }
 
 impl Orbit {
-    /// Pose of a camera about `centre`, everything within `radius` of it, with `up` (not zero) upwards and a vertical field
-    /// of view in radians.
+    /// Pose of a camera that orbits `centre`, with everything within `radius` of it, up vector `up` (not zero) and
+    /// vertical field of view `yfov` in radians.
     pub fn pose(&self, centre: DVec3, radius: f64, up: DVec3, yfov: f64) -> CameraPose {
         let ((sy, cy), (sp, cp)) = (libm::sincos(self.yaw), libm::sincos(self.pitch));
         let (right, backward) = (DVec3::new(cy, 0.0, -sy), DVec3::new(sy * cp, sp, cy * cp));
         let axes = upright(up) * DMat3::from_cols(right, backward.cross(right), backward);
-        // A sphere is seen whole from the apex of the cone that touches it. A point is seen from anywhere but itself.
+        // The camera is at the apex of the cone tangent to the sphere. A point is visible from any other point.
         let nearest = if radius > 0.0 { MARGIN * radius / libm::sin(yfov * 0.5) } else { 1.0 };
         let distance = self.distance.unwrap_or(nearest);
         CameraPose {
@@ -44,18 +45,18 @@ impl Orbit {
     }
 }
 
-/// The direction of a vector of any length but zero.
+/// The direction of a vector of any length; None for zero.
 fn unit(v: DVec3) -> Option<DVec3> {
     (v / v.abs().max_element()).try_normalize()
 }
 
-/// Turns +Y to `up` by the shortest way.
+/// The shortest rotation from +Y to `up`.
 fn upright(up: DVec3) -> DMat3 {
     DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Y, unit(up).unwrap_or(DVec3::Y)))
 }
 
-/// Axes (right, up, backward) of a view from one point to another with `up` upwards. Along `up` the top of the picture is
-/// what an [`Orbit`] of yaw 0 shows there. None where both points are one.
+/// Axes (right, up, backward) of a view from one point to another with up vector `up`. If the view is along `up`, the
+/// orientation is that of an [`Orbit`] with yaw 0. None if both points coincide.
 pub fn axes_towards(from: DVec3, at: DVec3, up: DVec3) -> Option<DMat3> {
     let backward = unit(from - at)?;
     let up = unit(up).unwrap_or(DVec3::Y);
@@ -66,13 +67,13 @@ pub fn axes_towards(from: DVec3, at: DVec3, up: DVec3) -> Option<DMat3> {
 }
 
 impl Scene {
-    /// The middle of the box around everything, in world units.
+    /// Centre of the scene's bounding box, in world units.
     pub fn centre(&self) -> DVec3 {
         let middle = self.accel.bounds().map(|(min, max)| (min.as_dvec3() + max.as_dvec3()) * 0.5);
         middle.unwrap_or(DVec3::ZERO) / self.space.scale + self.space.centre
     }
 
-    /// How far from a point of the world anything is, in world units.
+    /// Largest distance from a world-space point to any point of the scene, in world units.
     pub fn reach(&self, from: DVec3) -> f64 {
         let from = (from - self.space.centre) * self.space.scale;
         let Some((min, max)) = self.accel.bounds() else { return 0.0 };
@@ -84,7 +85,7 @@ impl Scene {
             points.map(|p| p.distance_squared(from)).fold(0.0, f64::max).sqrt()
         };
         let of_box = outermost(&mut (0..8).map(corner));
-        // Of meshes that stand still the corners are known.
+        // For static meshes the corners give a tighter bound than the bounding box.
         let is_known = self.survey.shapes == 0 && !self.accel.has_motion();
         let radius = if is_known { outermost(&mut self.corners()) } else { of_box };
         radius.min(of_box) / self.space.scale
@@ -98,10 +99,10 @@ impl Scene {
         })
     }
 
-    /// A camera that stands in the scene as the pose says.
+    /// Creates a render-space camera from a pose.
     ///
     /// # Errors
-    /// In words, what is wrong with the pose.
+    /// A description of the problem if the pose is not valid.
     pub fn place_camera(&self, pose: &CameraPose) -> Result<Camera, &'static str> {
         pose.in_render_space(&self.space)
     }

@@ -1,4 +1,4 @@
-//! Bodies: what bounds one, which of two wins, and what files say about it.
+//! Bodies: their boundaries, their precedence, and the properties in files that define it.
 #![cfg(feature = "gltf")]
 
 mod file;
@@ -49,7 +49,7 @@ fn the_strongest_body_comes_first() {
     builder.mesh("plain", tetrahedron(1.0), at(0.0), plain);
     builder.mesh("weak", tetrahedron(0.1), at(1.0), weak);
     builder.mesh("large", tetrahedron(2.0), at(2.0), even);
-    // As large by its placement, and flat in a direction of its own: bounds nothing.
+    // Ranked by its placed size, between the sphere and the large body; the next object is flat and bounds no volume.
     builder.mesh("small", tetrahedron(0.5), DAffine3::from_scale(DVec3::splat(3.0)), even);
     let quad = Mesh { triangles: vec![[0, 1, 2]], ..tetrahedron(1.0) };
     builder.mesh("flat", quad, at(0.3), even);
@@ -95,7 +95,7 @@ fn objects_of_one_body_share_it_and_differences_are_told() {
     assert!(scene.warnings.iter().any(|w| w.0.contains("'vase'")), "{:?}", scene.warnings);
 }
 
-/// Two instances of a mesh of two primitives, and a mesh of one, with extras on the materials.
+/// Two instances of a mesh with two primitives, and a mesh with one primitive, with extras on the materials.
 fn glasses(extras: [Value; 2]) -> Result<Scene, SceneError> {
     let mut file = File::new();
     let positions = file.floats(&tetrahedron(1.0).positions.iter().map(|p| p.to_array()).collect::<Vec<_>>());
@@ -123,7 +123,7 @@ fn glasses(extras: [Value; 2]) -> Result<Scene, SceneError> {
 
 #[test]
 fn files_say_which_body_wins() {
-    // Every instance is a body, both of its primitives one.
+    // Every instance is one body that consists of both primitives.
     assert_eq!(ranks(&glasses([json!({}), json!({})]).unwrap()), [0, 0, 1, 1, 2]);
     let larger = json!({"dapple": {"priority": 1}});
     assert_eq!(ranks(&glasses([json!({}), larger.clone()]).unwrap()), [1, 1, 2, 2, 0]);

@@ -1,4 +1,4 @@
-//! Scenes, material variants and animations of a file, chosen by name or index, and what `info` says of them.
+//! Selection of scenes, material variants and animations of a file by name or index, and their listing by `info`.
 #![cfg(feature = "gltf")]
 mod file;
 
@@ -27,9 +27,9 @@ fn load(file: &File, choice: gltf::Choice, at: f64) -> Scene {
     read(file, &options(choice, at)).and_then(SceneBuilder::build).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The typed error of a choice that is not there, and its words.
+/// The message of the error for a choice that does not exist; checks its type.
 fn refused(file: &File, choice: gltf::Choice) -> String {
-    let error = read(file, &options(choice, 0.0)).expect_err("this is not there");
+    let error = read(file, &options(choice, 0.0)).expect_err("this choice does not exist");
     let text = error.to_string();
     assert!(matches!(error, SceneError::Choice { .. }), "{text}");
     assert!(text.starts_with("test.gltf: --") && text.lines().count() == 1, "{text}");
@@ -47,7 +47,7 @@ fn info(file: &File, options: &gltf::Options) -> Result<gltf::Info, SceneError> 
     gltf::info(&path, options)
 }
 
-/// Nodes 0 to 3 hold squares at x = 0 to 3.
+/// A file whose nodes 0 to 3 are squares at x = 0 to 3.
 fn squares() -> File {
     let mut file = File::new();
     let positions = file.floats(&SQUARE);
@@ -73,15 +73,13 @@ fn scenes(names: &[&str]) -> File {
 fn scenes_by_name_and_index() {
     let mut file = scenes(&["", "two", "0", "two"]);
     let shown = |file: &File, scene: &str| corner(&load(file, choice(scene, "", ""), 0.0), 0).x;
-    // A name goes before an index; of several with one name the first counts.
+    // A name takes precedence over an index; of several with the same name the first one is used.
     for (scene, x) in [("", 0.0), ("1", 1.0), ("two", 1.0), ("0", 2.0), ("3", 3.0)] {
         assert!((shown(&file, scene) - x).abs() < 1e-6, "{scene}");
     }
     let warnings = |scene| load(&file, choice(scene, "", ""), 0.0).warnings;
-    assert!(
-        warnings("two").iter().any(|w| w.0.contains("2 scenes are called 'two' (1, 3): scene 1 is used"))
-    );
-    assert!(!warnings("3").iter().any(|w| w.0.contains("called")));
+    assert!(warnings("two").iter().any(|w| w.0.contains("2 scenes are named 'two' (1, 3): scene 1 is used")));
+    assert!(!warnings("3").iter().any(|w| w.0.contains("are named")));
     for wrong in ["4", "-1", "Two", "two ", "1.0", "scene 1"] {
         let said = refused(&file, choice(wrong, "", ""));
         assert!(said.contains(&format!("--scene {wrong}: ")), "{said}");
@@ -90,8 +88,8 @@ fn scenes_by_name_and_index() {
     file.set("scene", json!(3));
     assert!((shown(&file, "") - 3.0).abs() < 1e-6);
     file.json.as_object_mut().unwrap().remove("scene");
-    assert!(shown(&file, "").abs() < 1e-6, "without a default scene the first is shown");
-    // A default scene that is not there does not matter where another one is chosen.
+    assert!(shown(&file, "").abs() < 1e-6, "without a default scene the first one is shown");
+    // An invalid default scene does not matter if another one is selected.
     file.set("scene", json!(9));
     assert!((shown(&file, "3") - 3.0).abs() < 1e-6);
     assert!(read(&file, &options(choice("", "", ""), 0.0)).is_err());
@@ -107,7 +105,7 @@ fn what_else_there_is_is_noted_unless_it_was_chosen() {
     let notes = |choice| read(&file, &options(choice, 0.0)).unwrap().notes().join("\n");
     assert_eq!(
         notes(choice("", "", "")),
-        "materials are those without a variant; the file has 0 'gold', 1 'blue', 2 (--variant)"
+        "no material variant is used; the file has 0 'gold', 1 'blue', 2 (--variant)"
     );
     assert_eq!(notes(choice("", "1", "")), "");
     let file = scenes(&["", "two"]);
@@ -122,15 +120,15 @@ fn what_else_there_is_is_noted_unless_it_was_chosen() {
     );
     assert_eq!(notes(choice("", "", "all")), "");
     assert_eq!(read(&squares(), &gltf::Options::default()).unwrap().notes().len(), 0);
-    // However many there are, it is one line that ends.
+    // The length of the line is bounded.
     let mut many = squares();
     many.set("scenes", json!(vec![json!({"nodes": [0], "name": "y".repeat(500)}); 3000]));
     let note = read(&many, &gltf::Options::default()).unwrap().notes().join("\n");
     assert!(note.len() < 3000 && note.contains("and 2979 more"), "{note}");
 }
 
-/// Three primitives: one without mapping, one with several, one whose mapping holds two variants; a sphere with the
-/// material of the second. The third variant has no name and maps nothing.
+/// Three primitives: one without mappings, one with several, one whose mapping lists two variants; and a sphere with
+/// the material of the second one. The third variant has no name and no mappings.
 fn variants() -> File {
     let mut file = squares();
     let plain = file.json["meshes"][0]["primitives"][0].clone();
@@ -170,7 +168,7 @@ fn variants_give_primitives_other_materials() {
     assert_eq!(names("gold"), "default golden either golden");
     assert_eq!(names("0"), names("gold"));
     assert_eq!(names("1"), "default blue either blue");
-    assert_eq!(names("2"), names(""), "a variant that maps nothing leaves every material");
+    assert_eq!(names("2"), names(""), "a variant without mappings changes no material");
     for wrong in ["3", "9", "Gold", "green"] {
         let said = refused(&file, choice("", wrong, ""));
         assert!(said.ends_with("the file has 0 'gold', 1 'blue', 2"), "{said}");
@@ -184,7 +182,7 @@ fn variants_give_primitives_other_materials() {
     assert!(said.contains("refers to material 44"), "{said}");
 }
 
-/// Two animations that move node 0, along x and y, and one that turns it about z and moves node 1 along y.
+/// Two animations that move node 0 along x and y, and one that rotates it about z and moves node 1 along y.
 fn moving() -> File {
     let mut file = squares();
     let times = file.scalars(&[0.0, 2.0]);
@@ -212,7 +210,7 @@ fn moving() -> File {
 #[test]
 fn animations_alone_and_together() {
     let file = moving();
-    // The second corner of each square: where turning shows.
+    // The second corner of each square, which rotates.
     let second = |animation: &str, object: u32| {
         let scene = load(&file, choice("", "", animation), 1.0);
         let p = scene.space.to_world(scene.accel.corners(object, 0)[1]);
@@ -230,16 +228,20 @@ fn animations_alone_and_together() {
     }
     let hidden = |animation: &str| {
         let warnings = load(&file, choice("", "", animation), 1.0).warnings;
-        warnings.iter().filter(|w| w.0.contains("an earlier animation moves already")).count()
+        warnings.iter().filter(|w| w.0.contains("an earlier animation moves as well")).count()
     };
     assert_eq!([hidden(""), hidden("up"), hidden("all")], [0, 0, 1]);
     for wrong in ["3", "All", "left"] {
         let said = refused(&file, choice("", "", wrong));
         assert!(said.ends_with("the file has 0 'right', 1 'up', 2"), "{said}");
     }
-    assert_eq!(load(&squares(), choice("", "", "all"), 0.0).survey.objects, 1, "all of none are none");
+    assert_eq!(
+        load(&squares(), choice("", "", "all"), 0.0).survey.objects,
+        1,
+        "`all` is valid without animations"
+    );
     assert!(refused(&squares(), choice("", "", "0")).ends_with("the file has none"));
-    // Faults of an animation that is not played do not matter.
+    // Errors in an animation that is not played do not matter.
     let mut broken = moving();
     broken.json["animations"][1]["samplers"][0]["output"] = json!(99);
     assert!(read(&broken, &options(choice("", "", ""), 0.0)).is_ok());
@@ -285,7 +287,7 @@ fn info_counts_what_is_placed_and_what_is_stored() {
     assert!(told.objects.iter().all(|o| scene.objects.iter().any(|object| *object.name == *o.name)));
     let told = info(&file, &options(choice("1", "", ""), 0.0)).unwrap();
     assert_eq!((told.counts.triangles, told.objects.len()), (0, 0));
-    // A few bytes that ask for 2^64 triangles are counted, not placed.
+    // A small file that declares 2^64 triangles is counted, not placed.
     file.json["accessors"][places]["count"] = json!(u64::MAX / 2);
     file.json["accessors"][1]["count"] = json!(u64::MAX / 2);
     if let Ok(told) = info(&file, &gltf::Options::default()) {
@@ -311,7 +313,7 @@ fn info_says_where_cameras_stand_and_how_bright_lights_are() {
         "nodes",
         json!([{"name": "dolly", "translation": [1, 2, 3], "children": [1, 2]},
                {"name": "eye", "camera": 0, "translation": [0, 0, 4], "scale": [2, 2, 2]},
-               // Turned by a quarter about y: looks along −x.
+               // Rotated by 90° about y: looks along −x.
                {"camera": 1, "rotation": [0, half, 0, half], "extensions": lamp},
                {"extensions": lamp}]),
     );
@@ -357,7 +359,7 @@ fn info_lists_skins_morphs_and_what_glows() {
     );
 }
 
-/// The box around everything that is shown, in the units of the file.
+/// Bounds of the selected scene, in the units of the file.
 #[test]
 fn scenes_know_their_bounds() {
     let scene = load(&scenes(&["", "", "", ""]), choice("3", "", ""), 0.0);

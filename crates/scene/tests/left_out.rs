@@ -1,4 +1,4 @@
-//! Of a file's images only those are decoded that the render looks at, and of these only the channels it looks at.
+//! Only the images and channels that the render uses are decoded.
 #![cfg(feature = "gltf")]
 mod file;
 
@@ -8,7 +8,7 @@ use dapple_scene::{Reads, Scene, gltf};
 use file::{File, json};
 use std::path::Path;
 
-/// A picture in which all channels differ, as PNG.
+/// A PNG image in which all channels differ.
 fn png() -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.png");
@@ -18,7 +18,7 @@ fn png() -> Vec<u8> {
     std::fs::read(path).unwrap()
 }
 
-/// A square that uses five images, one for each texture of the core.
+/// A square with five images, one for each texture of the core specification.
 fn painted(alpha_mode: &str) -> Vec<u8> {
     let mut file = File::new();
     let positions = file.floats(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0_f32]]);
@@ -78,7 +78,7 @@ fn first_hits_take_no_image_and_no_light() {
     assert!(scene.lights.is_empty() && scene.warnings.is_empty(), "{:?}", scene.warnings);
 }
 
-/// Alpha is 1 everywhere in the image: once that is known, nothing of it is kept.
+/// Alpha is 1 everywhere in the image, so no channel is kept.
 #[test]
 fn holes_are_looked_for() {
     let scene = load("MASK", FIRST_HITS);
@@ -86,7 +86,7 @@ fn holes_are_looked_for() {
     assert!(!scene.has_alpha());
 }
 
-/// Ten images of the same bytes, and of one file, are decoded once each.
+/// Ten images that share a buffer view, or a file, are decoded once.
 #[test]
 fn images_of_one_source_are_one() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! What a file makes the reader take is known beforehand, refused where it is too much, and shared where it is the same.
+//! Memory of the reader: predicted beforehand, an error if it is too much, and shared for equal data.
 #![cfg(feature = "gltf")]
 mod file;
 
@@ -8,7 +8,7 @@ use file::{File, json};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A strip of `triangles`, shown at `instances` places.
+/// A strip of `triangles` triangles with `instances` instances.
 fn strips(triangles: usize, instances: usize) -> File {
     let mut file = File::new();
     let corners: Vec<[f32; 3]> = (0..triangles + 2).map(|i| [i as f32, (i % 2) as f32, 0.0]).collect();

@@ -1,4 +1,4 @@
-//! Animated files through an open shutter: chains of nodes are composed at the time asked for, exactly.
+//! Animated files with an open shutter: chains of nodes are composed exactly at any time.
 #![cfg(feature = "gltf")]
 mod file;
 
@@ -26,8 +26,8 @@ fn half_turn_keys(axis: DVec3, degrees: &[f64]) -> Vec<[f32; 4]> {
     degrees.iter().map(key).collect()
 }
 
-/// Root turned by four linear keys (270° in all), arm that jumps, hand on a spline that swells; card, ball, eye and lamp
-/// on the hand.
+/// A chain of a root rotated by four linear keys (270° in total), an arm translated by steps, and a hand scaled by a
+/// spline, with a card, a ball, an eye and a lamp on the hand.
 fn machine() -> File {
     let mut file = File::new();
     let positions = file.floats(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0_f32]]);
@@ -79,7 +79,7 @@ fn machine() -> File {
     file
 }
 
-/// The hand's transform at a time of the animation, worked out by hand.
+/// Expected transform of the hand at a time of the animation.
 fn hand(time: f64) -> DAffine3 {
     let degrees = if time < 2.0 { 90.0 * time } else { (180.0 + 45.0 * (time - 2.0)).min(270.0) };
     let root = DAffine3::from_rotation_translation(
@@ -88,7 +88,7 @@ fn hand(time: f64) -> DAffine3 {
     );
     let jump = [1.0, 2.0, 3.0, 4.0][[1.0, 2.0, 4.0].iter().filter(|&&t| time >= t).count()];
     let s = ((time - 1.0) / 2.0).clamp(0.0, 1.0);
-    // Values 1 and 2, slopes ½ out and −½ in, two seconds apart.
+    // Keys two seconds apart with values 1 and 2, out-tangent ½ and in-tangent −½.
     let (s2, s3) = (s * s, s * s * s);
     let swell = (2.0 * s3 - 3.0 * s2 + 1.0) + (s3 - 2.0 * s2 + s) + 2.0 * (3.0 * s2 - 2.0 * s3) - (s3 - s2);
     let turn = DQuat::from_xyzw(0.6, 0.0, 0.0, 0.8);
@@ -98,7 +98,7 @@ fn hand(time: f64) -> DAffine3 {
 
 #[track_caller]
 fn near(a: DVec3, b: DVec3) {
-    // f32 of a scene a few units wide; keys and vertices are f32 too.
+    // The scene is a few units wide, and all data are f32, including keys and vertices.
     assert!((a - b).length() < 2e-5, "{a} instead of {b}");
 }
 
@@ -107,7 +107,7 @@ fn a_chain_is_composed_at_every_time() {
     let scene = read(&machine(), SHUTTER);
     assert!(scene.survey.has_motion && scene.accel.has_motion());
     let moving: Vec<bool> = (0..3).map(|i| scene.accel.is_moving(i)).collect();
-    assert_eq!(moving, [true, true, false], "card, ball, and what rests");
+    assert_eq!(moving, [true, true, false], "card, ball and static object");
     for i in 0..=40 {
         let since = 2.0 * i as f32 / 40.0;
         let hand = hand(AT + SHUTTER.open + f64::from(since));
@@ -137,7 +137,7 @@ fn a_chain_is_composed_at_every_time() {
     }
 }
 
-/// The instant the shutter opens is the picture without a shutter.
+/// At the opening of the shutter the scene equals that of an instantaneous exposure.
 #[test]
 fn at_the_opening_it_is_the_picture_of_an_instant() {
     let (open, still) = (read(&machine(), SHUTTER), read(&machine(), Shutter { close: 0.25, ..SHUTTER }));
@@ -155,7 +155,7 @@ fn at_the_opening_it_is_the_picture_of_an_instant() {
     near(rays[0].d.as_dvec3(), rays[1].d.as_dvec3());
 }
 
-/// Nothing is culled that a light reaches at some time of the shutter: every light keeps its share.
+/// A light keeps its selection probability at all points that it reaches at any time while the shutter is open.
 #[test]
 fn lights_that_move_can_be_chosen_wherever_they_go() {
     let scene = read(&machine(), SHUTTER);
@@ -166,11 +166,11 @@ fn lights_that_move_can_be_chosen_wherever_they_go() {
         let n = hand.transform_vector3(-DVec3::Z).normalize().as_vec3();
         let all: f32 = (0..scene.lights.len()).map(|light| choice.pmf(p, n, light)).sum();
         assert!((all - 1.0).abs() < 1e-5);
-        assert!(choice.pmf(p, n, 0) > 0.1, "a card that nearly touches");
+        assert!(choice.pmf(p, n, 0) > 0.1, "a card close to the point");
     }
 }
 
-/// Bytes changed at random in a file that moves: never a panic, always a scene or one line.
+/// Random changes of bytes in an animated file never panic: the result is a scene or an error of one line.
 #[test]
 fn mutations_never_panic() {
     let whole = machine().glb();
@@ -184,7 +184,7 @@ fn mutations_never_panic() {
     for round in 0..4000 {
         let mut bytes = whole.clone();
         for _ in 0..1 + next(3) {
-            // Often in the numbers behind the JSON.
+            // Often in the binary data after the JSON.
             let at = if next(2) == 0 { next(bytes.len()) } else { bytes.len() - 1 - next(300) };
             bytes[at] = if next(2) == 0 { next(256) as u8 } else { b"0123456789-{}[],:\"e."[next(20)] };
         }
@@ -201,7 +201,7 @@ fn mutations_never_panic() {
     assert!((100..3900).contains(&moving), "the fuzz tries both good and bad files: {moving}");
 }
 
-/// Uneven scales while it moves: a light that is aimed at where it then is, and nothing to warn of.
+/// A sphere with a non-uniform animated scale is still sampled as a light at its current position, without a warning.
 #[test]
 fn a_round_shape_that_does_not_stay_round() {
     let mut file = machine();

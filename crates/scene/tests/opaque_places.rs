@@ -1,10 +1,10 @@
-//! Scenes in which nothing shares a place ask nothing: what stands on a floor is none.
+//! Scenes without coincident surfaces store no data about them: objects that stand on a floor do not count.
 #![cfg(feature = "gltf")]
 
 use dapple_scene::gltf;
 use std::path::Path;
 
-/// Lamps in lamps or in walls, and clear matter on a floor.
+/// Scenes with emitters in emitters or in walls, and with clear objects on a floor.
 const SHARED: [&str; 4] = ["coincident", "coplanar", "cornell_spheres", "furnace"];
 
 #[test]

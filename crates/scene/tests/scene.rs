@@ -1,4 +1,4 @@
-//! Scenes built in code, and what they answer at a hit.
+//! Scenes built in code: shading, emission and opacity at hits, lights, and errors.
 use dapple_camera::Projection;
 use dapple_geometry::{Hit, Mesh, Opaque, Surface};
 use dapple_imaging::{Interpolation, Sampler, Texture, read::Rgba8, texture::Encoding};
@@ -24,7 +24,7 @@ fn texture(width: usize, texels: &[[u8; 4]], encoding: Encoding) -> Texture {
     Texture::new(image, encoding, Sampler { interpolation: Interpolation::Nearest, ..Sampler::default() })
 }
 
-/// One square of one material.
+/// A scene of one square with one material.
 fn scene_of(material: TexturedMaterial, textures: Vec<Texture>, transform: DAffine3) -> Scene {
     scene_of_mesh(square(), material, textures, transform)
 }
@@ -44,7 +44,7 @@ fn scene_of_mesh(
     b.build().unwrap()
 }
 
-/// What a ray from `from` (world) along `d` meets.
+/// The hit of a ray from `from` (world space) along `d`.
 fn shoot(scene: &Scene, from: DVec3, d: Vec3) -> (Hit, Surface) {
     let ray = Ray::new(scene.space.to_render(from), d);
     let hit = scene.accel.intersect(&ray, 0.0, &Opaque).expect("a hit");
@@ -128,7 +128,7 @@ fn emission_leaves_the_front_unless_double_sided() {
         let (hit, surface) = shoot(&scene, DVec3::new(0.3, 0.6, -1.0), Vec3::Z);
         assert_eq!(scene.emission(&hit, &surface, Vec3::NEG_Z), Vec3::splat(back));
         assert_eq!(scene.light_of(&hit).is_some(), !unlit);
-        assert_eq!(scene.lights.len(), usize::from(!unlit), "one quad; an unlit scene shows itself");
+        assert_eq!(scene.lights.len(), usize::from(!unlit), "one quad; an unlit scene needs no light");
         assert!(scene.warnings.is_empty());
     }
 }
@@ -170,7 +170,7 @@ fn lights_know_their_surfaces_and_surfaces_their_light() {
 
 #[test]
 fn textured_lights_tell_their_mean_and_every_point() {
-    // Left half 1, right half black; half of the surface is not there at all.
+    // The left half emits 1, the right half is black; the opacity is 0.2 everywhere.
     let lamp = TexturedMaterial {
         emissive_texture: Some(TextureUse::new(0)),
         base_color_texture: Some(TextureUse::new(1)),
@@ -182,7 +182,7 @@ fn textured_lights_tell_their_mean_and_every_point() {
         texture(1, &[[255, 255, 255, 51]], Encoding::Srgb),
     ];
     let scene = scene_of(lamp, textures, DAffine3::IDENTITY);
-    assert_eq!(scene.lights.len(), 2, "textured pairs stay apart");
+    assert_eq!(scene.lights.len(), 2, "textured pairs are not combined to quads");
     let mean = |i: usize| match &scene.lights[i] {
         Light::Patterned(a) => a.area.radiance.x,
         Light::Area(a) => a.radiance.x,
@@ -197,7 +197,7 @@ fn textured_lights_tell_their_mean_and_every_point() {
     };
     assert!((at(0, 0.1, 0.1) - 1.6).abs() < 1e-5, "near corner 0: left");
     assert_eq!(at(0, 0.8, 0.1), 0.0);
-    // A hit there has been let through by its opacity already.
+    // Emission at a hit excludes opacity, which the intersection has accounted for.
     let (hit, surface) = shoot(&scene, DVec3::new(0.2, 0.1, 1.0), Vec3::NEG_Z);
     assert!((scene.emission(&hit, &surface, Vec3::Z).x - 8.0).abs() < 1e-5);
     assert!((scene.opacity(&hit) - 0.2).abs() < 1e-6);
@@ -235,12 +235,12 @@ fn opacity_of_masks_and_blends() {
     assert_eq!(with(153, AlphaMode::Mask { cutoff: 0.5 }, 0.5), (0.0, true));
     let (blend, _) = with(102, AlphaMode::Blend, 0.5);
     assert!((blend - 0.2).abs() < 1e-6);
-    // Nothing shines through these: the question is not asked at all.
+    // These are opaque everywhere: there are no alpha tests.
     assert_eq!(with(255, AlphaMode::Blend, 1.0), (1.0, false));
     assert_eq!(with(255, AlphaMode::Mask { cutoff: 0.9 }, 1.0), (1.0, false));
 }
 
-/// Everything that has a length, at scale `s`.
+/// A scene with all quantities that depend on the unit of length, at scale `s`.
 fn scaled(s: f64) -> Scene {
     let mut b = SceneBuilder::new("test");
     let mut glass =
@@ -295,7 +295,7 @@ fn environments() {
     };
     assert_eq!(with(None), (Some(0), 1, 1), "white, with a warning");
     assert_eq!(with(Some(Environment::constant(Vec3::ONE))), (Some(0), 1, 0));
-    assert_eq!(with(Some(Environment::constant(Vec3::ZERO))), (None, 0, 0), "darkness on purpose");
+    assert_eq!(with(Some(Environment::constant(Vec3::ZERO))), (None, 0, 0), "intentionally dark");
 }
 
 #[test]
@@ -351,7 +351,7 @@ fn mistakes_are_named() {
     }
 }
 
-/// Wherever the one lit texel is, it is a light, of its exact power; and so is a texel of a mask that is a hole elsewhere.
+/// A single emitting texel gives a light of exact power wherever it is, and so does a single opaque texel of a mask.
 #[test]
 fn one_texel_anywhere_is_a_light() {
     let n = 300;
@@ -386,7 +386,8 @@ fn one_texel_anywhere_is_a_light() {
     }
 }
 
-/// Texels of which only a corner lies in the triangle, a hole smaller than a texel, holes everywhere.
+/// Texels that are only partly inside the triangle, an opaque region smaller than a texel, and a fully transparent
+/// mask.
 #[test]
 fn slivers_and_pinholes() {
     let spots = |lit: &dyn Fn(usize) -> bool, a: u8| {
@@ -421,17 +422,17 @@ fn slivers_and_pinholes() {
         scene_of_mesh(one(uv), lamp(mask), vec![image], DAffine3::IDENTITY)
     };
     let corner = [Vec2::ZERO, Vec2::X, Vec2::Y];
-    // The triangle cuts half of the texel on its diagonal.
+    // The triangle contains half of the texel on its diagonal.
     let scene = half(corner, false, false, &|i| i == 8 * 3 + 4);
     let power = f64::from(scene.lights[0].power(1.0).x) / scene.space.scale.powi(2);
     assert!((power / (std::f64::consts::PI * 0.5 / 64.0) - 1.0).abs() < 1e-4, "{power}");
-    // A pinhole of a bilinear mask: alpha is above the cutoff only close to a texel's centre.
+    // An opaque spot of a bilinear mask: alpha is above the cutoff only close to a texel's centre.
     let scene = half(corner, true, true, &|i| i == 8 * 2 + 2);
     assert!(matches!(scene.lights[..], [Light::Patterned(_)]), "{:?}", scene.lights);
-    // All hole: no light to aim at, and by what it says a lamp all the same.
+    // Fully transparent: there is no light to sample, but the material counts as an emitter.
     let scene = half(corner, true, false, &|_| false);
     assert!(scene.lights.is_empty() && scene.warnings.is_empty(), "{:?}", scene.warnings);
-    // Coordinates without extent and without end.
+    // Degenerate and huge texture coordinates.
     for uv in [
         [Vec2::splat(0.3); 3],
         [Vec2::ZERO, Vec2::X, Vec2::X * 2.0],
@@ -443,7 +444,7 @@ fn slivers_and_pinholes() {
     }
 }
 
-/// A texture repeated many times, faster than any raster of points: the mean is that of the texture.
+/// The mean of a texture that is repeated many times is that of the texture.
 #[test]
 fn repeats_do_not_alias() {
     for repeat in [64.0, 1000.0, 30_000.0] {

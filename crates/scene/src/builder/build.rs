@@ -1,4 +1,4 @@
-//! From what was added to a scene in render space: objects, cameras, lights, and what the scene then is.
+//! Building of the scene: conversion of objects, cameras and lights to render space, light detection, and statistics.
 use super::{CameraPose, Geometry, SceneBuilder, placed::Placed};
 use crate::{
     AlphaMode, NamedCamera, Object, Scene, SceneError, SharedPlaces, Space, Survey, TexturedMaterial,
@@ -28,19 +28,19 @@ use dapple_math::motion::Chain;
 use glam::{DAffine3, Vec3};
 use std::sync::Arc;
 
-/// What an object looks like to a light, and how it moves if it does.
-type Seen = (Form, Option<Movement>);
+/// Shape of an object for light creation, and its motion if it moves.
+type ObjectForm = (Form, Option<Movement>);
 
 impl SceneBuilder {
-    /// Checks everything and moves it to render space. Adds a framing camera when there is none, a soft studio environment
-    /// (with a warning) when nothing emits.
+    /// Validates everything and converts it to render space. Adds a framing camera if there is none, and a soft studio
+    /// environment (with a warning) if nothing emits.
     ///
     /// # Errors
-    /// The first thing that is wrong: a number that is not finite, an index out of range, attribute lengths that
-    /// disagree, a radius that is not positive, a camera or light without direction.
+    /// The first problem found: a number that is not finite, an index out of range, attributes of different lengths, a
+    /// radius that is not positive, a camera or light without direction.
     pub fn build(mut self) -> Result<Scene, SceneError> {
         self.check()?;
-        self.settle();
+        self.make_static();
         let emitted: Vec<bool> = self.materials.iter().map(TexturedMaterial::is_light).collect();
         self.strip_emission();
         let constant_textures = constants::fold(&mut self.materials, &mut self.textures);
@@ -64,7 +64,7 @@ impl SceneBuilder {
         let kinds = (&objects[..], self.kinds(&objects, &emitted));
         let mut shared_places = SharedPlaces::find(&accel, kinds, (&area, &lights), &space);
         if let Some(shared) = &mut shared_places {
-            self.leave_hidden_out(shared, &mut area, &mut objects, &seen, &space);
+            self.remove_hidden(shared, &mut area, &mut objects, &seen, &space);
         }
         lights.splice(0..0, area.lights.drain(..));
         let environment = self.surroundings(&objects, &lights).map(|e| {
@@ -100,8 +100,9 @@ impl SceneBuilder {
         })
     }
 
-    /// What each object is to others in the same place; `emitted`: by material, before light was left out, for light still
-    /// decides then what is seen where surfaces share a place.
+    /// The properties of each object that decide how coincident surfaces are treated. `emitted` tells for each material
+    /// whether it emits in the file; if light is not rendered, this still decides which of two coincident surfaces is
+    /// visible.
     fn kinds(&self, objects: &[Object], emitted: &[bool]) -> Vec<Kind> {
         let kind = |o: &Object| {
             let m = o.material as usize;
@@ -111,14 +112,14 @@ impl SceneBuilder {
         objects.iter().map(kind).collect()
     }
 
-    /// Absorption per render-space length.
+    /// Converts absorption coefficients to render space.
     fn scale_absorption(&mut self, space: &Space) {
         for m in &mut self.materials {
             m.sigma_a = (m.sigma_a.as_dvec3() / space.scale).as_vec3();
         }
     }
 
-    /// Materials and textures that are kept.
+    /// Adds the statistics of materials and textures.
     fn survey(&self, objects: &[Object], survey: &mut Survey) {
         (survey.materials, survey.textures) = (self.materials.len(), self.textures.len());
         survey.dropped_channels = self.textures.iter().map(|t| 4 - t.channels()).sum();
@@ -126,7 +127,7 @@ impl SceneBuilder {
         scene::survey(objects, &self.materials, survey);
     }
 
-    /// Without light to show nothing emits and nothing surrounds the scene.
+    /// Removes all emission, lights and the environment if light is not rendered.
     fn strip_emission(&mut self) {
         if !self.reads.light {
             self.materials.iter_mut().for_each(|m| m.emission = Vec3::ZERO);
@@ -135,7 +136,7 @@ impl SceneBuilder {
         }
     }
 
-    fn area_lights(&self, accel: &Accel, objects: &mut [Object], seen: &[Seen]) -> AreaLights {
+    fn area_lights(&self, accel: &Accel, objects: &mut [Object], seen: &[ObjectForm]) -> AreaLights {
         let mut area = AreaLights::default();
         let mut patterns = Patterns::new(accel, &self.textures, &self.materials);
         for (i, (object, (form, movement))) in objects.iter_mut().zip(seen).enumerate() {
@@ -146,13 +147,13 @@ impl SceneBuilder {
         area
     }
 
-    /// Lamps that another one covers in the same place are no lights.
-    fn leave_hidden_out(
+    /// Removes lights that coincide with another light that covers them.
+    fn remove_hidden(
         &mut self,
         shared: &mut SharedPlaces,
         area: &mut AreaLights,
         objects: &mut [Object],
-        seen: &[Seen],
+        seen: &[ObjectForm],
         space: &Space,
     ) {
         let is_solid = |object: u32| {
@@ -171,12 +172,12 @@ impl SceneBuilder {
         }
         let lie = if count == 1 { "1 light lies".into() } else { format!("{count} lights lie") };
         self.warn(Warning(format!(
-            "{lie} in the place of another light, which alone shines there: remove the copies"
+            "{lie} in the place of another light and cannot be seen: remove the copies"
         )));
     }
 
-    /// The environment, unless it is black; a studio for a scene that nothing would light. What lights is decided by
-    /// what the scene says, not by how much of it is left by textures and holes.
+    /// The environment, unless it is black, or the studio environment for a scene without light. This depends on the
+    /// factors of the materials, not on how much light textures and alpha leave.
     fn surroundings(&mut self, objects: &[Object], lights: &[Light]) -> Option<Environment> {
         let material = |o: &Object| &self.materials[o.material as usize];
         let shown = !objects.is_empty() && objects.iter().all(|o| material(o).unlit);
@@ -189,17 +190,22 @@ impl SceneBuilder {
         self.environment.take().filter(|e| !(e.is_constant() && e.mean() == Vec3::ZERO))
     }
 
-    fn framed(&self, accel: &Accel, seen: &[Seen]) -> Result<NamedCamera, SceneError> {
+    fn framed(&self, accel: &Accel, seen: &[ObjectForm]) -> Result<NamedCamera, SceneError> {
         let counts = seen.iter().map(|(form, _)| form.triangles()).collect();
         let camera = framing::frame(accel, counts).in_render_space(&Space::IDENTITY);
         let camera = camera.map_err(|what| self.invalid("camera 'auto'", what))?;
         Ok(NamedCamera { name: "auto".into(), camera, aspect: None })
     }
 
-    /// Moves the objects into the world.
-    fn accel(&mut self, space: &Space) -> Result<(Accel, Vec<Object>, Vec<Seen>), SceneError> {
-        let mut entry =
-            Entry { space, accel: AccelBuilder::default(), own: OwnSpaces::default(), dropped: 0, mended: 0 };
+    /// Builds the acceleration structure.
+    fn accel(&mut self, space: &Space) -> Result<(Accel, Vec<Object>, Vec<ObjectForm>), SceneError> {
+        let mut entry = Assembly {
+            space,
+            accel: AccelBuilder::default(),
+            own: OwnSpaces::default(),
+            dropped: 0,
+            repaired: 0,
+        };
         let (mut objects, mut seen) = (Vec::new(), Vec::new());
         for (i, Placed { name, material, geometry, .. }) in
             std::mem::take(&mut self.placed).into_iter().enumerate()
@@ -210,13 +216,13 @@ impl SceneBuilder {
                 self.materials.get(material as usize).is_some_and(|m| m.textures().next().is_some());
             objects.push(Object { name, material, first_light: u32::MAX, textured, body: u32::MAX });
         }
-        let Entry { accel, dropped, mended, .. } = entry;
+        let Assembly { accel, dropped, repaired, .. } = entry;
         if dropped > 0 {
             self.warn(Warning(format!("{dropped} triangles without area are left out")));
         }
-        if mended > 0 {
+        if repaired > 0 {
             self.warn(Warning(format!(
-                "{mended} texture coordinates or vertex colours are not usable numbers: zero or white instead"
+                "{repaired} texture coordinates or vertex colours are not valid numbers: zero or white is used"
             )));
         }
         let seconds = self.exposure.shutter.seconds();
@@ -239,25 +245,30 @@ impl SceneBuilder {
     }
 }
 
-/// The world so far, and what had to be changed on the way there.
-struct Entry<'a> {
+/// The acceleration structure under construction, with counts of the changes to the input.
+struct Assembly<'a> {
     space: &'a Space,
     accel: AccelBuilder,
     own: OwnSpaces,
     dropped: usize,
-    mended: usize,
+    repaired: usize,
 }
 
-impl Entry<'_> {
-    /// Moves one object into the world; what is wrong with it otherwise, in words.
-    fn insert(&mut self, from: &SceneBuilder, geometry: Geometry, material: u32) -> Result<Seen, String> {
+impl Assembly<'_> {
+    /// Adds one object to the acceleration structure. The error describes the problem.
+    fn insert(
+        &mut self,
+        from: &SceneBuilder,
+        geometry: Geometry,
+        material: u32,
+    ) -> Result<ObjectForm, String> {
         let (space, index) = (self.space, material);
         let material = &from.materials[index as usize];
         let form = match geometry {
             Geometry::Mesh { mesh, placement } => {
                 let baked = bake::bake(&mesh, &placement, space);
                 drop(mesh);
-                self.changed(baked.dropped, baked.mended);
+                self.changed(baked.dropped, baked.repaired);
                 let mesh = for_material(baked.mesh, material, from.reads.everything);
                 let form = Form::Triangles(mesh.triangles.len());
                 self.accel.add_mesh(mesh);
@@ -277,7 +288,7 @@ impl Entry<'_> {
             Geometry::Moving { body, chain } => {
                 let shared = self.own.get(&body, index, material);
                 if let Some(own) = &shared {
-                    self.changed(own.dropped, own.mended);
+                    self.changed(own.dropped, own.repaired);
                 }
                 let (form, movement) = from.exposure.insert(&mut self.accel, &body, &chain, shared, space)?;
                 return Ok((form, Some(movement)));
@@ -286,14 +297,14 @@ impl Entry<'_> {
         Ok((form, None))
     }
 
-    fn changed(&mut self, dropped: usize, mended: usize) {
+    fn changed(&mut self, dropped: usize, repaired: usize) {
         self.dropped += dropped;
-        self.mended += mended;
+        self.repaired += repaired;
     }
 }
 
-/// How much of everything the world, its lights and cameras hold.
-fn count(accel: &Accel, seen: &[Seen], lights: &[Light], cameras: &[NamedCamera]) -> Survey {
+/// Statistics of the geometry, lights and cameras.
+fn count(accel: &Accel, seen: &[ObjectForm], lights: &[Light], cameras: &[NamedCamera]) -> Survey {
     Survey {
         triangles: accel.triangle_count(),
         objects: seen.len(),

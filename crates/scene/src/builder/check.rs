@@ -1,17 +1,17 @@
-//! Is what was added fit to be a scene? What is wrong, how large it is, and what can be made simpler.
+//! Validation of the parts of a scene, its bounds, and simplifications.
 use super::{Geometry, SceneBuilder};
 use crate::{AlphaMode, SceneError, Space, TextureUse, TexturedMaterial, error::quoted, slots::SLOTS};
 use dapple_geometry::bvh::Tree;
 use glam::DVec3;
 use std::collections::HashSet;
 
-/// Most triangles a scene may have once every instance is placed: all may end in one tree.
+/// Maximum number of triangles of a scene, including all instances: all may be in a single tree.
 const MAX_TRIANGLES: usize = Tree::MOST_TRIANGLES;
-/// World coordinates beyond this are taken for errors; f64 arithmetic on them stays finite.
+/// Larger world coordinates are treated as errors; f64 arithmetic on smaller ones stays finite.
 const FARTHEST: f64 = 1e300;
 
 impl SceneBuilder {
-    /// The first thing that is wrong.
+    /// Validates everything; returns the first error.
     pub(super) fn check(&self) -> Result<(), SceneError> {
         for (i, m) in self.materials.iter().enumerate() {
             let place = || format!("material {i} '{}'", quoted(&m.name));
@@ -20,7 +20,7 @@ impl SceneBuilder {
             }
             let bad = |t: &TextureUse| t.texture as usize >= self.textures.len() || t.uv_set > 1;
             if let Some(slot) = SLOTS.iter().find(|slot| (slot.of)(m).as_ref().is_some_and(bad)) {
-                let what = "uses a texture or a set of coordinates that is not there";
+                let what = "uses a texture or a uv set that does not exist";
                 return Err(self.invalid(place(), format!("{what}, for its {} texture", slot.label)));
             }
         }
@@ -34,20 +34,20 @@ impl SceneBuilder {
             triangles = triangles.saturating_add(placed.form().primitives());
         }
         if triangles > MAX_TRIANGLES {
-            let what = format!("has {triangles} triangles; at most {MAX_TRIANGLES} fit");
+            let what = format!("has {triangles} triangles; at most {MAX_TRIANGLES} are supported");
             return Err(self.invalid("the scene", what));
         }
         Ok(())
     }
 
-    /// World box of everything that can be hit, when the shutter opens: a thing that then flies off changes nothing about
-    /// the space the rest is rendered in.
+    /// World-space bounding box of all objects when the shutter opens, from which render space is derived: later motion
+    /// does not change the space in which the rest is rendered.
     pub(super) fn bounds(&self) -> Result<Option<(DVec3, DVec3)>, SceneError> {
         let mut all: Option<(DVec3, DVec3)> = None;
         for (i, placed) in self.placed.iter().enumerate() {
             let Some((min, max)) = placed.bounds(&self.exposure) else { continue };
             if !(min.min_element() >= -FARTHEST && max.max_element() <= FARTHEST) {
-                let what = "is placed beyond every number dapple can work with";
+                let what = "is too far away: its coordinates are not finite or beyond 1e300";
                 return Err(self.invalid(format!("object {i} '{}'", quoted(&placed.name)), what));
             }
             all = Some(all.map_or((min, max), |(a, b)| (a.min(min), b.max(max))));
@@ -55,19 +55,19 @@ impl SceneBuilder {
         Ok(all)
     }
 
-    /// What hangs on a chain but stands still while the shutter is open becomes a thing that stands still.
-    pub(super) fn settle(&mut self) {
+    /// Converts objects on chains that do not move while the shutter is open to static objects.
+    pub(super) fn make_static(&mut self) {
         let exposure = self.exposure;
         for placed in &mut self.placed {
             if let Geometry::Moving { body, chain } = &placed.geometry
                 && !exposure.is_moving(&exposure.motion(chain, &Space::IDENTITY))
             {
-                placed.geometry = body.standing(&exposure.placement(chain));
+                placed.geometry = body.placed(&exposure.placement(chain));
             }
         }
     }
 
-    /// Masks and blends that let nothing through become opaque: traversal need not ask.
+    /// Changes the mode of Mask and Blend materials that are opaque everywhere to Opaque, which saves alpha tests.
     pub(super) fn simplify_alpha(&mut self) {
         let covers = |m: &TexturedMaterial| {
             let cutoff = match m.alpha_mode {

@@ -1,4 +1,4 @@
-//! One object of a scene that is being built: what it is, what is wrong with it, how large it is.
+//! Objects of a scene under construction: geometry, validation and bounds.
 use crate::{Placement, bake, exposure::Exposure, form::Form};
 use dapple_geometry::Mesh;
 use dapple_geometry::shapes::{Disk, Shape, Sphere};
@@ -6,15 +6,15 @@ use dapple_math::motion::Chain;
 use glam::{DVec3, Vec3};
 use std::{collections::HashSet, sync::Arc};
 
-/// An object in the world.
+/// An object with its name and material.
 #[derive(Debug)]
 pub(crate) struct Placed {
     pub name: Arc<str>,
     pub material: u32,
     pub geometry: Geometry,
-    /// Objects of one group bound one body.
+    /// Objects of the same group bound one body.
     pub group: u32,
-    /// Node of the file; without a file, the object itself.
+    /// Index of the node in the file, or of the object for scenes built in code.
     pub node: u32,
 }
 
@@ -26,22 +26,22 @@ pub(crate) enum Geometry {
     Moving { body: Body, chain: Chain },
 }
 
-/// What hangs on a chain.
+/// Geometry at the end of a chain of nodes.
 #[derive(Debug)]
 pub(crate) enum Body {
     Mesh(Arc<Mesh>),
-    /// About the origin.
+    /// A sphere about the origin.
     Sphere {
         radius: f64,
     },
-    /// About the origin, facing +z.
+    /// A disk about the origin, facing +z.
     Disk {
         radius: f64,
     },
 }
 
 impl Body {
-    /// Of the round ones.
+    /// Radius of a sphere or disk; None for a mesh.
     pub fn radius(&self) -> Option<f64> {
         match self {
             Self::Mesh(_) => None,
@@ -49,7 +49,7 @@ impl Body {
         }
     }
 
-    /// As its light has it, in its own space.
+    /// Shape for light creation, in the body's own space.
     pub fn form(&self) -> Form {
         match self {
             Self::Mesh(mesh) => Form::Triangles(mesh.triangles.len()),
@@ -58,8 +58,8 @@ impl Body {
         }
     }
 
-    /// The body placed once and for all; a round one by the mean of its scales.
-    pub fn standing(&self, placement: &Placement) -> Geometry {
+    /// Static geometry of the body at a placement; spheres and disks use the mean of the scales.
+    pub fn placed(&self, placement: &Placement) -> Geometry {
         let (m, centre) = (&placement.linear, placement.point(DVec3::ZERO));
         let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
         match self {
@@ -73,7 +73,7 @@ impl Body {
         }
     }
 
-    /// Its box in the world, placed.
+    /// World-space bounding box of the body at a placement.
     pub fn bounds(&self, placement: &Placement) -> Option<(DVec3, DVec3)> {
         let Some(radius) = self.radius() else {
             let Self::Mesh(mesh) = self else { return None };
@@ -85,7 +85,7 @@ impl Body {
         Some((centre - half, centre + half))
     }
 
-    /// Of size 1.
+    /// Sphere or disk of radius 1; None for a mesh.
     pub fn unit_shape(&self) -> Option<Shape> {
         match self {
             Self::Mesh(_) => None,
@@ -112,10 +112,11 @@ impl Placed {
         }
     }
 
-    /// What is wrong with the object, in words. A mesh is looked at once: `sound` holds the addresses of those that are right.
+    /// Describes the first problem of the object. Each mesh is checked once: `sound` holds the addresses of valid
+    /// meshes.
     pub fn fault(&self, materials: usize, sound: &mut HashSet<usize>) -> Option<String> {
         if self.material as usize >= materials {
-            return Some(format!("uses material {} of {materials}", self.material));
+            return Some(format!("uses material {}, but there are {materials}", self.material));
         }
         match &self.geometry {
             Geometry::Mesh { placement, .. } if !placement.is_finite() => {
@@ -148,8 +149,8 @@ impl Placed {
         }
     }
 
-    /// Its box in its own space, and how many times larger volumes are in the world when the shutter opens; of flat things
-    /// a flat box.
+    /// Bounding box in the object's own space, flat for flat objects, and the ratio of world to own volume when the
+    /// shutter opens.
     pub fn own_box(&self, exposure: &Exposure) -> Option<((DVec3, DVec3), f64)> {
         let round = |radius: f64, flat: bool| {
             let half = DVec3::new(radius, radius, if flat { 0.0 } else { radius });
@@ -168,13 +169,12 @@ impl Placed {
         }
     }
 
-    /// In the world, when the shutter opens.
+    /// World-space bounding box when the shutter opens.
     pub fn bounds(&self, exposure: &Exposure) -> Option<(DVec3, DVec3)> {
         match &self.geometry {
             Geometry::Moving { body, chain } => body.bounds(&exposure.placement(chain)),
             Geometry::Mesh { mesh, placement } => bake::bounds(mesh, placement),
-            // The disk's box is taken as the sphere's: an *approximation* that only makes render space a little
-            // roomier.
+            // A disk uses the box of the sphere: an *approximation* that only makes the bounds slightly larger.
             Geometry::Sphere { centre, radius } | Geometry::Disk { centre, radius, .. } => {
                 Some((*centre - DVec3::splat(*radius), *centre + DVec3::splat(*radius)))
             }

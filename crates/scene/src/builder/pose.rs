@@ -1,24 +1,25 @@
-//! Where a camera stands in the world, and the same camera in render space.
+//! World-space pose of a camera, and its conversion to render space.
 use crate::Space;
 use dapple_camera::{Camera, Clip, Projection, camera::axes};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// A camera in world space: looks along the −z of its transform, +y up; scale and shear of the transform are ignored.
+/// A camera in world space. It looks along the −z of its transform, with +y up; scale and shear of the transform are
+/// ignored.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraPose {
-    /// Camera to world.
+    /// Transform from camera to world.
     pub transform: DAffine3,
     /// Perspective or orthographic (half height in world units).
     pub projection: Projection,
-    /// Width / height of the frame that the picture has to hold.
+    /// Aspect ratio (width / height) of the frame that the image must contain.
     pub aspect: Option<f32>,
-    /// Planes that camera rays see nothing before and beyond, in world units.
+    /// Near and far clipping planes of camera rays, in world units.
     pub clip: Option<Clip>,
 }
 
 impl CameraPose {
-    /// A perspective camera at `from` that looks at `at` with `up` upwards and spans `yfov` radians from bottom to
-    /// top.
+    /// A perspective camera at `from` that looks at `at`, with up vector `up` and a vertical field of view of `yfov`
+    /// radians.
     pub fn look_at(from: DVec3, at: DVec3, up: DVec3, yfov: f64) -> Self {
         let backward = (from - at).normalize_or(DVec3::Z);
         let right = up.cross(backward).normalize_or(backward.any_orthonormal_vector());
@@ -33,10 +34,10 @@ impl CameraPose {
 }
 
 impl CameraPose {
-    /// In render space; what is wrong with it otherwise, in words.
+    /// The camera in render space, or a description of the problem.
     pub(crate) fn in_render_space(&self, space: &Space) -> Result<Camera, &'static str> {
         let Some((right, up, backward)) = axes(&self.transform.matrix3) else {
-            return Err("has no direction of view: its transform is singular or not finite");
+            return Err("has no viewing direction: its transform is singular or not finite");
         };
         let origin = space.to_render(self.transform.translation);
         let projection = match self.projection {
@@ -48,10 +49,10 @@ impl CameraPose {
         let (Projection::Perspective { tan_half: extent } | Projection::Orthographic { half_height: extent }) =
             projection;
         if !origin.is_finite() {
-            return Err("is not at a place that numbers can express");
+            return Err("is too far away: its position is not finite");
         }
         if !(extent > 0.0 && extent.is_finite()) {
-            return Err("must span an angle between 0 and 180 degrees, or a height above 0");
+            return Err("must have a field of view between 0 and 180 degrees, or a height above 0");
         }
         Ok(Camera {
             origin,
@@ -67,7 +68,7 @@ impl CameraPose {
     }
 }
 
-/// Planes that no number can express are none.
+/// Converts clipping planes; planes whose distance is not a finite positive number are disabled.
 fn clip_in_render_space(clip: Clip, space: &Space) -> Clip {
     let length = |world: f32| space.length_to_render(f64::from(world));
     let near = Some(length(clip.near)).filter(|near| *near > 0.0 && near.is_finite());

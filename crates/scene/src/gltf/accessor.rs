@@ -1,6 +1,6 @@
-//! Numbers out of buffers: all component types, normalised integers, strides, sparse accessors, and accessors
-//! without data (zeros). Reads byte by byte, so misaligned data do no harm. Quantised attributes
-//! (KHR_mesh_quantization) are ordinary integers here.
+//! Reading of accessors: all component types, normalised integers, strides, sparse accessors, and accessors without
+//! data (zeros). Reads byte by byte, so misaligned data are accepted. Quantised attributes (KHR_mesh_quantization) are
+//! ordinary integers here.
 use super::document::{Document, label, range};
 use crate::SceneError;
 use gltf::json::{
@@ -9,12 +9,12 @@ use gltf::json::{
     validation::Checked,
 };
 
-/// Largest count one accessor may have; indices are 32-bit.
+/// Maximum count of an accessor; indices are 32-bit.
 const MAX_COUNT: u64 = u32::MAX as u64;
 
-/// Where the elements of an accessor are.
+/// Location and type of the elements of an accessor.
 struct Layout<'a> {
-    /// None: zeros.
+    /// None stands for zeros.
     bytes: Option<&'a [u8]>,
     stride: usize,
     count: usize,
@@ -24,7 +24,7 @@ struct Layout<'a> {
     place: String,
 }
 
-/// Components of a type that can be read (matrices cannot).
+/// Number of components of a type; None for matrices, which are not supported.
 fn components(t: Type) -> Option<usize> {
     match t {
         Type::Scalar => Some(1),
@@ -43,7 +43,7 @@ fn size(c: ComponentType) -> usize {
     }
 }
 
-/// One component as a number; `bytes` has at least its size. Normalised integers by glTF 2.0 §3.6.2.2.
+/// Reads one component as a number; `bytes` has at least its size. Normalised integers follow glTF 2.0 §3.6.2.2.
 fn number(bytes: &[u8], component: ComponentType, normalized: bool) -> f32 {
     let two = || [bytes[0], bytes[1]];
     let four = || [bytes[0], bytes[1], bytes[2], bytes[3]];
@@ -58,7 +58,7 @@ fn number(bytes: &[u8], component: ComponentType, normalized: bool) -> f32 {
     if normalized { (value / largest).max(-1.0) } else { value }
 }
 
-/// One unsigned integer; None for signed and floating-point components.
+/// Reads one unsigned integer; None for signed and floating-point components.
 fn integer(bytes: &[u8], component: ComponentType) -> Option<u32> {
     match component {
         ComponentType::U8 => Some(u32::from(bytes[0])),
@@ -69,7 +69,7 @@ fn integer(bytes: &[u8], component: ComponentType) -> Option<u32> {
 }
 
 impl Document<'_> {
-    /// Elements of exactly N components.
+    /// Reads elements of exactly N components.
     pub fn vectors<const N: usize>(
         &self,
         index: Index<json::Accessor>,
@@ -83,7 +83,7 @@ impl Document<'_> {
         self.decode(index, &layout)
     }
 
-    /// Elements of 3 or 4 components; the missing fourth is 1 (COLOR_0).
+    /// Reads elements of 3 or 4 components (COLOR_0); a missing fourth component is 1.
     pub fn colors(&self, index: Index<json::Accessor>, place: &str) -> Result<Vec<[f32; 4]>, SceneError> {
         let layout = self.layout(index, place)?;
         match layout.components {
@@ -95,11 +95,12 @@ impl Document<'_> {
         }
     }
 
-    /// Unsigned integers.
+    /// Reads unsigned integers.
     pub fn indices(&self, index: Index<json::Accessor>, place: &str) -> Result<Vec<u32>, SceneError> {
         let layout = self.layout(index, place)?;
         if layout.components != 1 || integer(&[0; 4], layout.component).is_none() {
-            return Err(self.invalid(layout.place, format!("does not hold indices ({place})")));
+            let what = format!("does not hold indices, which must be unsigned integers ({place})");
+            return Err(self.invalid(layout.place, what));
         }
         let mut out = vec![0; layout.count];
         if let Some(bytes) = layout.bytes {
@@ -113,7 +114,7 @@ impl Document<'_> {
         Ok(out)
     }
 
-    /// How many elements an accessor has.
+    /// Number of elements of an accessor.
     pub fn count(&self, index: Index<json::Accessor>, place: &str) -> Result<u64, SceneError> {
         Ok(self.get(&self.root.accessors, index, "accessor", place)?.count.0)
     }
@@ -137,7 +138,7 @@ impl Document<'_> {
         Ok(out)
     }
 
-    /// Checks an accessor. The bytes it returns start at the first element and end with the last.
+    /// Checks an accessor. The returned bytes start at the first element and end with the last.
     fn layout(&self, index: Index<json::Accessor>, place: &str) -> Result<Layout<'_>, SceneError> {
         let accessor = self.get(&self.root.accessors, index, "accessor", place)?;
         let place = label("accessor", index.value(), accessor.name.as_deref());
@@ -150,7 +151,9 @@ impl Document<'_> {
         };
         let count = accessor.count.0;
         if count > MAX_COUNT {
-            return Err(self.invalid(place, format!("has {count} elements; at most {MAX_COUNT} can be read")));
+            return Err(
+                self.invalid(place, format!("has {count} elements; at most {MAX_COUNT} are supported"))
+            );
         }
         let element = (components * size(component.0)) as u64;
         let mut layout = Layout {
@@ -187,7 +190,7 @@ impl Document<'_> {
         Ok(layout)
     }
 
-    /// Position and bytes of the elements that a sparse accessor replaces.
+    /// Index and bytes of the elements that a sparse accessor replaces.
     fn patches(
         &self,
         index: Index<json::Accessor>,
@@ -216,7 +219,7 @@ impl Document<'_> {
         Ok(out)
     }
 
-    /// `count` closely packed elements of a sparse accessor's part.
+    /// `count` tightly packed elements of the indices or values of a sparse accessor.
     fn packed(
         &self,
         part: &impl SparsePart,
@@ -232,7 +235,7 @@ impl Document<'_> {
     }
 }
 
-/// Indices or values of a sparse accessor: buffer view and offset in it.
+/// Indices or values of a sparse accessor, with their buffer view and byte offset.
 trait SparsePart {
     fn place(&self) -> (Index<json::buffer::View>, u64);
 }

@@ -1,7 +1,7 @@
-//! Animated translations, rotations and scales: the file's samplers as tracks (glTF 2.0 appendix C).
+//! Animated translations, rotations and scales: converts the file's samplers to tracks (glTF 2.0 appendix C).
 //!
-//! Outside its keys a track keeps its first or last value. When several of the chosen animations move the same property
-//! of a node, the first one counts.
+//! Outside its keys a track keeps its first or last value. If several of the selected animations move the same property
+//! of a node, the first one is used.
 use super::document::{Document, label};
 use crate::SceneError;
 use dapple_math::motion::{Interpolation, Track, TrackError, Value};
@@ -22,13 +22,13 @@ pub(super) struct Tracks {
 }
 
 impl Tracks {
-    /// Whether there are none.
+    /// Whether the node is not animated.
     pub fn is_empty(&self) -> bool {
         self.translation.is_none() && self.rotation.is_none() && self.scale.is_none()
     }
 }
 
-/// The tracks that the chosen animations, by index, give to all nodes, by node index.
+/// The tracks of all nodes, by node index, from the selected animations, given by index.
 pub(super) fn tracks(doc: &Document<'_>, chosen: &[usize]) -> Result<Vec<Tracks>, SceneError> {
     let mut nodes = vec![Tracks::default(); doc.root.nodes.len()];
     let mut read = Read::default();
@@ -54,30 +54,32 @@ pub(super) fn tracks(doc: &Document<'_>, chosen: &[usize]) -> Result<Vec<Tracks>
             };
         }
         if hidden {
-            doc.warn(format!("{place} moves what an earlier animation moves already; there it is left out"));
+            doc.warn(format!(
+                "{place} moves properties that an earlier animation moves as well: there the earlier one is used"
+            ));
         }
     }
     Ok(nodes)
 }
 
-/// Where the keys of a track are: accessors of the times and the values, and what is between them.
+/// Identity of a track: accessors of the times and the values, and the interpolation.
 type Keys = (usize, usize, u8);
 
-/// The tracks read so far: many nodes may follow the same keys.
+/// The tracks read so far, as many nodes may share one.
 #[derive(Default)]
 struct Read {
     vectors: HashMap<Keys, Arc<Track<DVec3>>>,
     rotations: HashMap<Keys, Arc<Track<DQuat>>>,
 }
 
-/// First and last key of each animation; (0, 0) without any.
+/// Times of the first and last key of each animation in seconds; (0, 0) without keys.
 pub(super) fn spans(doc: &Document<'_>) -> Vec<Result<(f64, f64), SceneError>> {
     let mut inputs = HashMap::new();
     let animations = doc.root.animations.iter().enumerate();
     animations.map(|(i, a)| span(doc, a, &label("animation", i, a.name.as_deref()), &mut inputs)).collect()
 }
 
-/// First and last key of one. `inputs`: those of the accessors that have been looked at; many samplers share one.
+/// Times of the first and last key of an animation. `inputs` caches those of accessors, which many samplers may share.
 fn span(
     doc: &Document<'_>,
     animation: &json::Animation,
@@ -109,7 +111,7 @@ fn rotation(v: [f32; 4]) -> DQuat {
     DQuat::from_vec4(DVec4::from_array(v.map(f64::from)))
 }
 
-/// Where a channel's keys stand in the file.
+/// A channel's sampler in the file.
 struct Sampler<'a, 'o> {
     doc: &'a Document<'o>,
     animation: &'a json::Animation,
@@ -118,7 +120,7 @@ struct Sampler<'a, 'o> {
 }
 
 impl Sampler<'_, '_> {
-    /// Reads the track into `slot`; true (and nothing read) when an earlier animation has filled it.
+    /// Reads the track into `slot`; if an earlier animation has filled it, reads nothing and returns true.
     fn fill<const N: usize, T: Value>(
         &self,
         slot: &mut Option<Arc<Track<T>>>,
@@ -170,7 +172,7 @@ impl Sampler<'_, '_> {
                 place,
                 match error {
                     TrackError::Empty | TrackError::Length => {
-                        format!("has {keys} keys and {count} values, which do not fit")
+                        format!("has {keys} keys and {count} values, which do not match")
                     }
                     TrackError::Times(_) => "has times that do not increase from key to key".into(),
                     TrackError::Value(_) => "has a value that is not a finite number".into(),

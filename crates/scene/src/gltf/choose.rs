@@ -1,17 +1,17 @@
-//! Which of a file's scenes, material variants and animations is shown: what was asked for, else what the file says.
+//! Selection of the scene, material variant and animations to show: the requested ones, or else the file's defaults.
 use super::document::Document;
 use super::options::Choice;
 use crate::{SceneError, error::quoted};
 use gltf::json::{self, Index};
 
-/// Most things that one message lists.
+/// Maximum number of items that one message lists.
 const LISTED: usize = 20;
-/// Stands for all animations together.
+/// Value that selects all animations.
 const ALL: &str = "all";
 
-/// What is shown, by index; every index is in range.
+/// Indices of the selected items; every index is in range.
 pub(super) struct Selected {
-    /// None when the file has no scenes: all of its nodes are shown.
+    /// None if the file has no scenes: all of its nodes are shown.
     pub scene: Option<usize>,
     pub variant: Option<usize>,
     /// In the order of the file.
@@ -43,7 +43,7 @@ impl Selected {
         })
     }
 
-    /// The material of a primitive: the one that the variant maps it to, else its own.
+    /// The material of a primitive: the one to which the variant maps it, or else its own.
     pub fn material(&self, primitive: &json::mesh::Primitive) -> Option<Index<json::Material>> {
         let extensions = primitive.extensions.as_ref();
         let mappings = extensions.and_then(|e| e.khr_materials_variants.as_ref()).map(|e| &e.mappings);
@@ -53,7 +53,7 @@ impl Selected {
         chosen.map_or(primitive.material, |mapping| Some(Index::new(mapping.material)))
     }
 
-    /// What else could be shown, one line for each kind of thing that nobody chose from.
+    /// Notes on the alternatives in the file: one line for each kind of item for which no choice was made.
     pub fn notes(&self, doc: &Document<'_>) -> Vec<String> {
         let choice = &doc.options.choice;
         let mut notes = Vec::new();
@@ -69,7 +69,7 @@ impl Selected {
         let variants = variants(doc);
         if choice.variant.is_none() && !variants.is_empty() {
             let others = others(&variants, usize::MAX);
-            notes.push(format!("materials are those without a variant; the file has {others} (--variant)"));
+            notes.push(format!("no material variant is used; the file has {others} (--variant)"));
         }
         let animations = names(&doc.root.animations, |a| a.name.as_deref());
         if choice.animation.is_none() && animations.len() > 1 {
@@ -85,26 +85,26 @@ fn scenes<'a>(doc: &'a Document<'_>) -> Vec<Option<&'a str>> {
     names(&doc.root.scenes, |s| s.name.as_deref())
 }
 
-/// Names of the file's variants.
+/// Names of the variants of the file.
 pub(super) fn variants<'a>(doc: &'a Document<'_>) -> Vec<Option<&'a str>> {
     let extension = doc.root.extensions.as_ref().and_then(|e| e.khr_materials_variants.as_ref());
     names(extension.map_or(&[][..], |e| &e.variants), |v| Some(v.name.as_str()))
 }
 
-/// Names of things; an empty one is none.
+/// Names of items; an empty name counts as none.
 fn names<T>(all: &[T], name: impl Fn(&T) -> Option<&str>) -> Vec<Option<&str>> {
     all.iter().map(|one| name(one).filter(|name| !name.is_empty())).collect()
 }
 
-/// The index of the thing called `wanted`, else of the one with that index. Of several with one name the first, with a
-/// warning.
+/// The index of the item named `wanted`, or else `wanted` itself as an index. If several have this name, the first one
+/// is used, with a warning.
 fn find(doc: &Document<'_>, kind: &str, wanted: &str, names: &[Option<&str>]) -> Result<usize, SceneError> {
     let called: Vec<usize> = (0..names.len()).filter(|&i| names[i] == Some(wanted)).collect();
     let by_index = || wanted.parse::<usize>().ok().filter(|&i| i < names.len());
     if let [first, _, ..] = called[..] {
         let all = called.iter().take(LISTED).map(usize::to_string).collect::<Vec<_>>().join(", ");
         doc.warn(format!(
-            "{} {kind}s are called '{}' ({all}): {kind} {first} is used; an index chooses another",
+            "{} {kind}s are named '{}' ({all}): {kind} {first} is used; select another one by its index",
             called.len(),
             quoted(wanted)
         ));
@@ -117,7 +117,7 @@ fn find(doc: &Document<'_>, kind: &str, wanted: &str, names: &[Option<&str>]) ->
     })
 }
 
-/// How messages call one of them.
+/// Index and name of an item for messages.
 fn one(names: &[Option<&str>], index: usize) -> String {
     match names.get(index).copied().flatten() {
         Some(name) => format!("{index} '{}'", quoted(name)),
@@ -125,7 +125,7 @@ fn one(names: &[Option<&str>], index: usize) -> String {
     }
 }
 
-/// Those at `which`, as far as a message is the place for it; empty if there are none.
+/// The items at `which`, at most [`LISTED`] of them; empty if there are none.
 fn list(names: &[Option<&str>], which: &[usize]) -> String {
     let shown: Vec<String> = which.iter().take(LISTED).map(|&i| one(names, i)).collect();
     match which.len().saturating_sub(LISTED) {

@@ -1,4 +1,4 @@
-//! From bytes to JSON: splits a .glb, checks version and required extensions, and makes the JSON fit the crate
+//! Parsing of a file's bytes: splits a .glb, checks version and required extensions, and adapts the JSON to the crate
 //! `gltf`.
 use super::{extensions, options::Options, sanitize};
 use crate::{SceneError, Warning, error::quoted};
@@ -10,29 +10,29 @@ const MAGIC: &[u8; 4] = b"glTF";
 const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
 const BIN_CHUNK: u32 = u32::from_le_bytes(*b"BIN\0");
 
-/// Most extensions that are named one by one.
-pub(super) const SAID: usize = 40;
+/// Maximum number of extensions that warnings name individually.
+pub(super) const MAX_NAMED: usize = 40;
 
 /// A parsed file.
 pub(super) struct Content {
-    /// Typed, by the crate `gltf`. Indices in it are unchecked.
+    /// The JSON as typed by the crate `gltf`. Its indices are unchecked.
     pub root: json::Root,
-    /// The same as plain JSON (f64 numbers, unknown extensions).
+    /// The same JSON as plain values (f64 numbers, unknown extensions).
     pub value: Value,
     /// The binary chunk of a .glb.
     pub blob: Option<Vec<u8>>,
-    /// Bytes of the file.
+    /// Size of the file in bytes.
     pub length: u64,
 }
 
-/// What to do about an extension that is required but not supported.
+/// Treatment of extensions that are required but not supported: an error or a warning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Required {
     Refused,
     Warned,
 }
 
-/// Parses `bytes`, the content of `file`. Warnings name what the file asks for and will not get.
+/// Parses `bytes`, the content of `file`. Adds warnings about unsupported features.
 pub(super) fn parse(
     file: &Path,
     bytes: &[u8],
@@ -72,15 +72,15 @@ pub(super) fn parse(
     })
 }
 
-/// Bytes that JSON takes once it is parsed, twice: as the crate `gltf` types it and as plain values. At most what a value
-/// for each comma, colon and opening bracket takes, and the text itself.
+/// Upper bound of the memory in bytes that JSON takes once it is parsed both by the crate `gltf` and to plain values:
+/// one value for each comma, colon and opening bracket, plus the text itself.
 fn json_bytes(text: &[u8]) -> u64 {
     const VALUE: u64 = 120;
     let values = text.iter().filter(|c| matches!(c, b',' | b':' | b'[' | b'{')).count() as u64;
     values.saturating_mul(VALUE).saturating_add(3 * text.len() as u64)
 }
 
-/// JSON and binary chunk; a file that is no .glb is all JSON.
+/// The JSON and the binary chunk; a file that is not a .glb is all JSON.
 fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     if !bytes.starts_with(MAGIC) {
         return Ok((bytes, None));
@@ -88,17 +88,20 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     let word = |at: usize| -> Option<u32> {
         Some(u32::from_le_bytes(bytes.get(at..at.checked_add(4)?)?.try_into().ok()?))
     };
-    let cut_short = || "the file is cut short within its header".to_owned();
-    let (version, length) = (word(4).ok_or_else(cut_short)?, word(8).ok_or_else(cut_short)? as usize);
+    let truncated = || "the file is truncated within a header; copy or export it again".to_owned();
+    let (version, length) = (word(4).ok_or_else(truncated)?, word(8).ok_or_else(truncated)? as usize);
     if version != 2 {
-        return Err(format!("it is a version {version} .glb; only version 2 can be read"));
+        return Err(format!("it is a version {version} .glb; only version 2 is supported"));
     }
     if length > bytes.len() {
-        return Err(format!("the file is cut short: it has {} of its {length} bytes", bytes.len()));
+        let held = bytes.len();
+        return Err(format!(
+            "the file is truncated to {held} of its {length} bytes; copy or export it again"
+        ));
     }
     let (mut text, mut blob, mut at) = (None, None, 12);
     while at < length {
-        let (size, kind) = (word(at).ok_or_else(cut_short)? as usize, word(at + 4).ok_or_else(cut_short)?);
+        let (size, kind) = (word(at).ok_or_else(truncated)? as usize, word(at + 4).ok_or_else(truncated)?);
         let chunk = at
             .checked_add(8 + size)
             .filter(|&end| end <= length)
@@ -115,11 +118,11 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
 }
 
 fn version(value: &Value) -> Result<(), String> {
-    let asset = value.get("asset").ok_or("there is no 'asset' entry; is it glTF?")?;
+    let asset = value.get("asset").ok_or("there is no 'asset' entry; is this a glTF file?")?;
     let newest = asset.get("minVersion").or(asset.get("version")).and_then(Value::as_str);
     match newest {
         Some(v) if v == "2.0" || (asset.get("minVersion").is_none() && v.starts_with("2.")) => Ok(()),
-        Some(v) => Err(format!("it is glTF {}; only glTF 2.0 can be read", quoted(v))),
+        Some(v) => Err(format!("it is glTF {}; only glTF 2.0 is supported", quoted(v))),
         None => Err("'asset' has no version".into()),
     }
 }
@@ -143,18 +146,18 @@ fn check_extensions(
         Required::Warned => {
             let extension = quoted(&extension);
             warnings.push(Warning(format!(
-                "{extension} is required but not supported: dapple cannot render this"
+                "{extension} is required but not supported: dapple cannot render this file"
             )));
         }
     }
-    let (more_idle, idle) = (idle.len().saturating_sub(SAID), idle.into_iter().take(SAID));
+    let (more_idle, idle) = (idle.len().saturating_sub(MAX_NAMED), idle.into_iter().take(MAX_NAMED));
     for name in idle {
         let name = quoted(name);
-        warnings.push(Warning(format!("{name} is said to be required, but nothing in the file uses it")));
+        warnings.push(Warning(format!("{name} is declared as required, but nothing in the file uses it")));
     }
     if more_idle > 0 {
-        let said = format!("{more_idle} more extensions are said to be required, but nothing uses them");
-        warnings.push(Warning(said));
+        let text = format!("{more_idle} more extensions are declared as required, but nothing uses them");
+        warnings.push(Warning(text));
     }
     Ok(())
 }
@@ -165,8 +168,8 @@ pub(super) fn names<'a>(value: &'a Value, key: &str) -> Vec<&'a str> {
     list.filter_map(Value::as_str).collect()
 }
 
-/// Removes animation channels that target no node (KHR_animation_pointer, or to be ignored by the specification):
-/// the crate `gltf` 1.4 cannot parse them. Returns how many.
+/// Removes animation channels without target node (those of KHR_animation_pointer, and those that the specification
+/// says to ignore), which the crate `gltf` 1.4 cannot parse. Returns their number.
 fn strip_pointers(value: &mut Value) -> usize {
     let mut count = 0;
     for animation in value.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten() {

@@ -1,5 +1,5 @@
-//! A parsed file with checked access: every index and byte range is looked at before it is used, and every message
-//! names what it speaks of.
+//! A parsed file with checked access: every index and byte range is validated before it is used, and every message
+//! names the object it refers to.
 use super::{container::Content, options::Options, source};
 use crate::{SceneError, Warning, error::quoted};
 use dapple_imaging::MemoryLimit;
@@ -10,9 +10,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Elements that accessors without data may ask for in one file.
+/// Limit of the elements of accessors without data in one file.
 const ZEROS: u64 = 1 << 22;
-/// Most warnings that are kept.
+/// Limit of the warnings that are kept.
 const MAX_WARNINGS: usize = 100;
 
 /// A glTF file.
@@ -24,9 +24,10 @@ pub(super) struct Document<'o> {
     blob: Option<Vec<u8>>,
     buffers: Vec<OnceCell<Vec<u8>>>,
     zeros: Cell<u64>,
-    /// Bytes that the file has made the reader keep. A few lines of JSON can refer to the same data any number of times.
+    /// Bytes of memory that the reader has allocated for the file so far. A few lines of JSON can refer to the same
+    /// data any number of times.
     kept: Cell<u64>,
-    /// Bytes of the file and of what has been read beside it.
+    /// Size in bytes of the file and of the other files read for it.
     length: Cell<u64>,
     warnings: RefCell<Vec<Warning>>,
 }
@@ -48,12 +49,12 @@ impl<'o> Document<'o> {
         }
     }
 
-    /// Something is wrong with `place`.
+    /// An error about the object named by `place`.
     pub fn invalid(&self, place: impl Into<String>, what: impl Into<String>) -> SceneError {
         SceneError::invalid(&self.file.display().to_string(), place, what)
     }
 
-    /// Tells the user something, once.
+    /// Adds a warning unless the same one exists or there are too many.
     pub fn warn(&self, text: String) {
         let mut warnings = self.warnings.borrow_mut();
         let warning = Warning(text);
@@ -66,7 +67,7 @@ impl<'o> Document<'o> {
         self.warnings.take()
     }
 
-    /// The element of a top-level list that `index` points to.
+    /// The element of a list at `index`, or an error that names both.
     pub fn get<'a, T>(
         &self,
         list: &'a [T],
@@ -79,7 +80,7 @@ impl<'o> Document<'o> {
         })
     }
 
-    /// Bytes of a buffer view.
+    /// The bytes of a buffer view.
     pub fn view(&self, index: Index<json::buffer::View>, place: &str) -> Result<&[u8], SceneError> {
         let view = self.get(&self.root.buffer_views, index, "buffer view", place)?;
         let place = label("buffer view", index.value(), view.name.as_deref());
@@ -87,11 +88,11 @@ impl<'o> Document<'o> {
         let (start, length) = (view.byte_offset.unwrap_or_default().0, view.byte_length.0);
         range(buffer, start, length).ok_or_else(|| {
             let what = format!("ends at byte {}", u128::from(start) + u128::from(length));
-            self.invalid(place, format!("{what}, but its buffer has {}", buffer.len()))
+            self.invalid(place, format!("{what}, but its buffer has only {} bytes", buffer.len()))
         })
     }
 
-    /// Distance between elements of a view, None when they lie close.
+    /// Distance in bytes between elements of a view; None if they are tightly packed.
     pub fn stride(&self, index: Index<json::buffer::View>) -> Option<u64> {
         self.root.buffer_views.get(index.value())?.byte_stride.map(|s| s.0 as u64)
     }
@@ -104,25 +105,27 @@ impl<'o> Document<'o> {
         }
         let place = label("buffer", index.value(), buffer.name.as_deref());
         let length = buffer.byte_length.0;
-        let cut_short = |held: usize| self.invalid(&*place, format!("holds {held} of its {length} bytes"));
+        let truncated = |held: usize| {
+            self.invalid(&*place, format!("holds {held} of its {length} bytes; export the scene again"))
+        };
         let mut bytes = match (&buffer.uri, &self.blob) {
             (Some(uri), _) => self.outside(uri, length, &place)?,
             (None, Some(blob)) if index.value() == 0 => {
-                return range(blob, 0, length).ok_or_else(|| cut_short(blob.len()));
+                return range(blob, 0, length).ok_or_else(|| truncated(blob.len()));
             }
-            (None, _) => return Err(self.invalid(place, "has no data")),
+            (None, _) => return Err(self.invalid(place, "has no data; export the scene again")),
         };
         if (bytes.len() as u64) < length {
-            return Err(cut_short(bytes.len()));
+            return Err(truncated(bytes.len()));
         }
         bytes.truncate(length as usize);
         let _ = cell.set(bytes);
         Ok(cell.get().map_or(&[], Vec::as_slice))
     }
 
-    /// Up to `limit` bytes of what a URI stands for.
+    /// Up to `limit` bytes of the data or the file that a URI denotes.
     pub fn outside(&self, uri: &str, limit: u64, place: &str) -> Result<Vec<u8>, SceneError> {
-        // Of data no more comes than the URI has letters; of a file no more than it has bytes.
+        // Upper bound: the length of a data URI, or the size of a file.
         let at_most = match source::path(&self.file, uri) {
             Some(path) => path.metadata().map_or(0, |found| found.len()).min(limit),
             None => uri.len() as u64,
@@ -131,12 +134,15 @@ impl<'o> Document<'o> {
         self.keep(at_most, place)?;
         let bytes = source::bytes(&self.file, uri, limit, place, self.options)?;
         if let Some(found) = source::other_name(&self.file, uri) {
-            self.warn(format!("{place}: '{}' was found as '{}'", quoted(uri), quoted(&found)));
+            let (uri, found) = (quoted(uri), quoted(&found));
+            self.warn(format!(
+                "{place}: there is no file '{uri}'; '{found}' is used: correct the name in the scene"
+            ));
         }
         Ok(bytes)
     }
 
-    /// The file itself and the files that its buffers and images name.
+    /// Paths of the file itself and of the files that its buffers and images name.
     pub fn files(&self) -> Vec<PathBuf> {
         let buffers = self.root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
         let images = self.root.images.iter().filter_map(|image| image.uri.as_deref());
@@ -144,23 +150,23 @@ impl<'o> Document<'o> {
         std::iter::once(self.file.clone()).chain(named).collect()
     }
 
-    /// Takes `count` elements from the allowance for accessors without data.
+    /// Counts `count` elements against the limit of elements without data.
     pub fn zeros(&self, count: u64, place: &str) -> Result<(), SceneError> {
         let left = self.zeros.get().checked_sub(count);
         self.zeros.set(left.ok_or_else(|| {
-            self.invalid(place, format!("asks for {count} elements without data; at most {ZEROS} are given"))
+            self.invalid(place, format!("has {count} elements without data; a file may have at most {ZEROS}"))
         })?);
         Ok(())
     }
 
-    /// Takes `bytes` from the memory a file may use, before they are taken from the system.
+    /// Counts `bytes` against the memory limit of the file, before they are allocated.
     pub fn keep(&self, bytes: u64, place: &str) -> Result<(), SceneError> {
         self.would_keep(bytes, place)?;
         self.kept.set(self.kept.get().saturating_add(bytes));
         Ok(())
     }
 
-    /// Whether so many bytes more could be taken.
+    /// Checks whether `bytes` more bytes would stay within the memory limit.
     pub fn would_keep(&self, bytes: u64, place: &str) -> Result<(), SceneError> {
         let kept = self.kept.get().saturating_add(bytes);
         let refuse = |overrun| SceneError::Memory {
@@ -171,17 +177,17 @@ impl<'o> Document<'o> {
         self.options.memory.admit(kept, Some(self.length.get())).map_err(refuse)
     }
 
-    /// What the file may still make the reader keep.
+    /// The memory that the reader may still allocate for the file.
     pub fn left(&self) -> MemoryLimit {
         self.options.memory.less(self.kept.get())
     }
 
-    /// So many bytes have been read from beside the file.
+    /// Adds to the size of the input the bytes read from another file.
     pub fn has_read(&self, bytes: u64) {
         self.length.set(self.length.get().saturating_add(bytes));
     }
 
-    /// The `extras.dapple` object of something.
+    /// The `dapple` object of `extras`, if there is one.
     pub fn dapple(&self, extras: &json::Extras, place: &str) -> Result<Option<Value>, SceneError> {
         let Some(extras) = extras else { return Ok(None) };
         let value: Value =
@@ -190,14 +196,14 @@ impl<'o> Document<'o> {
     }
 }
 
-/// `length` bytes from `start`, if they are there.
+/// The `length` bytes from `start`; None if the range exceeds the slice.
 pub(super) fn range(bytes: &[u8], start: u64, length: u64) -> Option<&[u8]> {
     let start = usize::try_from(start).ok()?;
     let end = start.checked_add(usize::try_from(length).ok()?)?;
     bytes.get(start..end)
 }
 
-/// How messages call the `index`-th thing of a kind.
+/// Name in messages of the `index`-th object of a kind.
 pub(super) fn label(kind: &str, index: usize, name: Option<&str>) -> String {
     match name {
         Some(name) if !name.is_empty() => {

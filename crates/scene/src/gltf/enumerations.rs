@@ -1,18 +1,19 @@
-//! Enumerations in other spellings than glTF's: names in other cases, numbers for names and names for numbers, as exporters
-//! write them that put their own constants into the file.
+//! Repair of enumerations that exporters spell differently from glTF: names in another case, numbers for names, and
+//! names for numbers.
 use crate::{Warning, error::quoted};
 use serde_json::{Map, Value};
 
-/// What a field may hold.
+/// Allowed values of a field.
 enum Allowed {
-    /// Names, each with numbers that are taken for it.
+    /// Names, each with the numbers that are accepted for it.
     Names(&'static [(&'static str, &'static [u64])]),
-    /// Numbers, each with its name in OpenGL.
+    /// Numbers, each with its OpenGL name.
     Codes(&'static [(u64, &'static str)]),
 }
 use Allowed::{Codes, Names};
 
-/// Where an enumeration stands: keys on the way to the objects that hold it (lists are looked through), and its fields.
+/// Location of an enumeration: the keys that lead to the objects that contain it (through lists as well), and its
+/// fields.
 struct Place {
     what: &'static str,
     path: &'static [&'static str],
@@ -20,7 +21,7 @@ struct Place {
     allowed: Allowed,
 }
 
-/// Magnification and minification filters of OpenGL.
+/// OpenGL magnification and minification filters.
 const FILTERS: &[(u64, &str)] = &[
     (9728, "NEAREST"),
     (9729, "LINEAR"),
@@ -47,7 +48,7 @@ const MODES: &[(u64, &str)] = &[
     (5, "TRIANGLE_STRIP"),
     (6, "TRIANGLE_FAN"),
 ];
-/// By number: the order of glTF's list, or filters of OpenGL.
+/// Numbers: the order in the glTF specification, or OpenGL filters.
 const INTERPOLATIONS: &[(&str, &[u64])] =
     &[("LINEAR", &[0, 9729]), ("STEP", &[1, 9728]), ("CUBICSPLINE", &[2, 3])];
 const PATHS: &[(&str, &[u64])] = &[("translation", &[]), ("rotation", &[]), ("scale", &[]), ("weights", &[])];
@@ -120,7 +121,7 @@ const PLACES: &[Place] = &[
     },
 ];
 
-/// Writes them as glTF does, with a warning for each kind; returns whether there were any.
+/// Replaces such values by the ones of glTF, with a warning for each kind; returns whether there were any.
 pub(super) fn sanitize(value: &mut Value, warnings: &mut Vec<Warning>) -> bool {
     let before = warnings.len();
     for place in PLACES {
@@ -138,7 +139,7 @@ pub(super) fn sanitize(value: &mut Value, warnings: &mut Vec<Warning>) -> bool {
         if let Some((Some(given), meant)) = first {
             let (given, meant) = (quoted(&given.to_string()), meant.to_string());
             warnings.push(Warning(format!(
-                "{count} {} are not written as glTF has them and are taken as meant: {given} as {meant}",
+                "{count} {} are not valid glTF and are interpreted: {given} as {meant}",
                 place.what
             )));
         }
@@ -147,7 +148,7 @@ pub(super) fn sanitize(value: &mut Value, warnings: &mut Vec<Warning>) -> bool {
 }
 
 impl Allowed {
-    /// What something that is not allowed stands for; None for what is allowed, or means nothing.
+    /// The intended value of an invalid one; None for values that are valid or cannot be interpreted.
     fn meant(&self, given: &Value) -> Option<Value> {
         match self {
             Names(names) => {
@@ -175,7 +176,7 @@ impl Allowed {
     }
 }
 
-/// The same letters and digits, whatever their case and what is between them; `GL_` may stand before them.
+/// Whether both have the same letters and digits, ignoring case, separators and a leading `GL_`.
 fn is_like(text: &str, name: &str) -> bool {
     let plain = |s: &str| -> String {
         s.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_uppercase()).collect()
@@ -236,7 +237,7 @@ mod tests {
         assert!(
             warnings[0].0.starts_with("4 interpolations") && warnings[0].0.ends_with("9729 as \"LINEAR\"")
         );
-        assert!(!sanitize(&mut value, &mut warnings) && value == right, "what is right stays");
+        assert!(!sanitize(&mut value, &mut warnings) && value == right, "valid values are unchanged");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Which glTF extensions dapple honours, and what an unsupported optional one will change in the picture.
+//! Supported glTF extensions, and the visible effect of unsupported optional ones.
 
 use crate::error::quoted;
 use serde_json::Value;
@@ -8,11 +8,11 @@ pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
 const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 const IMAGE_BASED: &str = "EXT_lights_image_based";
 const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
-/// Its channels are taken out of the JSON when that is parsed.
+/// The channels of this extension are removed from the JSON when it is parsed.
 pub(super) const POINTER: &str = "KHR_animation_pointer";
 const BASISU: &str = "KHR_texture_basisu";
 
-/// Extensions a file may require.
+/// Extensions that a file may require.
 pub(super) const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
@@ -29,24 +29,24 @@ pub(super) const SUPPORTED: &[&str] = &[
     "KHR_texture_transform",
 ];
 
-/// What a picture lacks when an extension is used but neither required nor supported.
+/// Effect on the image of extensions that are used but neither required nor supported.
 const LEFT_OUT: &[(&str, &str)] = &[
-    (IMAGE_BASED, "its environment is left out"),
+    (IMAGE_BASED, "its environment is left out (--env sets one)"),
     (MESHOPT[0], "the uncompressed copy of the data is used"),
-    (POINTER, "animated materials, lights and cameras keep their values"),
+    (POINTER, "animated properties of materials, lights and cameras keep their initial values"),
     (DRACO, "the uncompressed copy of the meshes is used"),
-    ("KHR_materials_anisotropy", "stretched highlights are round"),
+    ("KHR_materials_anisotropy", "anisotropic highlights are rendered as isotropic"),
     ("KHR_materials_clearcoat", "clear coats are left out"),
-    ("KHR_materials_diffuse_transmission", "light that seeps through is left out"),
-    ("KHR_materials_dispersion", "glass does not split light into colours"),
-    ("KHR_materials_iridescence", "thin-film colours are left out"),
-    (SPECULAR_GLOSSINESS, "the metallic-roughness values beside it are used"),
-    ("KHR_materials_sheen", "cloth has no sheen"),
+    ("KHR_materials_diffuse_transmission", "diffuse transmission is left out"),
+    ("KHR_materials_dispersion", "glass shows no dispersion"),
+    ("KHR_materials_iridescence", "thin-film interference is left out"),
+    (SPECULAR_GLOSSINESS, "the metallic-roughness values are used"),
+    ("KHR_materials_sheen", "sheen is left out"),
     (MESHOPT[1], "the uncompressed copy of the data is used"),
     (BASISU, "the textures' PNG or JPEG copies are used"),
 ];
 
-/// Extensions that change no picture: they describe, sound or move things, or offer others in place of what is shown.
+/// Extensions without effect on the image: metadata, sound, physics, interaction, and alternative levels of detail.
 const INVISIBLE: &[&str] = &[
     "AGI_stk_metadata",
     "EXT_feature_metadata",
@@ -75,7 +75,7 @@ const INVISIBLE: &[&str] = &[
     "VRMC_springBone",
 ];
 
-/// Extensions of materials that do nothing where this factor is zero, which it is unless it is given.
+/// Material extensions that have no effect if this factor is zero, which is its default.
 const BY_FACTOR: &[(&str, &str)] = &[
     ("KHR_materials_anisotropy", "anisotropyStrength"),
     ("KHR_materials_clearcoat", "clearcoatFactor"),
@@ -92,12 +92,12 @@ pub(super) fn is_supported(name: &str) -> bool {
 
 /// The warning for an extension that is used but neither required nor supported.
 pub(super) fn left_out(name: &str, value: &Value) -> String {
-    let effect = LEFT_OUT.iter().find(|(n, _)| *n == name).map_or("what it adds is left out", |(_, e)| e);
+    let effect = LEFT_OUT.iter().find(|(n, _)| *n == name).map_or("its effect is left out", |(_, e)| e);
     let effect = without_copy(name, value).unwrap_or(effect);
     format!("{} is not supported: {effect}", quoted(name))
 }
 
-/// Whether an extension object leaves the picture as it is without it.
+/// Whether an extension object has no effect on the image.
 fn is_neutral(name: &str, object: &Value) -> bool {
     let is_zero = |v: &Value| v.as_f64() == Some(0.0);
     INVISIBLE.contains(&name)
@@ -111,7 +111,7 @@ fn is_neutral(name: &str, object: &Value) -> bool {
         })
 }
 
-/// What is left out where the file holds nothing to fall back on.
+/// Effect of an unsupported extension if the file has no fallback for it.
 fn without_copy(name: &str, value: &Value) -> Option<&'static str> {
     let extended = |list: &str| objects(value, list).filter(|o| o["extensions"].get(name).is_some());
     match name {
@@ -128,7 +128,7 @@ fn without_copy(name: &str, value: &Value) -> Option<&'static str> {
         SPECULAR_GLOSSINESS => {
             let lacking = extended("materials").any(|m| m.get("pbrMetallicRoughness").is_none());
             lacking.then_some(
-                "materials that have no metallic-roughness values beside it get glTF's default, a rough white metal",
+                "materials without metallic-roughness values get glTF's default, a rough white metal",
             )
         }
         BASISU => {
@@ -143,7 +143,7 @@ fn objects<'a>(value: &'a Value, list: &str) -> impl Iterator<Item = &'a Value> 
     value.get(list).and_then(Value::as_array).into_iter().flatten()
 }
 
-/// Extensions that something in the file uses, declared or not: the keys of all objects called `extensions`.
+/// Extensions that the file actually uses, declared or not: the keys of all objects named `extensions`.
 pub(super) fn used(value: &Value) -> BTreeSet<&str> {
     let mut found = BTreeSet::new();
     walk(value, &mut |name, _| {
@@ -152,7 +152,7 @@ pub(super) fn used(value: &Value) -> BTreeSet<&str> {
     found
 }
 
-/// Of these parts of the file, the extensions in them that change how they look.
+/// Extensions in these parts of the file that affect the image.
 pub(super) fn visible<'a>(parts: impl Iterator<Item = &'a Value>) -> BTreeSet<&'a str> {
     let mut found = BTreeSet::new();
     for part in parts {
@@ -165,14 +165,14 @@ pub(super) fn visible<'a>(parts: impl Iterator<Item = &'a Value>) -> BTreeSet<&'
     found
 }
 
-/// The extensions of the file as a whole that change how all of it looks; of some, what they define is used elsewhere.
+/// Extensions at the top level of the file that affect the image. [`IMAGE_BASED`] is excluded: scenes refer to it.
 pub(super) fn of_the_whole(value: &Value) -> impl Iterator<Item = &str> {
     let all = value.get("extensions").and_then(Value::as_object).into_iter().flatten();
     all.filter(|(name, object)| *name != IMAGE_BASED && !is_neutral(name, object))
         .map(|(name, _)| name.as_str())
 }
 
-/// Calls `found` with every extension object and its name. JSON nests at most 128 deep.
+/// Calls `found` with the name of every extension and its object. JSON nests at most 128 levels deep.
 fn walk<'a>(value: &'a Value, found: &mut dyn FnMut(&'a str, &'a Value)) {
     let mut open = vec![value];
     while let Some(value) = open.pop() {
@@ -182,7 +182,7 @@ fn walk<'a>(value: &'a Value, found: &mut dyn FnMut(&'a str, &'a Value)) {
                 if let Some(Value::Object(extensions)) = map.get("extensions") {
                     extensions.iter().for_each(|(name, object)| found(name, object));
                 }
-                // What lies in extras is the application's own.
+                // Extras belong to the application.
                 let inside =
                     map.iter().filter(|(key, v)| *key != "extras" && (v.is_array() || v.is_object()));
                 open.extend(inside.map(|(_, v)| v));
@@ -224,7 +224,7 @@ mod tests {
             }
             left_out(SPECULAR_GLOSSINESS, &json!({ "materials": [material] }))
         };
-        assert!(material(true).contains("beside it are used") && material(false).contains("default"));
+        assert!(material(true).contains("values are used") && material(false).contains("default"));
     }
 
     #[test]

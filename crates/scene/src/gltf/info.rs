@@ -1,5 +1,4 @@
-//! What is in a file, for people: counts, names, sizes, extensions. Only as much is read as that takes: mesh data
-//! stay where they are.
+//! Summary of the contents of a file: counts, names, sizes, extensions. Mesh data are not read.
 mod choices;
 mod counts;
 mod objects;
@@ -22,30 +21,30 @@ use serde::Serialize;
 use std::collections::BTreeSet;
 pub use views::{CameraInfo, LightInfo};
 
-/// What a file holds. What is placed is that of the scene, the variant and the time that are shown.
+/// Contents of a file. Objects, lights and cameras are those of the selected scene, variant and time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Info {
-    /// The file's generator, if it says.
+    /// The generator of the file, if given.
     pub generator: Option<String>,
-    /// How many of everything.
+    /// Counts of all items.
     pub counts: Counts,
-    /// Scenes to choose from.
+    /// All scenes.
     pub scenes: Vec<SceneInfo>,
-    /// Material variants to choose from.
+    /// All material variants.
     pub variants: Vec<VariantInfo>,
-    /// Animations to choose from.
+    /// All animations.
     pub animations: Vec<AnimationInfo>,
-    /// What is placed.
+    /// Objects of the selected scene.
     pub objects: Vec<ObjectInfo>,
-    /// Names of the materials.
+    /// Names of all materials.
     pub materials: Vec<String>,
-    /// Those that emit light.
+    /// Materials that emit light.
     pub emissive: Vec<EmissiveInfo>,
-    /// Images that materials can use.
+    /// All images.
     pub textures: Vec<TextureInfo>,
     /// Punctual lights.
     pub lights: Vec<LightInfo>,
-    /// What their intensities are taken as, and why; None without such lights.
+    /// Unit of the intensities of the punctual lights, and the reason; None without such lights.
     pub light_unit: Option<LightUnitInfo>,
     /// Cameras.
     pub cameras: Vec<CameraInfo>,
@@ -53,22 +52,22 @@ pub struct Info {
     pub skins: Vec<SkinInfo>,
     /// Morph targets.
     pub morphs: Vec<MorphInfo>,
-    /// Extensions the file uses.
+    /// Extensions that the file uses.
     pub extensions: Vec<ExtensionInfo>,
-    /// Memory that rendering will take for scene data at its peak, about: every instance counts.
+    /// Approximate peak memory in bytes of the scene data while rendering; every instance counts.
     pub memory_bytes: u64,
-    /// What will look different from what the file says, as far as it shows without reading meshes.
+    /// Differences between the file and what is rendered, as far as they are known without reading meshes.
     pub warnings: Vec<String>,
 }
 
 /// A material that emits light.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct EmissiveInfo {
-    /// The material's name.
+    /// Name of the material.
     pub name: String,
-    /// Radiance in W·m⁻²·sr⁻¹ per channel: factor times strength, before the texture.
+    /// Radiance in W·m⁻²·sr⁻¹ per channel: factor × strength, without the texture.
     pub radiance: [f32; 3],
-    /// A texture says how much of it there is where.
+    /// Whether a texture modulates the radiance.
     pub textured: bool,
 }
 
@@ -77,31 +76,31 @@ pub struct EmissiveInfo {
 pub struct TextureInfo {
     /// Name or file name.
     pub name: String,
-    /// Pixels across; 0 when it cannot be read.
+    /// Width in pixels; 0 if the image cannot be read.
     pub width: usize,
-    /// Pixels down.
+    /// Height in pixels; 0 if the image cannot be read.
     pub height: usize,
-    /// Why it cannot be read.
+    /// The reason why the image cannot be read, if so.
     pub error: Option<String>,
 }
 
-/// What intensities of punctual lights are taken as.
+/// Unit of the intensities of punctual lights.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LightUnitInfo {
-    /// `radiometric`, or `photometric`: divided by 683 lm/W.
+    /// `radiometric`, or `photometric` (intensities are divided by 683 lm/W).
     pub unit: String,
-    /// Why, as a clause.
+    /// The reason, as a clause.
     pub why: String,
 }
 
-/// An extension.
+/// A glTF extension.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ExtensionInfo {
-    /// Its name.
+    /// Name of the extension.
     pub name: String,
-    /// The file cannot be read without it.
+    /// Whether the file requires it.
     pub required: bool,
-    /// dapple honours it.
+    /// Whether dapple supports it.
     pub supported: bool,
 }
 
@@ -149,7 +148,7 @@ fn textures(doc: &Document<'_>) -> Vec<TextureInfo> {
     doc.root.images.iter().enumerate().map(one).collect()
 }
 
-/// Factors alone decide: a texture may still be black.
+/// Materials whose emission factors are not zero; their textures may still be black.
 fn emissive(doc: &Document<'_>) -> Vec<EmissiveInfo> {
     let one = |(name, m): (String, &json::Material)| {
         let strength = m.extensions.as_ref().and_then(|e| e.emissive_strength.as_ref());

@@ -1,16 +1,16 @@
-//! EXT_mesh_gpu_instancing: one mesh at many places.
+//! Instances of a mesh by EXT_mesh_gpu_instancing.
 use super::{document::Document, node};
 use crate::{Placement, SceneError};
 use glam::{DQuat, DVec3, DVec4};
 use gltf::json::{self, Index};
 use serde_json::Value;
 
-/// Instances without data that a node may ask for: they all stand in one place.
+/// Maximum number of instances of a node whose attributes have no data: they all coincide.
 const ZEROS: u64 = 1 << 16;
 const NAME: &str = "EXT_mesh_gpu_instancing";
 const ATTRIBUTES: [&str; 3] = ["TRANSLATION", "ROTATION", "SCALE"];
 
-/// Placements of a node's instances in the node's own space; None when it has no such extension.
+/// Placements of a node's instances in the node's own space; None if the node lacks the extension.
 pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<Placement>>, SceneError> {
     let extensions = doc.root.nodes[index].extensions.as_ref();
     let Some(instancing) = extensions.and_then(|e| e.others.get(NAME)) else {
@@ -21,7 +21,7 @@ pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<
     let accessors = || ATTRIBUTES.iter().filter_map(|name| doc.root.accessors.get(attribute(name)?.value()));
     let instances = count(doc, index)?.unwrap_or(1);
     if instances > ZEROS && accessors().all(|accessor| accessor.buffer_view.is_none()) {
-        let what = format!("has {instances} instances without data; at most {ZEROS} are shown");
+        let what = format!("has {instances} instances without data; a node may have at most {ZEROS}");
         return Err(doc.invalid(place, what));
     }
     let translations = attribute("TRANSLATION").map(|i| doc.vectors::<3>(i, &place)).transpose()?;
@@ -37,7 +37,7 @@ pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<
     .collect();
     let count = lengths.first().copied().unwrap_or(0);
     if lengths.iter().any(|&n| n != count) {
-        return Err(doc.invalid(place, format!("has instance attributes of {lengths:?} elements")));
+        return Err(doc.invalid(place, format!("has instance attributes of unequal lengths: {lengths:?}")));
     }
     let vector = |all: &Option<Vec<[f32; 3]>>, i: usize, default: DVec3| {
         all.as_ref().map_or(default, |all| DVec3::from_array(all[i].map(f64::from)))
@@ -52,7 +52,7 @@ pub(super) fn placements(doc: &Document<'_>, index: usize) -> Result<Option<Vec<
     Ok(Some((0..count).map(one).collect()))
 }
 
-/// How many instances a node has, without reading where they are; None when it has no such extension.
+/// Number of instances of a node, from the JSON alone; None if the node lacks the extension.
 pub(super) fn count(doc: &Document<'_>, index: usize) -> Result<Option<u64>, SceneError> {
     let extensions = doc.root.nodes[index].extensions.as_ref();
     let Some(instancing) = extensions.and_then(|e| e.others.get(NAME)) else { return Ok(None) };
@@ -60,7 +60,7 @@ pub(super) fn count(doc: &Document<'_>, index: usize) -> Result<Option<u64>, Sce
     first.map_or(Ok(Some(0)), |first| doc.count(first, &node::place(doc, index)).map(Some))
 }
 
-/// The accessor of an attribute of all instances.
+/// The accessor of an instance attribute.
 fn attribute(instancing: &Value, name: &str) -> Option<Index<json::Accessor>> {
     let index = instancing.get("attributes")?.get(name).and_then(Value::as_u64)?;
     Some(Index::new(u32::try_from(index).unwrap_or(u32::MAX)))

@@ -1,4 +1,4 @@
-//! What will a file's scene take, once everything is placed? From the JSON alone: no data are looked at.
+//! Estimate of the memory that a file's scene takes once all instances are placed, from the JSON alone.
 use super::{
     document::Document,
     instancing, mesh,
@@ -7,17 +7,18 @@ use super::{
 use crate::{SceneError, memory::Load};
 use gltf::json::{self, mesh::Semantic, validation::Checked};
 
-/// So many links of an object are not worth a word.
+/// Number of animated ancestors per object that is always accepted.
 const SHALLOW: u64 = 64;
-/// Most links beyond these in a scene: all of them are gone through whenever its objects' places are asked for.
+/// Limit of the links beyond [`SHALLOW`] per object in a scene: all of them are evaluated whenever the placements of
+/// its objects are needed.
 const MOST_DEEP: u64 = 1 << 20;
 
-/// Everything that a scene places, its textures left out.
+/// The load of everything that a scene places, without textures.
 pub(super) fn load(doc: &Document<'_>, hierarchy: &Hierarchy) -> Load {
     every(doc, hierarchy).map(|(_, load)| load).fold(Load::default(), Load::plus)
 }
 
-/// Refuses a scene that takes more than there is.
+/// Returns an error if the scene needs more memory than is available.
 pub(super) fn check(doc: &Document<'_>, hierarchy: &Hierarchy) -> Result<(), SceneError> {
     let (mut all, mut most) = (Load::default(), (0, Load::default()));
     let mut deep = 0_u64;
@@ -25,8 +26,8 @@ pub(super) fn check(doc: &Document<'_>, hierarchy: &Hierarchy) -> Result<(), Sce
         all = all.plus(load);
         deep = deep.saturating_add(load.links.saturating_sub(load.objects.max(1).saturating_mul(SHALLOW)));
         if deep > MOST_DEEP {
-            let what = "hangs on too many moving nodes: with those above it in the file more than a million have to be \
-                        followed at every instant; give fewer of them keys";
+            let what = "has too many animated ancestors: more than a million transforms would have to be evaluated at \
+                        every instant; animate fewer nodes";
             return Err(doc.invalid(node::place(doc, index), what));
         }
         if load.peak_bytes() > most.1.peak_bytes() {
@@ -37,14 +38,14 @@ pub(super) fn check(doc: &Document<'_>, hierarchy: &Hierarchy) -> Result<(), Sce
         let (index, node) = most;
         let of = doc.root.nodes.get(index).map_or_else(String::new, |_| node::place(doc, index));
         let place = format!(
-            "the scene with its {} triangles in {} objects ({} and {} of them at {of})",
+            "the scene with its {} triangles in {} objects ({} and {} of them in {of})",
             all.triangles, all.objects, node.triangles, node.objects
         );
         SceneError::Memory { file: doc.file.clone(), place, overrun }
     })
 }
 
-/// What each visible node places, with the node's index. A mesh is looked at once.
+/// The load of each visible node, with the node's index. Each mesh is evaluated once.
 fn every<'a>(
     doc: &'a Document<'_>,
     hierarchy: &'a Hierarchy,
@@ -72,12 +73,12 @@ fn of_mesh(doc: &Document<'_>, mesh: &json::Mesh) -> Load {
         };
         let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
         let positions = positions.and_then(|accessor| doc.root.accessors.get(accessor.value()));
-        // Without data all vertices are in one place: no triangle is left.
+        // Without data all vertices coincide: no triangle remains.
         let Some(_) = positions.filter(|p| p.buffer_view.is_some() || p.sparse.is_some()) else {
             return Load::default();
         };
         let triangles = mesh::triangle_count(doc, primitive, "").unwrap_or(0);
-        // Vertices that no triangle uses are not kept.
+        // Unused vertices are not kept.
         let used = |count: Option<u64>| count.unwrap_or(0).min(triangles.saturating_mul(3));
         let more = [
             (Semantic::Normals, 3),

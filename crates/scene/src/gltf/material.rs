@@ -1,4 +1,4 @@
-//! glTF materials and the extensions dapple honours.
+//! Conversion of glTF materials and their supported extensions.
 use super::{
     document::{Document, label},
     texture::{Pointer, Textures},
@@ -13,9 +13,10 @@ use gltf::json::{
 };
 use serde_json::Value;
 
-/// Stands in for an infinite index of refraction (KHR_materials_ior says 0 for it): reflects 99.96 %.
+/// Finite substitute for an infinite index of refraction, which KHR_materials_ior encodes as 0: reflects 99.96 %.
 const MIRROR_LIKE: f32 = 1e4;
-/// Darkest attenuation colour. *Approximation*: black would absorb everything at once; this is as black as f32 shows.
+/// Lower bound of attenuation colours. *Approximation*: the absorption of black would be infinite; this value is black
+/// within f32 precision.
 const DARKEST: f64 = 1e-30;
 
 /// Materials converted so far.
@@ -27,22 +28,22 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    /// How many of the file's materials were converted.
+    /// Number of the file's materials that were converted.
     pub fn count(&self) -> usize {
         self.made.iter().flatten().count()
     }
 
-    /// How many images are decoded.
+    /// Number of images that are decoded.
     pub fn images(&self) -> usize {
         self.textures.images()
     }
 
-    /// Decodes the images that the materials point to.
+    /// Decodes the images that the materials reference.
     pub fn decode(&self, doc: &Document<'_>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
         self.textures.decode(doc, builder)
     }
 
-    /// The builder's index of a glTF material; None is glTF's default material.
+    /// The index in the builder of a glTF material; None is glTF's default material.
     pub fn resolve(
         &mut self,
         doc: &Document<'_>,
@@ -91,7 +92,7 @@ struct Reader<'a, 'o> {
 }
 
 impl Reader<'_, '_> {
-    /// The textures that show, for the factors that `out` has.
+    /// Resolves the textures that affect the result, given the factors of `out`.
     fn textures(&mut self, m: &json::Material, out: &mut TexturedMaterial) -> Result<(), SceneError> {
         let reads = self.doc.options.reads;
         let transform = normal_transform(m);
@@ -103,7 +104,7 @@ impl Reader<'_, '_> {
                 *(slot.of_mut)(out) = of;
             }
         }
-        // The factor alone would make the whole surface glow where the texture meant a few lamps.
+        // Without the missing texture the factor would make the whole surface emit.
         if reads.light && m.emissive_texture.is_some() && out.emissive_texture.is_none() {
             out.emission *= 0.0;
         }
@@ -125,7 +126,7 @@ impl Reader<'_, '_> {
             out.base.transmission = unit(transmission.transmission_factor.0);
         }
         if let Some(volume) = e.volume.as_ref().filter(|v| v.thickness_factor.0 > 0.0) {
-            // Rays find the true thickness; the factor only tells a volume from a thin wall.
+            // The geometry defines the thickness; the factor only distinguishes a volume from a thin wall.
             out.base.thin = false;
             let color = Vec3::from_array(volume.attenuation_color.0);
             out.sigma_a = absorption(color, volume.attenuation_distance.0);
@@ -145,7 +146,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// What the core of the specification says, without textures.
+/// The material of the core specification, without textures.
 fn core(m: &json::Material) -> TexturedMaterial {
     let pbr = &m.pbr_metallic_roughness;
     let [r, g, b, alpha] = pbr.base_color_factor.0.map(unit);
@@ -165,7 +166,7 @@ fn core(m: &json::Material) -> TexturedMaterial {
     }
 }
 
-/// Where a material points for one of its textures.
+/// The texture reference of a material for one of its slots.
 fn pointer<'a>(
     m: &'a json::Material,
     name: Name,
@@ -188,13 +189,14 @@ fn pointer<'a>(
     info.map(Pointer::from)
 }
 
-/// The transform of a normal map, which the crate `gltf` hands on as plain JSON.
+/// The transform of a normal map, which the crate `gltf` provides as plain JSON.
 fn normal_transform(m: &json::Material) -> Option<TextureTransform> {
     let extensions = m.normal_texture.as_ref()?.extensions.as_ref()?;
     serde_json::from_value(extensions.others.get("KHR_texture_transform")?.clone()).ok()
 }
 
-/// σ_a = −ln(colour) / distance, so that white light has the colour after the distance (KHR_materials_volume).
+/// Absorption coefficient σ_a = −ln(colour) / distance: white light has the colour after the distance
+/// (KHR_materials_volume).
 fn absorption(color: Vec3, distance: f32) -> Vec3 {
     let per = |c: f64| -libm::log(c.clamp(DARKEST, 1.0)) / f64::from(distance);
     let color = color.as_dvec3();
@@ -211,8 +213,8 @@ fn alpha_mode(m: &json::Material) -> AlphaMode {
     }
 }
 
-/// `extras: {"dapple": {"mirror": {"kr": [r, g, b], "blur": l}}}`: a square-blur mirror of reflectance kr, blur size l
-/// (default 0).
+/// The mirror of `extras: {"dapple": {"mirror": {"kr": [r, g, b], "blur": l}}}`: a square-blur mirror of reflectance kr
+/// and blur size l (default 0).
 fn mirror(dapple: &Value) -> Result<Option<Mirror>, &'static str> {
     let Some(mirror) = dapple.get("mirror") else { return Ok(None) };
     let number = |v: &Value| v.as_f64().map(|v| v as f32);
@@ -225,8 +227,8 @@ fn mirror(dapple: &Value) -> Result<Option<Mirror>, &'static str> {
     }
 }
 
-/// `extras: {"dapple": {"priority": n}}`, or `extras: {"priority": n}`: where volumes overlap, the one of the highest
-/// number is there (default 0).
+/// The priority of `extras: {"dapple": {"priority": n}}`, or `extras: {"priority": n}` (default 0): where volumes
+/// overlap, the one with the highest priority fills the overlap.
 fn priority(doc: &Document<'_>, extras: &json::Extras, place: &str) -> Result<f64, SceneError> {
     let finite = |v: &Value| v.as_f64().filter(|v| v.is_finite());
     if let Some(own) = doc.dapple(extras, place)?.as_ref().and_then(|dapple| dapple.get("priority")) {
@@ -236,12 +238,12 @@ fn priority(doc: &Document<'_>, extras: &json::Extras, place: &str) -> Result<f6
     let plain = extras.as_ref().and_then(|e| serde_json::from_str::<Value>(e.get()).ok());
     let Some(plain) = plain.as_ref().and_then(|e| e.get("priority")) else { return Ok(0.0) };
     Ok(finite(plain).unwrap_or_else(|| {
-        doc.warn(format!("{place}: extras.priority is not a finite number and is left out"));
+        doc.warn(format!("{place}: extras.priority is not a finite number and is ignored"));
         0.0
     }))
 }
 
-/// Factors that glTF keeps within [0, 1].
+/// Clamps a factor to [0, 1], the range that glTF allows.
 fn unit(v: f32) -> f32 {
     v.clamp(0.0, 1.0)
 }

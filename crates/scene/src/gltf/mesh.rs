@@ -1,4 +1,4 @@
-//! Primitives to triangle meshes.
+//! Conversion of glTF primitives to triangle meshes.
 use super::{
     document::{Document, label},
     extensions,
@@ -12,7 +12,7 @@ use gltf::json::{
     validation::Checked,
 };
 
-/// What is read of one primitive: attributes that its material does not look at are left out.
+/// The attributes that are read of a primitive: only those that its material uses.
 pub(super) struct Wanted {
     pub uv: [bool; 2],
     pub normals: bool,
@@ -32,7 +32,7 @@ impl Wanted {
     }
 }
 
-/// The mesh of a primitive; None (and a warning) when there is nothing to show.
+/// The mesh of a primitive; None, with a warning, if there is nothing to render.
 pub(super) fn read(
     doc: &Document<'_>,
     primitive: &json::mesh::Primitive,
@@ -43,20 +43,20 @@ pub(super) fn read(
         return Err(doc.invalid(place, "has an unknown mode"));
     };
     if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
-        doc.warn("points and lines are left out: they have no surface".into());
+        doc.warn("points and lines are left out because they have no surface: convert them to meshes".into());
         return Ok(None);
     }
     let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let Some(positions) = attribute(Semantic::Positions) else {
-        doc.warn(format!("{place} has no positions and is left out"));
+        doc.warn(format!("{place} has no POSITION attribute and is left out"));
         return Ok(None);
     };
-    if is_packed_alone(doc, primitive, positions) {
+    if is_compressed_only(doc, primitive, positions) {
         return Ok(None);
     }
     let positions: Vec<Vec3> = doc.vectors(positions, place)?.into_iter().map(Vec3::from_array).collect();
     if u32::try_from(positions.len()).is_err() {
-        return Err(doc.invalid(place, "has more vertices than 32-bit indices reach"));
+        return Err(doc.invalid(place, "has more vertices than 32-bit indices can address; split the mesh"));
     }
     let indices = primitive.indices.map(|i| doc.indices(i, place)).transpose()?;
     let order = Order { indices, vertices: positions.len() as u32 };
@@ -70,7 +70,8 @@ pub(super) fn read(
     for (set, uv) in mesh.uv.iter_mut().enumerate().filter(|(set, _)| wanted.uv[*set]) {
         match attribute(Semantic::TexCoords(set as u32)) {
             Some(index) => *uv = doc.vectors(index, place)?.into_iter().map(Vec2::from_array).collect(),
-            None => doc.warn(format!("{place} has no TEXCOORD_{set}: its textures show a single texel")),
+            None => doc
+                .warn(format!("{place} has no TEXCOORD_{set}, so its textures show a single texel: add UVs")),
         }
     }
     if let Some(colors) = attribute(Semantic::Colors(0)).filter(|_| wanted.colors) {
@@ -79,15 +80,15 @@ pub(super) fn read(
     if let Some(what) = bake::fault(&mesh) {
         return Err(doc.invalid(place, what));
     }
-    leave_points_out(doc, &mut mesh, place);
-    // Primitives often share one large set of vertices.
+    drop_degenerate(doc, &mut mesh, place);
+    // Primitives often share one large vertex buffer.
     let mesh = bake::compact(mesh);
     doc.keep(bytes(&mesh), place)?;
     Ok((!mesh.triangles.is_empty()).then_some(mesh))
 }
 
-/// Whether a primitive has its positions in compressed form alone, of which a warning tells.
-fn is_packed_alone(
+/// Whether the positions of a primitive exist only in compressed form; the warning about the extension covers this.
+fn is_compressed_only(
     doc: &Document<'_>,
     primitive: &json::mesh::Primitive,
     positions: Index<json::Accessor>,
@@ -97,9 +98,9 @@ fn is_packed_alone(
         && doc.root.accessors.get(positions.value()).is_some_and(|accessor| !has_data(accessor))
 }
 
-/// Leaves out triangles with two corners in one place where they are most of a mesh, so that no instance has to. Elsewhere
-/// they are few, and are left out with all others that have no area.
-fn leave_points_out(doc: &Document<'_>, mesh: &mut Mesh, place: &str) {
+/// Removes triangles with two coinciding corners if they are the majority of a mesh, so that this is done once for all
+/// instances. In other meshes they are removed later, together with all other triangles of zero area.
+fn drop_degenerate(doc: &Document<'_>, mesh: &mut Mesh, place: &str) {
     let positions = &mesh.positions;
     let is_open = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|i| positions[i as usize]);
@@ -110,19 +111,19 @@ fn leave_points_out(doc: &Document<'_>, mesh: &mut Mesh, place: &str) {
         mesh.triangles.retain(is_open);
         let left_out = all - open;
         doc.warn(format!(
-            "{place}: {left_out} of {all} triangles have two corners in one place and are left out"
+            "{place}: {left_out} of {all} triangles have two coinciding corners and are left out"
         ));
     }
 }
 
-/// Memory of a mesh.
+/// Size of a mesh in bytes.
 fn bytes(mesh: &Mesh) -> u64 {
     let vectors = mesh.positions.len() * 12 + mesh.normals.len() * 12 + mesh.triangles.len() * 12;
     let rest = mesh.tangents.len() * 16 + mesh.colors.len() * 16;
     (vectors + rest + (mesh.uv[0].len() + mesh.uv[1].len()) * 8) as u64
 }
 
-/// Triangles a primitive draws, without reading its data.
+/// Number of triangles of a primitive, from the JSON alone.
 pub(super) fn triangle_count(
     doc: &Document<'_>,
     primitive: &json::mesh::Primitive,
@@ -138,7 +139,7 @@ pub(super) fn triangle_count(
     })
 }
 
-/// In which order the vertices are drawn.
+/// Order in which a primitive uses its vertices.
 struct Order {
     indices: Option<Vec<u32>>,
     vertices: u32,
@@ -153,7 +154,7 @@ impl Order {
         self.indices.as_ref().map_or(i as u32, |indices| indices[i])
     }
 
-    /// glTF 2.0 §3.7.2.1; incomplete triangles at the end are ignored.
+    /// Triangles by glTF 2.0 §3.7.2.1; incomplete triangles at the end are ignored.
     fn triangles(&self, mode: Mode) -> Vec<[u32; 3]> {
         let strip = 0..self.len().saturating_sub(2);
         match mode {
@@ -166,7 +167,7 @@ impl Order {
     }
 }
 
-/// The mesh an index points to, and how to call it.
+/// The mesh at an index, and its name in messages.
 pub(super) fn named<'a>(
     doc: &'a Document<'_>,
     index: Index<json::Mesh>,

@@ -1,8 +1,9 @@
-//! The glTF 2.0 reader: .gltf and .glb to a [`SceneBuilder`](crate::SceneBuilder).
+//! The glTF 2.0 reader: converts .gltf and .glb files to a [`SceneBuilder`](crate::SceneBuilder).
 //!
-//! The crate `gltf` parses the JSON; everything it would trust the file with is done here: splitting the .glb,
-//! required extensions, every index, byte range and count, the node graph, files and images. Whatever bytes a file
-//! has, reading it ends in a scene or in one [`SceneError`](crate::SceneError) that says where and why.
+//! The crate `gltf` parses the JSON. Everything for which it would trust the file is implemented here: splitting the
+//! .glb, required extensions, the check of every index, byte range and count, the node graph, files and images.
+//! Whatever the bytes of a file, reading it returns either a scene or one [`SceneError`](crate::SceneError) with place
+//! and reason.
 mod accessor;
 mod animation;
 mod choose;

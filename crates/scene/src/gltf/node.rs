@@ -1,7 +1,8 @@
-//! The node hierarchy: what stands where.
+//! The node hierarchy: transforms of all nodes, static and animated.
 //!
-//! Transforms are read in f64 and composed in f64 with the rounding of translations kept (`Placement`). Each node
-//! keeps its translation, rotation and scale apart, with their tracks, so that its motion can be followed in time.
+//! Transforms are read and composed in f64, with the rounding errors of translations kept (`Placement`). Each node
+//! stores its translation, rotation and scale separately, with their tracks, so that its motion can be evaluated over
+//! time.
 use super::{
     animation::{self, Tracks},
     choose::Selected,
@@ -18,10 +19,10 @@ use std::{
     sync::Arc,
 };
 
-/// The nodes of the scene that is shown, parents before children.
+/// The nodes of the selected scene.
 pub(super) struct Hierarchy {
     nodes: Vec<Node>,
-    /// Visible nodes in drawing order.
+    /// Visible nodes in depth-first order, parents before children.
     pub order: Vec<usize>,
 }
 
@@ -31,7 +32,7 @@ struct Node {
     tracks: Tracks,
 }
 
-/// A node's transform to its parent.
+/// Transform of a node to its parent.
 #[derive(Clone, Copy, Debug)]
 enum Local {
     Matrix(DAffine3),
@@ -56,7 +57,9 @@ impl Hierarchy {
                         "{child} is listed more than once as a child of {place}: it is shown once"
                     ));
                 } else if let Some(other) = parent {
-                    let what = format!("is a child of node {other} and of node {i}; a node has one parent");
+                    let what = format!(
+                        "is a child of node {other} and of node {i}; a node may have only one parent"
+                    );
                     return Err(doc.invalid(self::place(doc, child.value()), what));
                 }
             }
@@ -66,8 +69,8 @@ impl Hierarchy {
         Ok(hierarchy)
     }
 
-    /// Fills `order`, depth first. With one parent per node, roots that have none cannot lead into a cycle. A root that is
-    /// also a child is shown once: below its parent if that is in the scene, else by itself.
+    /// Fills `order`, depth first. As nodes have at most one parent, no cycle is reachable from roots without parent. A
+    /// root that is also a child is shown once: below its parent if that is in the scene, or else as a root.
     fn walk(&mut self, doc: &Document<'_>, scene: Option<usize>) -> Result<(), SceneError> {
         let mut seen = vec![false; self.nodes.len()];
         let (children, roots): (Vec<usize>, Vec<usize>) =
@@ -79,11 +82,11 @@ impl Hierarchy {
             let place = place(doc, root);
             if seen[root] {
                 doc.warn(format!(
-                    "{place} is a root of the scene and a child: it is shown once, as the child"
+                    "{place} is both a root of the scene and a child: it is shown once, as the child"
                 ));
             } else {
                 doc.warn(format!(
-                    "{place} is a root of the scene and a child of a node outside of it: shown as the root"
+                    "{place} is both a root of the scene and a child of a node outside it: it is shown as the root"
                 ));
                 self.nodes[root].parent = None;
                 self.descend(doc, root, &mut seen)?;
@@ -96,7 +99,7 @@ impl Hierarchy {
         let mut stack = vec![root];
         while let Some(i) = stack.pop() {
             if std::mem::replace(&mut seen[i], true) {
-                return Err(doc.invalid(place(doc, i), "is in the scene twice"));
+                return Err(doc.invalid(place(doc, i), "is in the scene twice; remove one of its references"));
             }
             if is_hidden(doc, i) {
                 continue;
@@ -107,7 +110,7 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Roots of the chosen scene, each once; without scenes every node without parent.
+    /// Roots of the chosen scene without duplicates; in a file without scenes, all nodes without parent.
     fn roots(&self, doc: &Document<'_>, scene: Option<usize>) -> Result<Vec<usize>, SceneError> {
         let Some(scene) = scene.and_then(|scene| doc.root.scenes.get(scene)) else {
             return Ok((0..self.nodes.len()).filter(|&i| self.nodes[i].parent.is_none()).collect());
@@ -127,7 +130,7 @@ impl Hierarchy {
         Ok(roots)
     }
 
-    /// Placement of every node at a time; only those in `order` are meaningful.
+    /// Placements of all nodes at a time in seconds; only those of nodes in `order` are meaningful.
     pub fn placements(&self, time: f64) -> Vec<Placement> {
         let mut out = vec![Placement::IDENTITY; self.nodes.len()];
         for &i in &self.order {
@@ -137,7 +140,7 @@ impl Hierarchy {
         out
     }
 
-    /// Whether each node, or one that it hangs on, moves between two times.
+    /// Whether each node or one of its ancestors moves between two times.
     pub fn moving(&self, open: f64, close: f64) -> Vec<bool> {
         let mut out = vec![false; self.nodes.len()];
         for &i in &self.order {
@@ -147,8 +150,8 @@ impl Hierarchy {
         out
     }
 
-    /// Placement at a time of the camera of a node, whose own scale is ignored; where the nodes it hangs on are scaled
-    /// to nothing in some direction, their scales are too.
+    /// Placement of a node's camera at a time. The node's own scale is ignored; if the scales of its ancestors are
+    /// singular, they are ignored for the orientation as well.
     pub fn camera(&self, index: usize, placements: &[Placement], time: f64) -> Placement {
         let node = &self.nodes[index];
         let parent = node.parent.map_or(Placement::IDENTITY, |p| placements[p]);
@@ -161,8 +164,8 @@ impl Hierarchy {
         Placement { linear, ..camera }
     }
 
-    /// The nodes that the camera of a node hangs on, from the root down to itself, its own scale left out. `known`: the
-    /// chains of nodes made so far.
+    /// The chain of nodes of a node's camera, from the root down to the node itself, whose own scale is ignored.
+    /// `known` caches the chains of nodes.
     pub fn camera_chain(&self, index: usize, known: &mut HashMap<usize, Chain>) -> Chain {
         let node = &self.nodes[index];
         let above = node.parent.map_or_else(Chain::default, |parent| self.chain(parent, known));
@@ -173,8 +176,8 @@ impl Hierarchy {
         above.then(own)
     }
 
-    /// For each node the links of the chain that it hangs on once that is folded; 0 for what stands still while the picture
-    /// is exposed.
+    /// The number of links in each node's chain after constant nodes are folded; 0 for nodes that do not move while the
+    /// shutter is open.
     pub fn links(&self, options: &Options) -> Vec<u64> {
         let (at, shutter) = (options.at, options.shutter);
         let moving = self.moving(at + shutter.open, at + shutter.close);
@@ -186,7 +189,7 @@ impl Hierarchy {
         tracked.iter().zip(moving).map(|(n, moves)| if moves { 2 * n + 2 } else { 0 }).collect()
     }
 
-    /// The nodes that a node hangs on, from the root down to itself. `known`: the chains of nodes made so far.
+    /// The chain of nodes from the root down to a node. `known` caches the chains of nodes.
     pub fn chain(&self, index: usize, known: &mut HashMap<usize, Chain>) -> Chain {
         let mut below = Vec::new();
         let mut at = Some(index);
@@ -204,7 +207,7 @@ impl Hierarchy {
 }
 
 impl Node {
-    /// Placement in the parent at a time; tracks replace what the node says, and make a matrix irrelevant.
+    /// Placement in the parent at a time. Tracks replace the node's own values; if there are any, a matrix is ignored.
     fn at(&self, time: f64) -> Placement {
         let tracks = &self.tracks;
         let (translation, rotation, scale) = match self.local {
@@ -218,7 +221,7 @@ impl Node {
         )
     }
 
-    /// As [`Node::at`], without the scale. A matrix is kept whole.
+    /// As [`Node::at`], without the scale. A matrix is kept unchanged.
     fn unscaled(&self, time: f64) -> Placement {
         let tracks = &self.tracks;
         let (translation, rotation, _) = match self.local {
@@ -229,7 +232,7 @@ impl Node {
         trs(translation, tracks.rotation.as_ref().map_or(rotation, |t| t.at(time)), DVec3::ONE)
     }
 
-    /// The rotation alone; none of a matrix that leaves less than two directions.
+    /// The rotation alone; the identity if a matrix has a rank below two.
     fn rotation(&self, time: f64) -> DMat3 {
         let axes = axes(&self.unscaled(time).linear);
         axes.map_or(DMat3::IDENTITY, |(right, up, backward)| DMat3::from_cols(right, up, backward))
@@ -243,7 +246,7 @@ impl Node {
                 || tracks.scale.as_ref().is_some_and(|t| !t.is_constant_within(open, close)))
     }
 
-    /// The node with its tracks.
+    /// The node with its tracks, for a chain.
     fn in_time(&self) -> motion::Node {
         fn channel<T: motion::Value>(track: &Option<Arc<motion::Track<T>>>, constant: T) -> Channel<T> {
             track.as_ref().map_or(Channel::Constant(constant), |t| Channel::Track(t.clone()))
@@ -262,7 +265,7 @@ impl Node {
 }
 
 impl Local {
-    /// Translation, rotation and scale; those of the identity for a matrix, which animation makes irrelevant.
+    /// Translation, rotation and scale; those of the identity for a matrix, which is ignored if the node is animated.
     fn parts(self) -> (DVec3, DQuat, DVec3) {
         match self {
             Self::Matrix(_) => (DVec3::ZERO, DQuat::IDENTITY, DVec3::ONE),
@@ -271,10 +274,10 @@ impl Local {
     }
 }
 
-/// Whether a transform scales some direction to nothing, so that others are turned.
+/// Whether a transform is singular.
 pub(super) fn is_flat(m: &DMat3) -> bool {
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::normalize_or_zero);
-    // Above zero by rounding at most. What is not finite has been made zero.
+    // The bound covers rounding. Axes that are not finite have become zero.
     x.dot(y.cross(z)).abs() <= 1e-12
 }
 
@@ -285,30 +288,30 @@ pub(super) fn trs(translation: DVec3, rotation: DQuat, scale: DVec3) -> Placemen
     DAffine3 { matrix3: linear, translation }.into()
 }
 
-/// The children of a node, each once.
+/// The children of a node without duplicates.
 fn children(doc: &Document<'_>, index: usize) -> Vec<usize> {
     let mut known = HashSet::new();
     let all = doc.root.nodes[index].children.iter().flatten().map(|child| child.value());
     all.filter(|child| known.insert(*child)).collect()
 }
 
-/// How messages call a node.
+/// Name of a node in messages.
 pub(super) fn place(doc: &Document<'_>, index: usize) -> String {
     label("node", index, doc.root.nodes[index].name.as_deref())
 }
 
-/// KHR_node_visibility: a hidden node hides what is below it.
+/// Whether a node is hidden by KHR_node_visibility, which also hides its descendants.
 fn is_hidden(doc: &Document<'_>, index: usize) -> bool {
     let extensions = doc.root.nodes[index].extensions.as_ref();
     let visibility = extensions.and_then(|e| e.others.get("KHR_node_visibility"));
     visibility.and_then(|v| v.get("visible")).and_then(Value::as_bool) == Some(false)
 }
 
-/// A node's own transform, from the plain JSON because the typed one has rounded it to f32.
+/// A node's own transform, read from the plain JSON because the typed one is rounded to f32.
 fn local(doc: &Document<'_>, index: usize) -> Result<Local, SceneError> {
     let node = &doc.value["nodes"][index];
     let bad =
-        |what: &str| doc.invalid(place(doc, index), format!("its {what} is not a list of finite numbers"));
+        |what: &str| doc.invalid(place(doc, index), format!("its {what} must be a list of finite numbers"));
     if node.get("matrix").is_some() {
         let m: [f64; 16] = numbers(node, "matrix").ok_or_else(|| bad("matrix"))?;
         let column = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
@@ -324,7 +327,7 @@ fn local(doc: &Document<'_>, index: usize) -> Result<Local, SceneError> {
         None => DQuat::IDENTITY,
     };
     let Some(rotation) = DVec4::from(rotation).try_normalize().map(DQuat::from_vec4) else {
-        return Err(doc.invalid(place(doc, index), "its rotation is zero"));
+        return Err(doc.invalid(place(doc, index), "its rotation is zero; it must be a unit quaternion"));
     };
     Ok(Local::Trs { translation: or("translation", DVec3::ZERO)?, rotation, scale: or("scale", DVec3::ONE)? })
 }

@@ -1,4 +1,4 @@
-//! What can be asked of a file: the scene in it, what else it holds, which files it needs.
+//! Entry points of the reader: read the scene, summarise the contents, list the files that a scene consists of.
 use super::container::{self, Required};
 use super::document::Document;
 use super::info::{self, Info};
@@ -7,15 +7,15 @@ use super::read::scene;
 use crate::{SceneBuilder, SceneError};
 use std::path::Path;
 
-/// Reads .gltf or .glb into a builder (to which an environment may still be added).
+/// Reads a .gltf or .glb file into a builder, to which an environment may still be added.
 ///
 /// # Errors
-/// What cannot be read, is not valid, or needs an extension that is not supported.
+/// If the file cannot be read, is not valid, or requires an extension that is not supported.
 pub fn read(path: &Path, options: &Options) -> Result<SceneBuilder, SceneError> {
     scene(&parse(path, &file(path, options)?, Required::Refused, options)?)
 }
 
-/// As [`read`], from the bytes of the file; `path` is what messages call it and where it finds other files.
+/// As [`read`], from the bytes of the file. `path` is its name in messages, and other files are found relative to it.
 ///
 /// # Errors
 /// As [`read`].
@@ -23,7 +23,8 @@ pub fn read_bytes(path: &Path, bytes: &[u8], options: &Options) -> Result<SceneB
     scene(&parse(path, bytes, Required::Refused, options)?)
 }
 
-/// What is in the file, for `dapple info`. Extensions that are required but not supported are listed, not refused.
+/// Summarises the contents of a file, for `dapple info`. Required extensions that are not supported are listed rather
+/// than treated as errors.
 ///
 /// # Errors
 /// As [`read`].
@@ -31,7 +32,7 @@ pub fn info(path: &Path, options: &Options) -> Result<Info, SceneError> {
     info::info(&parse(path, &file(path, options)?, Required::Warned, options)?)
 }
 
-/// The file itself and the files that its buffers and images name, read or not; nothing but the JSON is looked at.
+/// Lists the file itself and the files that its buffers and images name, used or not. Only the JSON is read.
 ///
 /// # Errors
 /// As [`read`].

@@ -1,37 +1,37 @@
-//! How a file is to be read, and what of it is to be shown.
+//! Options of the glTF reader.
 use crate::{LightUnit, Reads};
 use dapple_camera::Shutter;
 use dapple_imaging::MemoryLimit;
 
-/// How to read a file.
+/// Options for reading a file.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Seconds at which animation is evaluated.
+    /// Time in seconds at which animation is evaluated.
     pub at: f64,
-    /// When the picture is exposed, counted from `at`; what moves meanwhile is blurred.
+    /// Opening and closing time of the shutter in seconds relative to `at`; motion in between is blurred.
     pub shutter: Shutter,
-    /// Read files outside the scene's folder.
+    /// Allows files outside the scene's folder.
     pub allow_path: bool,
-    /// Refuse a file that names an image which is not there, instead of leaving the texture out.
+    /// Treats a missing image file as an error instead of omitting the texture.
     pub strict: bool,
-    /// What is looked at; the rest is not read.
+    /// The data that the render uses; everything else is not read.
     pub reads: Reads,
-    /// How much memory the scene may take.
+    /// Limit of the memory that the scene may take.
     pub memory: MemoryLimit,
-    /// Which scene, variant and animation.
+    /// The scene, variant and animation to show.
     pub choice: Choice,
-    /// The unit of the punctual lights.
+    /// The unit of the intensities of punctual lights.
     pub light_unit: LightUnit,
 }
 
-/// What to show, each by its name or its index; a name is looked for first. None is what the file says.
+/// The scene, variant and animation to show, each by name or index; names take precedence. None selects the default.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Choice {
-    /// The scene; without it the default scene, or the first one if the file names none.
+    /// The scene; None selects the file's default scene, or the first one if the file has no default.
     pub scene: Option<String>,
-    /// The variant of KHR_materials_variants; without it every primitive has its own material.
+    /// The variant of KHR_materials_variants; None leaves every primitive its own material.
     pub variant: Option<String>,
-    /// The animation, or `all`; without it the first one. Where several move the same property of a node, the first of
-    /// them counts.
+    /// The animation, or `all`; None selects the first one. If several animate the same property of a node, the first
+    /// of them is used.
     pub animation: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! From a checked document to a builder.
+//! Conversion of a checked document to a [`SceneBuilder`].
 use super::{
     choose::Selected,
     document::{Document, label},
@@ -22,7 +22,7 @@ use std::{borrow::Cow, collections::HashMap, f64::consts::FRAC_PI_2, sync::Arc};
 
 const SHAPES: &str = "extras.dapple.shape must be \"sphere\" or \"disk\"";
 
-/// Everything the chosen scene shows.
+/// Builds the chosen scene.
 pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let selected = Selected::new(doc)?;
     let hierarchy = Hierarchy::new(doc, &selected)?;
@@ -43,33 +43,33 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
         let node = &doc.root.nodes[index];
         let shows = node.mesh.is_some() || node.extensions.is_some() || node.extras.is_some();
         let chain = (moving[index] && shows).then(|| hierarchy.chain(index, &mut chains));
-        assembly.node(index, &Whereabouts { placement: placements[index], chain })?;
+        assembly.node(index, &NodePose { placement: placements[index], chain })?;
         if let Some(camera) = node.camera {
             let placement = hierarchy.camera(index, &placements, at + shutter.open);
             let chain = moving[index].then(|| hierarchy.camera_chain(index, &mut chains));
-            assembly.camera(camera, node.name.as_deref(), &Whereabouts { placement, chain })?;
+            assembly.camera(camera, node.name.as_deref(), &NodePose { placement, chain })?;
         }
     }
     assembly.materials.decode(doc, &mut assembly.builder)?;
     let unread = assembly.unread(hierarchy.order.len());
     let mut builder = assembly.builder;
-    builder.take_lights_as(TakenUnit::new(doc.options.light_unit, doc.root.asset.generator.as_deref()));
-    builder.leave_unread(unread);
+    builder.light_unit(TakenUnit::new(doc.options.light_unit, doc.root.asset.generator.as_deref()));
+    builder.unread(unread);
     builder.reads(doc.options.reads);
     doc.take_warnings().into_iter().for_each(|w| builder.warn(w));
     Ok(builder)
 }
 
-/// The file's stem.
+/// Name of the scene: the stem of the file's name.
 fn name(doc: &Document<'_>) -> String {
     doc.file.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// Primitives of one mesh, each with its material in the builder.
+/// Primitives of one mesh, each with the index of its material in the builder.
 type Primitives = Vec<(Arc<Mesh>, u32)>;
 
-/// Where a node is: when the shutter opens and, if it moves while it is open, at every time.
-struct Whereabouts {
+/// Pose of a node: its placement when the shutter opens and, if it moves while the shutter is open, its chain of nodes.
+struct NodePose {
     placement: Placement,
     chain: Option<Chain>,
 }
@@ -81,14 +81,14 @@ struct Assembly<'a, 'o> {
     materials: Materials,
     /// Meshes read so far.
     meshes: Vec<Option<Primitives>>,
-    /// Names of cameras that several nodes may show.
+    /// Names of cameras that several nodes may share.
     cameras: HashMap<usize, Arc<str>>,
-    /// Materials of the first primitives of meshes, as far as they have been asked for.
+    /// Materials of the first primitives of meshes, cached.
     firsts: HashMap<usize, Option<Index<json::Material>>>,
 }
 
 impl Assembly<'_, '_> {
-    /// What of the file was left alone.
+    /// Counts of the parts of the file that were not read.
     fn unread(&self, nodes: usize) -> Unread {
         let root = &self.doc.root;
         Unread {
@@ -99,29 +99,35 @@ impl Assembly<'_, '_> {
         }
     }
 
-    fn node(&mut self, index: usize, whereabouts: &Whereabouts) -> Result<(), SceneError> {
-        let (doc, placement) = (self.doc, &whereabouts.placement);
+    fn node(&mut self, index: usize, pose: &NodePose) -> Result<(), SceneError> {
+        let (doc, placement) = (self.doc, &pose.placement);
         let node = &doc.root.nodes[index];
         let place = node::place(doc, index);
         if !placement.is_finite() {
-            return Err(doc.invalid(place, "its transform is beyond the numbers dapple can work with"));
+            return Err(doc.invalid(
+                place,
+                "its transform overflows: check the translations and scales of it and its parents",
+            ));
         }
         let shape = doc.dapple(&node.extras, &place)?.filter(|d| d.get("shape").is_some());
         match (shape, node.mesh) {
             (Some(shape), mesh) => {
                 let first = self.builder.object_count();
-                self.shape(&shape, mesh, index, whereabouts)?;
+                self.shape(&shape, mesh, index, pose)?;
                 self.builder.one_body(first..self.builder.object_count(), index as u32);
             }
-            (None, Some(mesh)) => self.instances(mesh, index, whereabouts)?,
+            (None, Some(mesh)) => self.instances(mesh, index, pose)?,
             (None, None) => {}
         }
         let light = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(light) = light {
-            self.light(light.light, &place, whereabouts)?;
+            self.light(light.light, &place, pose)?;
         }
         if node.skin.is_some() {
-            doc.warn("skins are not applied: skinned meshes are shown undeformed, as their vertices lie in the file".into());
+            doc.warn(
+                "skins are not applied: skinned meshes are shown undeformed; bake the pose into the meshes"
+                    .into(),
+            );
         }
         Ok(())
     }
@@ -130,7 +136,7 @@ impl Assembly<'_, '_> {
         &mut self,
         mesh: Index<json::Mesh>,
         index: usize,
-        whereabouts: &Whereabouts,
+        pose: &NodePose,
     ) -> Result<(), SceneError> {
         let doc = self.doc;
         let (_, mesh_place) = mesh::named(doc, mesh, &node::place(doc, index))?;
@@ -147,9 +153,9 @@ impl Assembly<'_, '_> {
             let first = self.builder.object_count();
             for (mesh, material) in self.meshes[mesh.value()].iter().flatten() {
                 let (mesh, material) = (mesh.clone(), *material);
-                match &whereabouts.chain {
+                match &pose.chain {
                     None => {
-                        let placement = whereabouts.placement.child(&instance);
+                        let placement = pose.placement.child(&instance);
                         self.builder.mesh(name.clone(), mesh, placement, material)
                     }
                     Some(chain) => {
@@ -163,7 +169,7 @@ impl Assembly<'_, '_> {
         Ok(())
     }
 
-    /// Reads the primitives of a mesh unless that has been done.
+    /// Reads the primitives of a mesh if this has not been done yet.
     fn read_mesh(&mut self, index: Index<json::Mesh>, place: &str) -> Result<(), SceneError> {
         if self.meshes[index.value()].is_some() {
             return Ok(());
@@ -183,14 +189,14 @@ impl Assembly<'_, '_> {
         Ok(())
     }
 
-    /// `extras: {"dapple": {"shape": "sphere" | "disk", "radius": r}}`: an exact surface in place of the node's mesh,
-    /// with the mesh's first material, or the one that `"material": index` names. A disk faces local +Z.
+    /// Adds the shape of `extras: {"dapple": {"shape": "sphere" | "disk", "radius": r}}`: an exact surface in place of
+    /// the node's mesh, with the mesh's first material or the one given by `"material": index`. A disk faces local +Z.
     fn shape(
         &mut self,
         shape: &Value,
         mesh: Option<Index<json::Mesh>>,
         index: usize,
-        whereabouts: &Whereabouts,
+        pose: &NodePose,
     ) -> Result<(), SceneError> {
         let doc = self.doc;
         let place = node::place(doc, index);
@@ -198,7 +204,7 @@ impl Assembly<'_, '_> {
             Some(value) => {
                 let index = value.as_u64().and_then(|i| u32::try_from(i).ok());
                 let index =
-                    index.ok_or_else(|| doc.invalid(&*place, "extras.dapple.material is no index"))?;
+                    index.ok_or_else(|| doc.invalid(&*place, "extras.dapple.material must be an index"))?;
                 Some(Index::new(index))
             }
             None => match mesh {
@@ -212,13 +218,13 @@ impl Assembly<'_, '_> {
             return Err(doc.invalid(place, "extras.dapple.radius must be a number above 0"));
         };
         let kind = shape.get("shape").and_then(Value::as_str);
-        if let Some(chain) = &whereabouts.chain {
+        if let Some(chain) = &pose.chain {
             let name = doc.root.nodes[index].name.as_deref().unwrap_or(&place);
             return self
                 .moving_shape(kind, name, radius, chain.clone(), material)
                 .map_err(|w| doc.invalid(&*place, w));
         }
-        let placement = &whereabouts.placement;
+        let placement = &pose.placement;
         let m = &placement.linear;
         let lengths = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
         let (centre, name) = (placement.point(DVec3::ZERO), doc.root.nodes[index].name.as_deref());
@@ -232,7 +238,8 @@ impl Assembly<'_, '_> {
             Some("disk") => {
                 self.uniform(&lengths[..2], &place);
                 let scale = (lengths[0] + lengths[1]) / 2.0;
-                // Front side like a mesh's: a mirror turns x × y round, but not the side that faces +Z.
+                // The front side follows that of a mesh: a mirroring transform reverses x × y, but not the side that
+                // faces +Z.
                 let facing = m.x_axis.cross(m.y_axis);
                 let facing = if facing.dot(m.z_axis) < 0.0 { -facing } else { facing };
                 self.builder.disk(name, centre, facing, radius * scale, material);
@@ -242,7 +249,7 @@ impl Assembly<'_, '_> {
         Ok(())
     }
 
-    /// The material of a mesh's first primitive.
+    /// Material of the first primitive of a mesh.
     fn first_material(
         &mut self,
         mesh: Index<json::Mesh>,
@@ -276,16 +283,16 @@ impl Assembly<'_, '_> {
     fn uniform(&self, lengths: &[f64], place: &str) {
         let (min, max) = lengths.iter().fold((f64::MAX, 0.0_f64), |(a, b), &l| (a.min(l), b.max(l)));
         if max - min > 1e-6 * max {
-            self.doc.warn(format!("{place} is not scaled evenly; its shape takes the mean scale"));
+            self.doc.warn(format!("{place} has a non-uniform scale; its sphere or disk uses the mean scale"));
         }
     }
 
-    /// `whereabouts`: without the scale of the camera's node.
+    /// Adds a camera. `pose` excludes the scale of the camera's node.
     fn camera(
         &mut self,
         index: Index<json::Camera>,
         node: Option<&str>,
-        whereabouts: &Whereabouts,
+        pose: &NodePose,
     ) -> Result<(), SceneError> {
         let doc = self.doc;
         let camera = doc.get(&doc.root.cameras, index, "camera", node.unwrap_or("a node"))?;
@@ -294,12 +301,12 @@ impl Assembly<'_, '_> {
         let clip = clip(camera);
         if clip.is_none() {
             doc.warn(format!(
-                "{place}: its znear and zfar are no range in front of it, and nothing is clipped"
+                "{place}: nothing is clipped, because 0 ≤ znear < zfar does not hold: correct znear and zfar"
             ));
         }
         let own = |camera: &json::Camera| node.filter(|n| !n.is_empty()).is_none() && camera.name.is_some();
         let name: Arc<str> = match own(camera) {
-            // One name for all nodes that show the camera.
+            // All nodes that show the camera share one name.
             true => self
                 .cameras
                 .entry(index.value())
@@ -307,13 +314,13 @@ impl Assembly<'_, '_> {
                 .clone(),
             false => camera_name(index, camera, node).into(),
         };
-        let pose = |transform| CameraPose { transform, projection, aspect, clip };
-        let placement = &whereabouts.placement;
-        // A chain that flattens the view when the shutter opens is not followed.
-        let chain = whereabouts.chain.as_ref();
+        let camera_pose = |transform| CameraPose { transform, projection, aspect, clip };
+        let placement = &pose.placement;
+        // A chain that is singular when the shutter opens is ignored.
+        let chain = pose.chain.as_ref();
         match chain.filter(|chain| !node::is_flat(&self.builder.exposure.placement(chain).linear)) {
-            None => self.builder.camera(name, pose((*placement).into())),
-            Some(chain) => self.builder.moving_camera(name, pose(DAffine3::IDENTITY), chain.clone()),
+            None => self.builder.camera(name, camera_pose((*placement).into())),
+            Some(chain) => self.builder.moving_camera(name, camera_pose(DAffine3::IDENTITY), chain.clone()),
         }
         Ok(())
     }
@@ -322,7 +329,7 @@ impl Assembly<'_, '_> {
         &mut self,
         index: Index<punctual::Light>,
         place: &str,
-        whereabouts: &Whereabouts,
+        pose: &NodePose,
     ) -> Result<(), SceneError> {
         let doc = self.doc;
         let lights = doc.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
@@ -333,9 +340,9 @@ impl Assembly<'_, '_> {
         if !(strength.is_finite() && strength.min_element() >= 0.0) {
             return Err(doc.invalid(place, "its colour and intensity must be finite and not negative"));
         }
-        // A light that moves stands at the origin of its node and shines along its −z.
-        let placement = match whereabouts.chain {
-            None => whereabouts.placement,
+        // The pose of a moving light is given in the space of its node: at the origin, along −z.
+        let placement = match pose.chain {
+            None => pose.placement,
             Some(_) => Placement::IDENTITY,
         };
         let p = placement.point(DVec3::ZERO);
@@ -345,7 +352,9 @@ impl Assembly<'_, '_> {
         }
         let forward = -placement.linear.z_axis;
         if light.type_ != Checked::Valid(punctual::Type::Point) && forward.try_normalize().is_none() {
-            doc.warn(format!("{place} has no direction, its node is scaled to nothing: it is left out"));
+            doc.warn(format!(
+                "{place} is left out: its node has a scale of zero, and so it has no direction"
+            ));
             return Ok(());
         }
         match light.type_ {
@@ -355,16 +364,18 @@ impl Assembly<'_, '_> {
                 let (inner, outer) = cone(light);
                 self.builder.spot_light(p, forward, strength, range, inner, outer);
             }
-            Checked::Invalid => return Err(doc.invalid(place, "has an unknown type")),
+            Checked::Invalid => {
+                return Err(doc.invalid(place, "has an unknown type (expected point, spot or directional)"));
+            }
         }
-        if let Some(chain) = &whereabouts.chain {
+        if let Some(chain) = &pose.chain {
             self.builder.moving_light(chain.clone());
         }
         Ok(())
     }
 }
 
-/// Inner and outer half angle of a spot light.
+/// Inner and outer half angle of a spot light, in radians.
 pub(super) fn cone(light: &punctual::Light) -> (f64, f64) {
     let spot = light
         .spot
@@ -374,7 +385,7 @@ pub(super) fn cone(light: &punctual::Light) -> (f64, f64) {
     (f64::from(spot.inner_cone_angle).clamp(0.0, outer), outer)
 }
 
-/// A camera is called like its node, else like itself.
+/// Name of a camera: that of its node, or else its own.
 pub(super) fn camera_name<'a>(
     index: Index<json::Camera>,
     camera: &'a json::Camera,
@@ -384,7 +395,7 @@ pub(super) fn camera_name<'a>(
     name.map_or_else(|| label("camera", index.value(), None).into(), Cow::from)
 }
 
-/// Near and far plane of a glTF camera; None where they are no range.
+/// Near and far plane of a glTF camera; None unless 0 ≤ near < far.
 fn clip(c: &json::Camera) -> Option<Clip> {
     let (near, far) = match (c.type_, &c.perspective, &c.orthographic) {
         (Checked::Valid(camera::Type::Perspective), Some(p), _) => (p.znear, p.zfar),
@@ -395,7 +406,7 @@ fn clip(c: &json::Camera) -> Option<Clip> {
     (near >= 0.0 && near < far).then_some(Clip { near, far })
 }
 
-/// Vertical extent and aspect of a glTF camera.
+/// Projection and aspect ratio of a glTF camera.
 fn projection(c: &json::Camera) -> Result<(Projection, Option<f32>), &'static str> {
     match (c.type_, &c.perspective, &c.orthographic) {
         (Checked::Valid(camera::Type::Perspective), Some(p), _) => {
@@ -414,6 +425,6 @@ fn projection(c: &json::Camera) -> Result<(Projection, Option<f32>), &'static st
             let aspect = Some(x / y).filter(|a| *a > 0.0 && a.is_finite());
             Ok((Projection::Orthographic { half_height: y }, aspect))
         }
-        _ => Err("has no projection"),
+        _ => Err("has neither a perspective nor an orthographic projection"),
     }
 }

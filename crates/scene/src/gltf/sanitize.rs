@@ -1,17 +1,17 @@
-//! Faults of files in circulation that leave no doubt about what was meant: they are mended in the JSON, with a warning
-//! where the file breaks the specification.
+//! Repair of common errors in files whose intended meaning is clear. They are corrected in the JSON, with a warning
+//! where the file violates the specification.
 use super::enumerations;
 use crate::Warning;
 use serde_json::{Value, json};
 
-/// Mends what can be mended; returns whether anything was.
+/// Corrects the JSON; returns whether anything was changed.
 pub(super) fn sanitize(value: &mut Value, warnings: &mut Vec<Warning>) -> bool {
     let scenes = scenes_without_nodes(value);
     let enumerations = enumerations::sanitize(value, warnings);
     variants_without_names(value) || scenes || enumerations
 }
 
-/// Every variant has a name by KHR_materials_variants; without it the index is left to choose one by.
+/// Adds empty names to variants without a name, which KHR_materials_variants requires; they are selected by index.
 fn variants_without_names(value: &mut Value) -> bool {
     let mut found = false;
     for variant in objects(value.pointer_mut("/extensions/KHR_materials_variants/variants")) {
@@ -23,7 +23,8 @@ fn variants_without_names(value: &mut Value) -> bool {
     found
 }
 
-/// A scene may show nothing (glTF 2.0, §5.29), but the crate `gltf` 1.4 asks for the list.
+/// Adds empty node lists to scenes without one, which is valid (glTF 2.0, §5.29), but which the crate `gltf` 1.4
+/// rejects.
 fn scenes_without_nodes(value: &mut Value) -> bool {
     let mut found = false;
     for scene in objects(value.get_mut("scenes")) {
@@ -44,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_mended_and_what_is_left() {
+    fn clear_errors_are_corrected_and_others_left() {
         let mut value = json!({
             "scenes": [{}, { "nodes": [1] }],
             "animations": [{ "samplers": [{ "interpolation": 1 }, { "interpolation": "LINEAR" }, {}, { "interpolation": 9 }] }],

@@ -1,7 +1,7 @@
-//! Where bytes come from: data URIs, files beside the scene, the binary chunk.
+//! Sources of bytes: data URIs and files.
 //!
-//! A scene may read what lies in its own folder and below, nothing else: absolute paths, `..` that climbs out and
-//! symbolic links that point out are refused unless the user allows them. No more is read than the scene declares.
+//! A scene may read only files in its own folder and below: absolute paths, `..` that leaves the folder and symbolic
+//! links out of it are errors unless the user allows them. No more bytes are read than the scene declares.
 use super::options::Options;
 use crate::{SceneError, error::quoted};
 use base64::{
@@ -17,13 +17,13 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-/// Largest image file that is read.
+/// Maximum size in bytes of an image file.
 pub(super) const MAX_FILE: u64 = 1 << 31;
 
 const LENIENT: GeneralPurposeConfig =
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
 
-/// The bytes `uri` stands for, at most `limit` of them (a file may be longer). `place` says who asks.
+/// The bytes that `uri` denotes, at most `limit` of them (a file may be longer). `place` names the referring object.
 pub(super) fn bytes(
     file: &Path,
     uri: &str,
@@ -51,7 +51,9 @@ pub(super) fn bytes(
     if !options.allow_path {
         let inside = path.canonicalize().map_err(io)?.starts_with(folder.canonicalize().map_err(io)?);
         if !inside {
-            return Err(refused("it is a link out of the scene's folder; allow it with --allow-path"));
+            return Err(refused(
+                "it is a symbolic link out of the scene's folder; allow it with --allow-path",
+            ));
         }
     }
     if !path.metadata().map_err(io)?.is_file() {
@@ -66,14 +68,14 @@ fn folder(file: &Path) -> &Path {
     file.parent().filter(|p| *p != Path::new("")).unwrap_or(Path::new("."))
 }
 
-/// Where the file that a URI names is, or would be; None for data, and for what no path can be.
+/// Path of the file that a URI names, whether it exists or not; None for data URIs and invalid paths.
 pub(super) fn path(file: &Path, uri: &str) -> Option<PathBuf> {
     let relative = relative(uri, true).ok().filter(|_| !uri.starts_with("data:"))?;
     Some(nearest(folder(file), &relative).unwrap_or_else(|| folder(file).join(relative)))
 }
 
-/// The path below `folder` that `relative` leads to: as it is written, else with `/` for `\`, else whatever the case of its
-/// letters is. None if there is none. Files made on systems that do not tell these apart name their textures so.
+/// The existing path below `folder` that matches `relative`: exactly, or else with `/` for `\`, or else ignoring case.
+/// None if there is none. Scenes exported on systems that do not distinguish these may spell names differently.
 fn nearest(folder: &Path, relative: &Path) -> Option<PathBuf> {
     let exact = folder.join(relative);
     if exact.exists() {
@@ -90,20 +92,20 @@ fn nearest(folder: &Path, relative: &Path) -> Option<PathBuf> {
         found = if next.exists() {
             next
         } else {
-            found.join(in_any_case(&found, component.as_os_str().to_str()?)?)
+            found.join(ignoring_case(&found, component.as_os_str().to_str()?)?)
         };
     }
     Some(found)
 }
 
-/// The first entry of a folder, by name, that differs from `name` in the case of its letters alone.
-fn in_any_case(folder: &Path, name: &str) -> Option<OsString> {
+/// The first entry of a folder, in order of names, that equals `name` except for case.
+fn ignoring_case(folder: &Path, name: &str) -> Option<OsString> {
     let wanted = name.to_lowercase();
     let entries = folder.read_dir().ok()?.filter_map(|entry| Some(entry.ok()?.file_name()));
     entries.filter(|entry| entry.to_str().is_some_and(|entry| entry.to_lowercase() == wanted)).min()
 }
 
-/// The name by which the file that a URI names was found, if that is another one.
+/// The actual name of the file that a URI names, if it is spelled differently.
 pub(super) fn other_name(file: &Path, uri: &str) -> Option<String> {
     let relative = relative(uri, true).ok().filter(|_| !uri.starts_with("data:"))?;
     let found = nearest(folder(file), &relative)?;
@@ -111,12 +113,12 @@ pub(super) fn other_name(file: &Path, uri: &str) -> Option<String> {
     (found != written).then(|| found.strip_prefix(folder(file)).unwrap_or(&found).display().to_string())
 }
 
-/// Whether a URI names a file that is not there.
+/// Whether a URI names a file that does not exist.
 pub(super) fn is_missing(file: &Path, uri: &str) -> bool {
     path(file, uri).is_some_and(|path| !path.exists())
 }
 
-/// The path a URI names, percent-decoded, or why it must not be followed.
+/// The path that a URI names, percent-decoded, or the reason why it is not allowed.
 fn relative(uri: &str, allow_path: bool) -> Result<PathBuf, &'static str> {
     let scheme = uri.split_once(':').map(|(scheme, _)| scheme);
     let is_scheme =
@@ -127,7 +129,7 @@ fn relative(uri: &str, allow_path: bool) -> Result<PathBuf, &'static str> {
     let decoded: Cow<str> =
         percent_encoding::percent_decode_str(uri).decode_utf8().map_err(|_| "it is not UTF-8")?;
     if decoded.contains('\0') {
-        return Err("it holds a zero byte");
+        return Err("it contains a zero byte");
     }
     let path = PathBuf::from(&*decoded);
     if !allow_path {
@@ -147,7 +149,7 @@ fn relative(uri: &str, allow_path: bool) -> Result<PathBuf, &'static str> {
     Ok(path)
 }
 
-/// Content of a data URI, after `data:`.
+/// Decodes a data URI from the part after `data:`.
 fn data_uri(data: &str) -> Result<Vec<u8>, String> {
     let (header, content) = data.split_once(',').ok_or("has no comma")?;
     let content = percent_encoding::percent_decode_str(content);
@@ -159,7 +161,7 @@ fn data_uri(data: &str) -> Result<Vec<u8>, String> {
     engine(&STANDARD)
         .decode(&content)
         .or_else(|e| engine(&URL_SAFE).decode(&content).map_err(|_| e))
-        .map_err(|e| format!("is not base64: {e}"))
+        .map_err(|e| format!("is not valid base64: {e}"))
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Images and textures, decoded once all materials are known: once as colour, once as data if it is both, and of each
-//! only the channels that some material looks at.
+//! Decoding of images and textures, once all materials are known. An image that is used both as colour and as data
+//! gives two textures; of each only the channels that some material reads are kept.
 use super::{
     document::{Document, label},
     source,
@@ -14,17 +14,17 @@ use glam::{Affine2, Mat2, Vec2};
 use gltf::json::{self, Index, texture::MagFilter, texture::WrappingMode, validation::Checked};
 use std::{borrow::Cow, collections::HashMap};
 
-/// Textures that materials point to, by their index in the builder.
+/// Textures that materials reference, by their index in the builder.
 #[derive(Default)]
 pub(super) struct Textures {
     wanted: Vec<Wanted>,
-    /// Where each key is among them.
+    /// Index of each key in `wanted`.
     known: HashMap<(usize, [u8; 4]), u32>,
-    /// The first image of each file or buffer view: the others are the same pixels.
+    /// The first image of each file or buffer view; further images of the same source have the same pixels.
     sources: HashMap<Source, usize>,
 }
 
-/// Where the encoded bytes of an image are.
+/// Location of the encoded bytes of an image.
 #[derive(PartialEq, Eq, Hash)]
 enum Source {
     File(String),
@@ -32,7 +32,7 @@ enum Source {
 }
 
 impl Source {
-    /// None for data within the JSON, and where nothing is said.
+    /// The source of an image; None for data URIs, and if neither a URI nor a buffer view is given.
     fn of(image: &json::Image) -> Option<Self> {
         match (file_name(image), image.buffer_view) {
             (Some(uri), _) => Some(Self::File(uri.into())),
@@ -43,7 +43,7 @@ impl Source {
 
 struct Wanted {
     key: Key,
-    /// For messages.
+    /// Name in messages.
     name: String,
 }
 
@@ -55,14 +55,14 @@ struct Key {
 }
 
 impl Key {
-    /// The same for equal keys alone.
+    /// A hashable value that is unique to the key.
     fn hashed(&self) -> (usize, [u8; 4]) {
         let Sampler { wrap_s, wrap_t, interpolation } = self.sampler;
         (self.image, [self.encoding as u8, wrap_s as u8, wrap_t as u8, interpolation as u8])
     }
 }
 
-/// Where a material points: texture, set of coordinates, transform.
+/// Reference of a material to a texture: index, set of texture coordinates, transform.
 pub(super) struct Pointer<'a> {
     pub texture: Index<json::Texture>,
     pub set: u32,
@@ -77,7 +77,7 @@ impl<'a> From<&'a json::texture::Info> for Pointer<'a> {
 }
 
 impl Textures {
-    /// How many images are decoded.
+    /// Number of images that are decoded.
     pub fn images(&self) -> usize {
         let mut all: Vec<usize> = self.wanted.iter().map(|wanted| wanted.key.image).collect();
         all.sort_unstable();
@@ -85,7 +85,7 @@ impl Textures {
         all.len()
     }
 
-    /// Moves the textures into the builder.
+    /// Decodes the textures and adds them to the builder.
     pub fn decode(&self, doc: &Document<'_>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
         let reads = &doc.options.reads;
         self.check(doc)?;
@@ -97,11 +97,11 @@ impl Textures {
         Ok(())
     }
 
-    /// Whether all of them can be kept, as far as their headers say: the first need not be decoded if the last is too much.
+    /// Checks, from the headers of the images, whether all textures fit into memory before any is decoded.
     fn check(&self, doc: &Document<'_>) -> Result<(), SceneError> {
         let mut bytes = 0_u64;
         for Wanted { key, name } in &self.wanted {
-            // What lies in files of its own is as large as it is, and not read twice.
+            // Image files are not read twice: their size is checked when they are decoded.
             let image = &doc.root.images[key.image];
             if file_name(image).is_none()
                 && let Ok((encoded, place)) = encoded(doc, key.image, name)
@@ -114,7 +114,7 @@ impl Textures {
         Ok(())
     }
 
-    /// The texture a material points to. None, with a warning, for what cannot be shown.
+    /// The texture that a material references; None, with a warning, if it cannot be used.
     pub fn resolve(
         &mut self,
         doc: &Document<'_>,
@@ -125,20 +125,20 @@ impl Textures {
         let set = pointer.transform.and_then(|t| t.tex_coord).unwrap_or(pointer.set);
         if set > 1 {
             doc.warn(format!(
-                "{place} uses TEXCOORD_{set}: only sets 0 and 1 are read, the texture is left out"
+                "{place} uses TEXCOORD_{set}: only sets 0 and 1 are supported, the texture is left out"
             ));
             return Ok(None);
         }
         let texture = doc.get(&doc.root.textures, pointer.texture, "texture", place)?;
         let name = label("texture", pointer.texture.value(), texture.name.as_deref());
         let Some(image) = image_of(texture) else {
-            doc.warn(format!("{name} has no image that can be read and is left out"));
+            doc.warn(format!("{name} is left out: it has no PNG, JPEG or WebP image"));
             return Ok(None);
         };
         let file = doc.get(&doc.root.images, image, "image", &name)?.uri.as_deref();
         if let Some(uri) = file.filter(|uri| !doc.options.strict && source::is_missing(&doc.file, uri)) {
             let uri = quoted(uri);
-            doc.warn(format!("{name}: there is no file '{uri}': the texture is left out (--strict refuses)"));
+            doc.warn(format!("{name} is left out: there is no file '{uri}' (--strict makes this an error)"));
             return Ok(None);
         }
         let sampler = match texture.sampler {
@@ -160,18 +160,18 @@ impl Textures {
     }
 }
 
-/// The image of a texture: EXT_texture_webp's before the ordinary one.
+/// The image of a texture: that of EXT_texture_webp, or else the ordinary one.
 fn image_of(texture: &json::Texture) -> Option<Index<json::Image>> {
     let webp = texture.extensions.as_ref().and_then(|e| e.others.get("EXT_texture_webp"));
     let webp = webp.and_then(|w| w.get("source")).and_then(serde_json::Value::as_u64);
     match webp.and_then(|i| u32::try_from(i).ok()) {
         Some(index) => Some(Index::new(index)),
-        // The crate `gltf` marks a texture without source so.
+        // This value marks a texture without source in the crate `gltf`.
         None => Some(texture.source).filter(|s| s.value() != u32::MAX as usize),
     }
 }
 
-/// The bytes of an image as it is encoded, and how to call it.
+/// The encoded bytes of an image, and its name in messages.
 fn encoded<'a>(
     doc: &'a Document<'_>,
     index: usize,
@@ -187,7 +187,7 @@ fn encoded<'a>(
     Ok((bytes, place))
 }
 
-/// An image's width and height. One that is small for what it holds is decoded too, so that faults are found.
+/// Width and height of an image. An image whose size is small relative to its bytes is also decoded, to detect errors.
 pub(super) fn size(doc: &Document<'_>, index: usize, place: &str) -> Result<[usize; 2], SceneError> {
     const SMALL: u64 = 1 << 22;
     let image = |source| SceneError::Image { file: doc.file.clone(), source };
@@ -197,23 +197,23 @@ pub(super) fn size(doc: &Document<'_>, index: usize, place: &str) -> Result<[usi
     if texels < SMALL.max(32 * bytes.len() as u64) {
         texels_within(&bytes, &place, doc.options.memory).map_err(image)?;
     }
-    say_cut_short(doc, &bytes, &place, doc.options.memory);
+    warn_if_truncated(doc, &bytes, &place, doc.options.memory);
     Ok([width as usize, height as usize])
 }
 
-fn say_cut_short(doc: &Document<'_>, bytes: &[u8], place: &str, limit: MemoryLimit) {
+fn warn_if_truncated(doc: &Document<'_>, bytes: &[u8], place: &str, limit: MemoryLimit) {
     let rest = match read::gap(bytes, place, limit) {
         None => return,
         Some(read::Gap::Grey) => "the rest is grey",
         Some(read::Gap::Coarse) => "the rest lacks detail",
     };
-    doc.warn(format!("{place} is cut short: the JPEG data end before the picture does, and {rest}"));
+    doc.warn(format!("{place} is truncated: the JPEG data end early, and {rest}; export the image again"));
 }
 
-/// An image's pixels.
+/// The decoded pixels of an image.
 pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Texels, SceneError> {
     let (bytes, place) = encoded(doc, index, place)?;
-    say_cut_short(doc, &bytes, &place, doc.left());
+    warn_if_truncated(doc, &bytes, &place, doc.left());
     let pixels = texels_within(&bytes, &place, doc.left())
         .map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
     doc.keep(pixels.bytes() as u64, &place)?;
@@ -224,7 +224,8 @@ fn file_name(image: &json::Image) -> Option<&str> {
     image.uri.as_deref().filter(|uri| !uri.starts_with("data:"))
 }
 
-/// *Approximation*: minification filters are not looked at; samples over the pixel average what mipmaps would.
+/// Converts a sampler. *Approximation*: minification filters are ignored; averaging over the pixel's samples replaces
+/// mipmaps.
 fn sampler(s: &json::texture::Sampler) -> Sampler {
     let wrap = |w: Checked<WrappingMode>| match w {
         Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
@@ -238,9 +239,10 @@ fn sampler(s: &json::texture::Sampler) -> Sampler {
     Sampler { wrap_s: wrap(s.wrap_s), wrap_t: wrap(s.wrap_t), interpolation }
 }
 
-/// KHR_texture_transform: translation · rotation · scale. Positive angles turn uv counter-clockwise as seen in the
-/// image, where v points down: u' = u cos + v sin, v' = v cos − u sin. (The GLSL lines of the extension's text turn
-/// the other way; its words, its test model and the viewers do this, see KhronosGroup/glTF#1563.)
+/// The matrix of KHR_texture_transform: translation · rotation · scale. Positive angles rotate uv counter-clockwise as
+/// seen in the image, where v points down: u' = u cos + v sin, v' = v cos − u sin. (The GLSL code in the extension's
+/// text rotates the other way; its prose, its test model and other viewers agree with this, see
+/// KhronosGroup/glTF#1563.)
 fn affine(t: &json::extensions::texture::TextureTransform) -> Affine2 {
     let angle = f64::from(t.rotation.0);
     let (sin, cos) = (libm::sin(angle) as f32, libm::cos(angle) as f32);
@@ -257,7 +259,7 @@ mod tests {
     fn rotation_is_counter_clockwise_where_v_points_down() {
         let json = serde_json::json!({"rotation": std::f32::consts::FRAC_PI_2, "offset": [0.25, 0.5], "scale": [2.0, 1.0]});
         let t = affine(&serde_json::from_value(json).unwrap());
-        // The end of the u axis goes up, that is to −v.
+        // The end of the u axis moves up, towards −v.
         let p = t.matrix2 * Vec2::new(0.5, 0.0) + t.translation;
         assert!((p - Vec2::new(0.25, -0.5)).length() < 1e-6, "{p}");
     }

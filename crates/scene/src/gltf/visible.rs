@@ -1,7 +1,7 @@
-//! Which parts of the file the picture shows, and what of them it shows otherwise than they ask for.
+//! Warnings about unsupported features in those parts of the file that are visible.
 use super::{
     choose::Selected,
-    container::{self, SAID},
+    container::{self, MAX_NAMED},
     document::Document,
     extensions,
     node::Hierarchy,
@@ -10,17 +10,16 @@ use gltf::json::{self, animation::Property, validation::Checked};
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// Warns of extensions that change how something looks that is shown, and are neither required nor supported; and of morph
-/// targets.
+/// Warns about extensions that affect visible parts and are neither required nor supported, and about morph targets.
 pub(super) fn warn(doc: &Document<'_>, selected: &Selected, hierarchy: &Hierarchy) {
     let required: BTreeSet<&str> = container::names(&doc.value, "extensionsRequired").into_iter().collect();
     let mut used = extensions::visible(parts(doc, selected, hierarchy).into_iter());
     used.extend(extensions::of_the_whole(&doc.value));
-    // Said when the file was parsed.
+    // The warning was issued when the file was parsed.
     used.remove(extensions::POINTER);
     let unsupported = |name: &&str| !extensions::is_supported(name) && !required.contains(name);
     let mut left_out = used.into_iter().filter(unsupported);
-    for name in left_out.by_ref().take(SAID) {
+    for name in left_out.by_ref().take(MAX_NAMED) {
         doc.warn(extensions::left_out(name, &doc.value));
     }
     let more = left_out.count();
@@ -30,7 +29,7 @@ pub(super) fn warn(doc: &Document<'_>, selected: &Selected, hierarchy: &Hierarch
     warn_of_morphs(doc, selected, hierarchy);
 }
 
-/// Warns of morph targets where they would change a shape: at weights that are not zero, or moved.
+/// Warns about morph targets if they would change a visible shape: if weights are not zero, or are animated.
 fn warn_of_morphs(doc: &Document<'_>, selected: &Selected, hierarchy: &Hierarchy) {
     let animations = selected.animations.iter().flat_map(|&i| &doc.root.animations[i].channels);
     let is_weight =
@@ -46,11 +45,14 @@ fn warn_of_morphs(doc: &Document<'_>, selected: &Selected, hierarchy: &Hierarchy
         mesh.primitives.iter().any(has_targets) && (moved.contains(node) || weights.any(|w| *w != 0.0))
     };
     if hierarchy.order.iter().any(changes) {
-        doc.warn("morph targets are not applied: meshes show their base shape".into());
+        doc.warn(
+            "morph targets are not applied: meshes show their base shape; bake the shape before export"
+                .into(),
+        );
     }
 }
 
-/// What is shown: the scene and its nodes, their meshes with materials and textures, and all data.
+/// The visible parts: the scene and its nodes, their meshes with materials and textures, and all data.
 fn parts<'a>(doc: &'a Document<'_>, selected: &Selected, hierarchy: &Hierarchy) -> Vec<&'a Value> {
     let value = &doc.value;
     let mut parts: Vec<&Value> = ["accessors", "bufferViews", "buffers", "cameras", "samplers", "skins"]
@@ -83,7 +85,7 @@ fn index(value: Option<&Value>) -> Option<usize> {
     value.and_then(Value::as_u64).and_then(|i| usize::try_from(i).ok())
 }
 
-/// Indices of the textures that a material points to, in its extensions as well.
+/// Indices of the textures that a material references, including those of its extensions.
 fn textures(material: &Value) -> Vec<usize> {
     let (mut found, mut open) = (Vec::new(), vec![material]);
     while let Some(value) = open.pop() {

@@ -1,14 +1,14 @@
-//! Writes small glTF files, in memory.
+//! Writer of small glTF files in memory.
 #![allow(dead_code, reason = "each test binary uses a part")]
 use base64::Engine;
 use serde_json::Value;
 pub use serde_json::json;
 
-/// A glTF file in the making: JSON and one buffer.
+/// A glTF file under construction: JSON and one buffer.
 #[derive(Clone)]
 pub struct File {
     pub json: Value,
-    /// Where the buffer is said to be; None embeds it.
+    /// URI of the buffer; None embeds it.
     pub uri: Option<String>,
     buffer: Vec<u8>,
 }
@@ -74,7 +74,7 @@ impl File {
         )
     }
 
-    /// The buffer's bytes.
+    /// The bytes of the buffer.
     pub fn buffer(&self) -> Vec<u8> {
         self.buffer.clone()
     }
@@ -89,7 +89,7 @@ impl File {
         json.to_string()
     }
 
-    /// As .gltf.
+    /// The file as .gltf.
     pub fn gltf(&self) -> Vec<u8> {
         let data = || base64::engine::general_purpose::STANDARD.encode(&self.buffer);
         let uri =
@@ -97,7 +97,7 @@ impl File {
         self.with_buffer(Some(uri)).into_bytes()
     }
 
-    /// As .glb.
+    /// The file as .glb.
     pub fn glb(&self) -> Vec<u8> {
         let json = self.with_buffer(None);
         let mut body = Vec::new();
@@ -115,7 +115,7 @@ impl File {
 const PNG: &str =
     "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAYAAAD0In+KAAAADklEQVR4nGP4z8DwHwQBEPgD/U6VwW8AAAAASUVORK5CYII=";
 
-/// One of everything: textures, extensions, extras, a light, a camera, shapes, an animation.
+/// A file with textures, extensions, extras, a light, a camera, shapes and an animation.
 pub fn showcase() -> File {
     let mut file = File::new();
     let positions = file.floats(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0_f32]]);

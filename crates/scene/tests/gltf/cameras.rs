@@ -1,8 +1,8 @@
-//! Cameras: where they look, and what they cut off.
+//! Cameras: orientation and clipping planes.
 use super::*;
 use glam::{DMat3, DMat4, DQuat};
 
-/// A square, and a camera that hangs on a node.
+/// A square, and a camera on a node with a parent.
 fn with_camera(parent: Value, mut own: Value, camera: Value) -> File {
     let mut file = square();
     own["camera"] = json!(0);
@@ -22,7 +22,7 @@ fn perspective(more: Value) -> Value {
 
 const TURN: [f64; 4] = [-0.2, 0.4, 0.1, 0.888_819_442_1];
 
-/// Right, up and backward of the camera of a node below another, and its place.
+/// Right, up and backward axis and position of a camera on node `own` below node `parent`.
 fn camera(parent: Value, own: Value) -> [Vec3; 4] {
     let scene = load(&with_camera(parent, own, perspective(json!({}))));
     let c = &scene.cameras[0].camera;
@@ -47,13 +47,13 @@ fn a_camera_ignores_its_scale_and_mirroring() {
     for scale in [[0.0, 1.0, 1.0], [0.0, 0.0, 0.0]] {
         assert!(close(camera(json!({}), at(json!({"scale": scale})))), "{scale:?}");
     }
-    // A parent's scale moves the camera, and turns nothing.
+    // A parent's scale moves the camera, but does not rotate it.
     for scale in [[2.0, 2.0, 2.0], [0.0, 0.0, 0.0]] {
         let [right, up, backward, origin] = camera(json!({"scale": scale}), at(json!({})));
         assert!(close([right, up, backward, expected[3]]), "{scale:?}");
         assert_near(origin.as_dvec3(), DVec3::new(0.5, -0.25, 2.0) * scale[0]);
     }
-    // A mirror above it leaves the direction to what it stands before, upright.
+    // A mirroring parent mirrors the viewing direction; the image stays upright.
     let [right, up, backward, _] = camera(json!({"scale": [-1, 1, 1]}), at(json!({})));
     let mirrored = expected[2] * Vec3::new(-1.0, 1.0, 1.0);
     assert!((backward - mirrored).length() < 1e-5 && up.y > 0.0);
@@ -73,8 +73,9 @@ fn matrix(m: DMat3) -> Value {
     json!({"matrix": DMat4::from_mat3(m).to_cols_array()})
 }
 
-/// However a camera's node and the one above it are scaled, mirrored and sheared: its axes are unit, at right angles and
-/// right-handed, it looks where its own −z goes, and its top is on the side where +y goes, or upwards where that is mirrored.
+/// Whatever the scale, mirroring and shear of a camera's node and its parent, the axes are orthonormal and
+/// right-handed, the camera looks along the image of −z, and its up axis is on the side of the image of +y, or upwards
+/// if mirrored.
 #[test]
 fn a_camera_is_right_handed_below_everything() {
     let turn = DMat3::from_quat(DQuat::from_array(TURN).normalize());

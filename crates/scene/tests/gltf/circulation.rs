@@ -1,4 +1,4 @@
-//! What files in circulation do, and what is said of it; which files beside them are read.
+//! Irregularities of real-world files and the warnings about them, and access to other files.
 use super::*;
 
 #[test]
@@ -15,7 +15,7 @@ fn a_required_extension_that_nothing_uses_is_no_hindrance() {
     assert!(error(&file).contains("VENDOR_magic"));
 }
 
-/// What a file uses is warned of, declared or not; what it only declares is not.
+/// Warnings name the extensions that a file uses, declared or not; extensions that are only declared give no warning.
 #[test]
 fn extensions_are_known_by_their_use() {
     let mut file = square();
@@ -26,7 +26,7 @@ fn extensions_are_known_by_their_use() {
     assert!(said("KHR_materials_clearcoat") && !said("sheen"));
 }
 
-/// Extensions that change nothing of what is shown are not warned of.
+/// Extensions without effect on the visible parts give no warning.
 #[test]
 fn extensions_without_effect_are_not_warned_of() {
     let clearcoat =
@@ -42,18 +42,18 @@ fn extensions_without_effect_are_not_warned_of() {
     for material in [0, 2] {
         assert!(!warned(&|file| file.json["meshes"][0]["primitives"][0]["material"] = json!(material)));
     }
-    // Its mesh is in another scene, or hidden.
+    // The mesh is in another scene, or hidden.
     assert!(!warned(&|file| file.set("scenes", json!([{"nodes": []}, {"nodes": [0]}]))));
     assert!(!warned(&|file| {
         file.json["nodes"][0]["extensions"] = json!({"KHR_node_visibility": {"visible": false}});
     }));
-    // Another level of detail, sounds.
+    // Levels of detail, and sound.
     let harmless = json!({"MSFT_lod": {"ids": [1]}, "KHR_audio_emitter": {"emitter": 0}});
     assert!(!warned(&|file| {
         file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
         file.json["nodes"][0]["extensions"] = harmless.clone();
     }));
-    // A variant that is not chosen.
+    // A variant that is not selected.
     let mapped = json!({"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [0]}]}});
     assert!(!warned(&|file| {
         file.set("extensions", json!({"KHR_materials_variants": {"variants": [{"name": "coated"}]}}));
@@ -111,14 +111,14 @@ fn images_are_found_by_the_names_of_other_systems_or_left_out() {
         gltf::read(&path, &gltf::Options { strict, ..OPTIONS }).and_then(|b| b.build())
     };
     let found = try_uri("textures/a b.png", true).unwrap();
-    let renamed = |scene: &Scene| scene.warnings.iter().any(|w| w.0.contains("was found as"));
+    let renamed = |scene: &Scene| scene.warnings.iter().any(|w| w.0.contains("is used: correct the name"));
     assert!(!renamed(&found), "{:?}", found.warnings);
     for uri in ["textures\\a b.png", "Textures/A%20b.PNG", "TEXTURES\\A b.png"] {
         let other = try_uri(uri, true).unwrap_or_else(|e| panic!("{uri}: {e}"));
         assert!(renamed(&other), "{uri}");
         assert_eq!(other.materials[0].base, found.materials[0].base);
     }
-    // Not there: the factor remains, and nothing glows that a texture was to hold down.
+    // Missing image: the base colour factor remains, and emission that the texture would modulate is off.
     let missing = try_uri("not_there.png", false).unwrap();
     assert!(missing.warnings.iter().any(|w| w.0.contains("not_there.png")));
     assert_eq!(missing.materials[0].base.base_color, Vec3::new(0.25, 0.5, 0.75));

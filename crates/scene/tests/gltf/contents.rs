@@ -1,4 +1,4 @@
-//! Materials, shapes and lights, and what `info` says of them.
+//! Materials, shapes and lights, and their listing by `info`.
 use super::*;
 
 #[test]
@@ -13,7 +13,7 @@ fn materials_arrive() {
     assert!(m.double_sided && m.normal_texture.is_some());
     assert_eq!(m.base_color_texture.unwrap().uv_set, 1, "the transform's texCoord wins");
     assert_eq!(m.base_color_texture.unwrap().transform.unwrap().translation.to_array(), [0.5, 0.25]);
-    // One image as colour and as data: two textures.
+    // An image that is used as colour and as data gives two textures.
     assert_eq!(scene.textures.len(), 2);
     assert!(!m.base.thin && m.base.transmission == 0.5);
     let sigma = f64::from(m.sigma_a.x) * scene.space.scale;
@@ -94,7 +94,7 @@ fn units_of_lights_follow_the_generator_or_the_option() {
                 Light::Point(l) => (0, l.intensity / (s * s)),
                 Light::Spot(l) => (1, l.intensity / (s * s)),
                 Light::Distant(l) => (2, l.irradiance),
-                // An emitter is not a punctual light: its radiance stays.
+                // An area light is not a punctual light: its radiance is unchanged.
                 _ => (3, wanted),
             };
             seen[kind] += 1;

@@ -1,4 +1,4 @@
-//! Nodes: their order, their transforms, what they show.
+//! Nodes: hierarchy, transforms, visibility, instances and animation.
 use super::*;
 
 #[test]
@@ -14,7 +14,7 @@ fn hierarchies_compose() {
         ]),
     );
     let scene = load(&file);
-    // (1,0,0) → ×2 +1 → (3,0,0) → turned by 90° about z → (0,3,0) → moved.
+    // (1,0,0) → ×2 +1 → (3,0,0) → rotated by 90° about z → (0,3,0) → translated.
     assert_near(corners(&scene, 0, 0)[1], DVec3::new(10.0, 3.0, 0.0));
 }
 
@@ -99,7 +99,7 @@ fn the_node_graph_is_a_forest() {
     assert!(error(&own).contains("node 0"));
     let parents = with_nodes(json!([{"children": [2]}, {"children": [2]}, {"mesh": 0}]), json!([0, 1]));
     assert!(error(&parents).contains("node 2: is a child of node 0 and of node 1"));
-    // Seen once each: below the parent where that is in the scene, else as the root it is said to be.
+    // Each is shown once: below the parent if that is in the scene, or else as a root.
     for (roots, said) in [(json!([0, 1]), "as the child"), (json!([0]), "as the root")] {
         let scene = load(&with_nodes(json!([{"mesh": 0}, {"children": [0], "mesh": 0}]), roots));
         assert_eq!(scene.survey.objects, if said == "as the child" { 2 } else { 1 });
@@ -115,14 +115,14 @@ fn the_node_graph_is_a_forest() {
         assert_eq!(scene.survey.objects, 1);
         assert!(scene.warnings.iter().any(|w| w.0.contains("node 0 is listed more than once")));
     }
-    // Deep, but a chain: no recursion to overflow.
+    // A deep chain must not overflow the stack.
     let n = 100_000;
     let mut nodes: Vec<Value> = (0..n).map(|i| json!({"children": [i + 1]})).collect();
     nodes.push(json!({"mesh": 0}));
     assert_eq!(load(&with_nodes(json!(nodes), json!([0]))).survey.objects, 1);
 }
 
-/// Names in lower case and numbers for names, with one warning for each kind.
+/// Names in lower case and numbers for names are read, with one warning for each kind.
 #[test]
 fn enumerations_are_read_in_other_spellings() {
     let mut file = square();

@@ -1,4 +1,4 @@
-//! The glTF reader on files written here: every way to store numbers, every way to be wrong.
+//! Tests of the glTF reader on generated files.
 #![cfg(feature = "gltf")]
 #[path = "../file/mod.rs"]
 mod file;
@@ -47,7 +47,7 @@ fn error(file: &File) -> String {
     }
 }
 
-/// World corners of a triangle.
+/// World-space corners of a triangle.
 fn corners(scene: &Scene, object: u32, primitive: u32) -> [DVec3; 3] {
     scene.accel.corners(object, primitive).map(|p| scene.space.to_world(p))
 }
@@ -58,7 +58,7 @@ fn assert_near(a: DVec3, b: DVec3) {
 
 const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
 
-/// A square of two triangles, one node, one mesh, one primitive.
+/// A file with one node, one mesh and one primitive: a square of two triangles.
 fn square() -> File {
     let mut file = File::new();
     let positions = file.floats(&SQUARE);

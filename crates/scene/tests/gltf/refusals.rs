@@ -1,4 +1,4 @@
-//! Every way to be wrong: one line that names the place.
+//! Errors of invalid files: one line that names the object at fault.
 use super::*;
 
 #[test]
@@ -29,7 +29,7 @@ fn every_truncation_of_a_glb_is_one_error() {
     }
 }
 
-/// Changes one place of the showcase at a time; the message must name that place.
+/// Changes one value of the showcase at a time; the message must name its location.
 #[test]
 fn indices_out_of_range_are_named() {
     let cases = [
@@ -110,7 +110,7 @@ fn indices_beyond_the_vertices_are_named() {
     assert!(error(&file).contains("triangle 0 has corners 0, 1, 4, but there are 4 vertices"));
 }
 
-/// Bytes changed, removed and doubled at random: never a panic, always a scene or one line.
+/// Random changes and copies of bytes never panic: the result is a scene or an error of one line.
 #[test]
 fn mutations_never_panic() {
     let whole = file::showcase().glb();

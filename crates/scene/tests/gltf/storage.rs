@@ -1,4 +1,4 @@
-//! Every way to store numbers.
+//! Storage of numbers: component types, index types, modes, and sparse accessors.
 use super::*;
 
 #[test]
@@ -39,7 +39,7 @@ fn every_component_type_normalised_and_not() {
         (5126, &[0, 0, 0xc0, 0x3f], false, 1.5),
     ];
     for (component, bytes, normalized, value) in cases {
-        // Triangle (0,0,0), (x,0,0), (0,x,0) with x the value in question; elements padded to 4 bytes.
+        // Triangle (0,0,0), (x,0,0), (0,x,0) with x the tested value; elements are padded to 4 bytes.
         let size = bytes.len();
         let zero = vec![0; size];
         let element = |parts: [&[u8]; 3]| {
@@ -133,7 +133,7 @@ fn sparse_accessors_with_and_without_a_base() {
         assert_eq!(
             scene.survey.triangles,
             if base { 2 } else { 1 },
-            "without base corner 1 is at 0: no area"
+            "without base data corner 1 is at 0, and a triangle has no area"
         );
     }
     let mut file = square();
@@ -152,7 +152,7 @@ fn counts_without_data_do_not_fill_memory() {
     let mut file = square();
     file.json["accessors"][0] = json!({"componentType": 5126, "count": 4_000_000_000_u64, "type": "VEC3"});
     assert!(error(&file).contains("without data"));
-    // Many modest ones add up.
+    // The limit applies to the sum over all accessors.
     file.json["accessors"][0]["count"] = json!(1 << 20);
     let primitive = json!({"attributes": {"POSITION": 0}});
     file.json["meshes"][0]["primitives"] = json!(vec![primitive; 8]);

@@ -1,53 +1,53 @@
-//! What there is to choose from: scenes, material variants, animations.
+//! Scenes, material variants and animations of a file.
 use super::super::{animation, choose, choose::Selected, document::Document};
 use serde::Serialize;
 
 /// A scene of the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SceneInfo {
-    /// What `--scene` takes besides the name.
+    /// Index, which `--scene` accepts as well as the name.
     pub index: usize,
-    /// Its name, if it has one.
+    /// Name, if it has one.
     pub name: Option<String>,
-    /// Its root nodes.
+    /// Number of its root nodes.
     pub roots: usize,
-    /// The file calls it its default scene.
+    /// Whether it is the default scene of the file.
     pub default: bool,
-    /// It is the one that is shown.
+    /// Whether it is the selected one.
     pub shown: bool,
 }
 
 /// A variant of KHR_materials_variants.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct VariantInfo {
-    /// What `--variant` takes besides the name.
+    /// Index, which `--variant` accepts as well as the name.
     pub index: usize,
-    /// Its name, if it has one.
+    /// Name, if it has one.
     pub name: Option<String>,
-    /// Primitives of the file that it gives another material.
+    /// Number of primitives of the file whose material it replaces.
     pub primitives: usize,
-    /// It is the one that is shown.
+    /// Whether it is the selected one.
     pub shown: bool,
 }
 
 /// An animation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct AnimationInfo {
-    /// What `--animation` takes besides the name.
+    /// Index, which `--animation` accepts as well as the name.
     pub index: usize,
-    /// Its name, if it has one.
+    /// Name, if it has one.
     pub name: Option<String>,
-    /// First key in seconds.
+    /// Time of the first key in seconds.
     pub start: f64,
-    /// Last key in seconds.
+    /// Time of the last key in seconds.
     pub end: f64,
-    /// Seconds from the first key to the last.
+    /// Time from the first key to the last one in seconds.
     pub length: f64,
-    /// Channels that move nodes.
+    /// Number of channels that animate nodes.
     pub channels: usize,
-    /// It is played.
+    /// Whether it is played.
     pub played: bool,
-    /// Why its keys cannot be read.
+    /// The reason why its keys cannot be read, if so.
     pub error: Option<String>,
 }
 
@@ -96,7 +96,7 @@ pub(super) fn animations(doc: &Document<'_>, selected: &Selected) -> Vec<Animati
     .collect()
 }
 
-/// An empty name is none.
+/// A name, unless it is empty.
 pub(super) fn own(name: Option<&str>) -> Option<String> {
     name.filter(|name| !name.is_empty()).map(str::to_owned)
 }

@@ -1,25 +1,25 @@
-//! How many of everything there are in a file.
+//! Counts of the items in a file.
 use super::super::{document::Document, node::Hierarchy};
 use serde::Serialize;
 
-/// How many of everything.
+/// Counts of the items in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Counts {
     /// Nodes in the file.
     pub nodes: usize,
-    /// Nodes the scene shows.
+    /// Visible nodes of the selected scene.
     pub visible_nodes: usize,
     /// Meshes in the file.
     pub meshes: usize,
-    /// Triangles the scene shows: those of a mesh once for every place where it stands.
+    /// Triangles of the selected scene; those of a mesh count once per instance.
     pub triangles: u64,
-    /// Triangles of the meshes that the scene shows, each counted once.
+    /// Triangles of the meshes of the selected scene; each mesh counts once.
     pub stored_triangles: u64,
-    /// Places where meshes stand.
+    /// Instances of meshes.
     pub instances: u64,
-    /// Exact spheres and disks the scene shows.
+    /// Exact spheres and disks of the selected scene.
     pub shapes: usize,
-    /// Vertices the scene shows, counted like the triangles.
+    /// Vertices of the selected scene, counted per instance like `triangles`.
     pub vertices: u64,
     /// Materials in the file.
     pub materials: usize,
@@ -29,7 +29,7 @@ pub struct Counts {
     pub morphed: usize,
 }
 
-/// What the lists of the file and the hierarchy tell; what is placed is counted later.
+/// The counts that follow from the lists of the file and the hierarchy; those of placed objects are added later.
 pub(super) fn counts(doc: &Document<'_>, hierarchy: &Hierarchy) -> Counts {
     let root = &doc.root;
     let primitives = root.meshes.iter().flat_map(|m| &m.primitives);

@@ -1,4 +1,4 @@
-//! What is placed, how many triangles that makes, and what of it would be bent: skins and morph targets.
+//! Objects of the selected scene with their triangle counts, skins, morph targets and material names.
 use super::super::{
     document::{Document, label},
     instancing, mesh,
@@ -10,61 +10,61 @@ use gltf::json::{self, mesh::Semantic, validation::Checked};
 use serde::Serialize;
 use serde_json::Value;
 
-/// What a node of the scene that is shown places there.
+/// The object placed by a node of the selected scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ObjectInfo {
-    /// The node's index.
+    /// Index of the node.
     pub node: usize,
-    /// What pictures, reports and layers call it: the node's name, else the mesh's.
+    /// Name in images, reports and layers: that of the node, or else of the mesh.
     pub name: String,
     /// "mesh", "sphere" or "disk".
     pub kind: String,
-    /// The mesh's index.
+    /// Index of the mesh.
     pub mesh: Option<usize>,
     /// Triangles of one instance.
     pub triangles: u64,
-    /// How often it is placed: more than once by EXT_mesh_gpu_instancing.
+    /// Number of instances: 1, or that of EXT_mesh_gpu_instancing.
     pub instances: u64,
 }
 
 /// A skin (not applied).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SkinInfo {
-    /// Place in the file's list.
+    /// Index in the file's list.
     pub index: usize,
-    /// Its name, if it has one.
+    /// Name, if it has one.
     pub name: Option<String>,
-    /// Nodes that bend it.
+    /// Number of joints.
     pub joints: usize,
-    /// Nodes of the scene that is shown whose mesh it bends.
+    /// Number of nodes of the selected scene that use it.
     pub placed: usize,
 }
 
 /// The morph targets of a mesh (not applied).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MorphInfo {
-    /// The mesh's index.
+    /// Index of the mesh.
     pub mesh: usize,
-    /// The mesh's name, if it has one.
+    /// Name of the mesh, if it has one.
     pub name: Option<String>,
-    /// How many targets.
+    /// Number of targets.
     pub targets: usize,
-    /// Their names, where `extras.targetNames` has them.
+    /// Names of the targets from `extras.targetNames`.
     pub names: Vec<String>,
-    /// Their weights where the mesh says them.
+    /// Weights of the mesh, if given.
     pub weights: Vec<f32>,
 }
 
-/// Triangles and vertices of a mesh.
+/// Numbers of triangles and vertices of a mesh.
 type Size = (u64, u64);
 
-/// Everything that is placed, with the counts of it filled in.
+/// Lists the placed objects and adds them to `counts`.
 pub(super) fn objects(
     doc: &Document<'_>,
     hierarchy: &Hierarchy,
     counts: &mut Counts,
 ) -> Result<Vec<ObjectInfo>, SceneError> {
-    // Many nodes may place one mesh of many primitives.
+    // Many nodes may share a mesh of many primitives.
     let mut sizes: Vec<Option<Size>> = vec![None; doc.root.meshes.len()];
     let mut objects = Vec::new();
     for &i in &hierarchy.order {
@@ -135,14 +135,14 @@ pub(super) fn morphs(doc: &Document<'_>) -> Vec<MorphInfo> {
     doc.root.meshes.iter().enumerate().filter_map(one).collect()
 }
 
-/// A convention of exporters, not of the specification.
+/// Names of morph targets; a convention of exporters, not of the specification.
 fn target_names(extras: &json::Extras) -> Option<Vec<String>> {
     let extras: Value = serde_json::from_str(extras.as_ref()?.get()).ok()?;
     let names = extras.get("targetNames")?.as_array()?;
     Some(names.iter().map(|name| name.as_str().unwrap_or_default().to_owned()).collect())
 }
 
-/// How messages call the materials of the file.
+/// Names of all materials; index-based for unnamed ones.
 pub(super) fn materials(doc: &Document<'_>) -> Vec<String> {
     let name = |(i, m): (usize, &json::Material)| {
         own(m.name.as_deref()).unwrap_or_else(|| label("material", i, None))

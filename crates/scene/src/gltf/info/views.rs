@@ -1,4 +1,4 @@
-//! Cameras and lights, in the units of the file.
+//! Cameras and punctual lights, in the units of the file.
 use super::super::{document::Document, node::Hierarchy, read};
 use super::choices::own;
 use crate::{Placement, SceneError, error::quoted};
@@ -7,56 +7,56 @@ use glam::DVec3;
 use gltf::json::{self, extensions::scene::khr_lights_punctual as punctual, validation::Checked};
 use serde::Serialize;
 
-/// A camera's name of more bytes than this is cut.
+/// Length in bytes beyond which a camera's name is truncated.
 const LONGEST: usize = 1000;
 
-/// A camera of the scene that is shown, as it stands when the shutter opens.
+/// A camera of the selected scene, when the shutter opens.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct CameraInfo {
-    /// What `--camera` takes; it takes the place in this list as well, counted from 0.
+    /// Name, which `--camera` accepts as well as the index in this list, counted from 0.
     pub name: String,
     /// "perspective" or "orthographic".
     pub kind: &'static str,
-    /// In the world, in scene units.
+    /// Position in world space, in scene units.
     pub position: [f64; 3],
-    /// Unit vector along which it looks; None when its node is scaled to nothing.
+    /// Viewing direction, a unit vector; None if the scale of its node is zero.
     pub direction: Option<[f64; 3]>,
-    /// Unit vector that is upwards in the picture; likewise.
+    /// Up direction of the image, a unit vector; None in the same case.
     pub up: Option<[f64; 3]>,
     /// Vertical field of view of a perspective camera, in degrees.
     pub yfov_degrees: Option<f64>,
-    /// Width and height that an orthographic camera sees, in scene units.
+    /// Width and height of the view of an orthographic camera, in scene units.
     pub size: Option<[f64; 2]>,
-    /// Width / height that the file asks for.
+    /// Aspect ratio (width / height) given by the file.
     pub aspect: Option<f64>,
     /// Distance of the near plane, in scene units.
     pub znear: f64,
-    /// Distance of the far plane, in scene units; None is infinite.
+    /// Distance of the far plane, in scene units; None if it is infinite.
     pub zfar: Option<f64>,
-    /// It moves while the shutter is open.
+    /// Whether it moves while the shutter is open.
     pub moves: bool,
 }
 
 /// A punctual light of the file (KHR_lights_punctual).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LightInfo {
-    /// Place in the file's list.
+    /// Index in the file's list.
     pub index: usize,
-    /// Its name, if it has one.
+    /// Name, if it has one.
     pub name: Option<String>,
     /// "point", "spot" or "directional".
     pub kind: &'static str,
-    /// As the file says it, in `unit`; the colour is a factor on it.
+    /// Intensity as given by the file, in `unit`; it is multiplied by the colour.
     pub intensity: f64,
-    /// The file's unit of the intensity: "cd" or "lx".
+    /// Unit of the intensity in the file: "cd" or "lx".
     pub unit: &'static str,
-    /// Linear, Rec. 709.
+    /// Linear Rec. 709 colour.
     pub color: [f32; 3],
-    /// Where the light ends, in scene units; None is never.
+    /// Distance at which the light ends, in scene units; None if it is unlimited.
     pub range: Option<f64>,
-    /// Half angles of a spot light's inner and outer cone, in degrees.
+    /// Half angles of the inner and outer cone of a spot light, in degrees.
     pub cone_degrees: Option<[f64; 2]>,
-    /// Nodes of the scene that is shown that hold it.
+    /// Number of nodes of the selected scene that use it.
     pub placed: usize,
 }
 
@@ -71,7 +71,7 @@ pub(super) fn cameras(
         let node = &doc.root.nodes[i];
         let Some(index) = node.camera else { continue };
         let camera = doc.get(&doc.root.cameras, index, "camera", "a node")?;
-        // Many nodes may show one camera: a long name is not copied for each.
+        // Many nodes may share a camera: a long name is not copied for each.
         let name = read::camera_name(index, camera, node.name.as_deref());
         let name = if name.len() > LONGEST { quoted(&name) } else { name.into_owned() };
         let placement = hierarchy.camera(i, placements, open);
@@ -81,7 +81,7 @@ pub(super) fn cameras(
 }
 
 fn posed(camera: &json::Camera, placement: &Placement) -> CameraInfo {
-    // Adding zero makes −0 plain.
+    // Adding zero turns −0 into 0.
     let unit = |v: DVec3| (v + DVec3::ZERO).to_array();
     let axes = axes(&placement.linear);
     let posed = CameraInfo {
@@ -156,7 +156,7 @@ mod tests {
     use super::*;
     use std::borrow::Cow;
 
-    /// As many nodes as a file holds may show one camera, whose name may be as long as the file.
+    /// All nodes of a file may share one camera, whose name may be as long as the file.
     #[test]
     fn a_name_is_not_copied_for_each_node() {
         let plane = serde_json::json!({
