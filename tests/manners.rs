@@ -83,10 +83,10 @@ fn names_of_other_programs_lead_to_ours() {
     complains(&["render", "--spp", "3", "--spp", "4"], &["--spp <N>", "give it once"]);
     complains(&["render", "--spp"], &["--spp <N> needs a value", "Samples per pixel"]);
     complains(&["render", "--spp", "4.5"], &["'4.5'", "--spp <N>", "expected a whole number"]);
-    complains(&["sheet", "--output"], &["--output <FILE> needs a value (Where to write the sheet"]);
+    complains(&["sheet", "--output"], &["--output <FILE> needs a value (Output file, a .png"]);
     complains(&["info", "builtin:spheres"], &["did you mean builtin:cornell-spheres?"]);
     complains(&["info"], &["<SCENE>", "builtin:cornell-spheres"]);
-    complains(&["sheet", "builtin:cornell", "--vary", "light"], &["--counts <LIST>", "Numbers of points"]);
+    complains(&["sheet", "builtin:cornell", "--vary", "light"], &["--counts <LIST>", "Sample counts"]);
     complains(
         &["diff", "a.exr", "b.exr", "--map", "signd"],
         &["relative, signed, flip", "did you mean signed?"],
@@ -108,7 +108,7 @@ fn what_there_is_not_has_an_answer() {
         ("--list", "dapple info"),
         ("--denoise", "--error-limit"),
         ("--no-env", "--env none"),
-        ("--position", "--look-from, the camera's place"),
+        ("--position", "--look-from, the camera position"),
         ("--sppp", "--spp"),
         ("--samples", "--spp"),
         ("--szie=3x3", "--size"),
