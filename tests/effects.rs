@@ -37,14 +37,14 @@ fn what_a_scene_lacks_is_noted_and_left_out() {
     let more = ["--lens", "7x7", "--time", "9", "--refract", "5", "-o", "b.exr"];
     let noted = well(folder.path(), &[&CORNELL[..], &FEW, &more].concat());
     for effect in ["--lens", "--time", "--refract"] {
-        let note = format!("note: {effect} is left out: the scene has no such effect");
+        let note = format!("note: {effect} is ignored: the scene has no such effect");
         assert!(noted.err.contains(&note) && !plain.err.contains(&note), "{}", noted.err);
     }
     // It neither enters the forecast nor changes the picture.
     assert!(noted.err.contains("at most 16 rays per pixel"), "{}", noted.err);
     assert!(pixels(&folder.path().join("a.exr")) == pixels(&folder.path().join("b.exr")));
     let by_path = ["render", "builtin:cornell", "--size", "8x8", "--spp", "1", "--light", "3x3"];
-    assert!(well(folder.path(), &by_path).err.contains("note: --light is left out"));
+    assert!(well(folder.path(), &by_path).err.contains("note: --light is ignored"));
 }
 
 #[test]

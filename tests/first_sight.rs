@@ -40,9 +40,9 @@ fn a_camera_that_sees_no_surface_shows_the_background() {
         assert!(said.contains("camera 'eye' sees no surface") && said.contains("--orbit"), "{said}");
         assert!(said.matches("studio").count() == 1 && !said.contains("lights it"), "{said}");
         let (mean, said) = render(at, &scene, &["--env", "none"]);
-        assert!(mean == 0.0 && said.contains("the picture is black") && !said.contains("studio"), "{said}");
+        assert!(mean == 0.0 && said.contains("the image is black") && !said.contains("studio"), "{said}");
         let (mean, said) = render(at, &scene, &["--env-color", "1,2,3"]);
-        assert!((mean - 2.0).abs() < 1e-6 && said.contains("shows the environment alone"), "{said}");
+        assert!((mean - 2.0).abs() < 1e-6 && said.contains("shows only the environment"), "{said}");
         let (mean, said) = render(at, &scene, &["--orbit", "10,20"]);
         assert!(mean > 0.01 && !said.contains("sees no surface"), "{said}");
     }
@@ -53,7 +53,7 @@ fn a_scene_without_surfaces_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let empty = triangle(|root, _| root["scenes"][0]["nodes"] = json!([1]));
     let (mean, said) = render(folder.path(), &empty, &[]);
-    assert!(mean > 0.1 && said.contains("there is no surface in the scene"), "{mean} {said}");
+    assert!(mean > 0.1 && said.contains("the scene has no surfaces"), "{mean} {said}");
 }
 
 /// What is small is seen, if not by the first rays.
@@ -105,17 +105,17 @@ fn a_camera_in_a_closed_space_says_so() {
         for light in [&[][..], &["--env-color", "1,1,1"]] {
             let (mean, said) = render(at, &scene, light);
             assert!(mean < 1e-3, "{mean}");
-            assert!(said.contains("camera 'eye' stands in a closed space that no light gets into"), "{said}");
+            assert!(said.contains("camera 'eye' is in a closed space that no light enters"), "{said}");
             assert!(said.contains("--orbit") && !said.contains("studio"), "{said}");
             assert_eq!(said.contains("--backfaces culled"), opens, "{said}");
         }
         // Walls that face inwards are looked through from outside, at others that no light gets to.
         let (mean, said) = render(at, &scene, &["--orbit", "30,20"]);
-        let is_unlit = said.contains("next to no light reaches") && said.contains("--backfaces shown");
+        let is_unlit = said.contains("almost no light reaches") && said.contains("--backfaces shown");
         assert!(mean > 0.1 && !said.contains("closed space"), "{mean} {said}");
         assert!(said.contains("studio") != is_unlit, "{said}");
         let (_, said) = render(at, &scene, &["--orbit", "30,20", "--backfaces", "shown"]);
-        assert!(said.contains("studio") && !said.contains("next to no light"), "{said}");
+        assert!(said.contains("studio") && !said.contains("almost no light"), "{said}");
     }
     let (mean, said) = render(at, &cell(false, false), &["--backfaces", "culled"]);
     assert!(mean > 0.1 && !said.contains("closed space"), "{mean} {said}");
@@ -132,5 +132,5 @@ fn black_surfaces_are_named_as_the_reason() {
         root["meshes"][0]["primitives"][0]["material"] = 0.into();
     });
     let (_, said) = render(folder.path(), &black, &[]);
-    assert!(said.contains("what camera 'eye' sees reflects next to no light"), "{said}");
+    assert!(said.contains("the surfaces that camera 'eye' sees reflect almost no light"), "{said}");
 }

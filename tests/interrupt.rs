@@ -128,7 +128,7 @@ fn time_limits_and_what_they_cut() {
     assert_eq!((cut.code, &cut.json()["stopped"]), (3, &true.into()), "{}", cut.err);
     let spp = cut.json()["spp"].as_u64().unwrap();
     let line =
-        format!("stopped early by --time-limit: the pictures hold {spp} of 100000000 samples of every pixel");
+        format!("stopped early by --time-limit: the image has {spp} of 100000000 samples in every pixel");
     assert!(cut.err.contains(&line), "{}", cut.err);
     let error = timed(&["--error-limit", "1e-9"]);
     assert_eq!(error.code, 3, "{}", error.err);
@@ -149,7 +149,10 @@ fn a_picture_in_part_says_so() {
     assert!(some < counts.len());
     assert_eq!(found.json()["unsampled_pixels"], counts.len() - some);
     let told = found.err.lines().find(|line| line.contains("not every pixel has a sample")).unwrap();
-    assert!(some == 0 || told.contains(&format!("{some} of 2560000 have some, in rows 0 to")), "{told}");
+    assert!(
+        some == 0 || told.contains(&format!("{some} of 2560000 pixels have samples, in rows 0 to")),
+        "{told}"
+    );
     let png = std::fs::read(folder.path().join("a.png")).unwrap();
     let text = [b"tEXtComment\0", told.as_bytes()].concat();
     assert!(png.windows(text.len()).any(|w| w == text));
@@ -164,7 +167,7 @@ fn twice_ends_at_once() {
     interrupt(&child);
     let mut line = String::new();
     said.read_line(&mut line).unwrap();
-    assert!(line.contains("once more"), "{line}");
+    assert!(line.contains("interrupt again"), "{line}");
     interrupt(&child);
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(files(folder.path()).is_empty());

@@ -80,7 +80,7 @@ fn names_of_other_programs_lead_to_ours() {
     complains(&["--spp", "3"], &["--spp", "dapple render"]);
     complains(&["render", "builtin:cornell", "--time", "30s"], &["--time", "--time-limit"]);
     complains(&["render", "builtin:cornell", "--half", "false"], &["--half=false"]);
-    complains(&["render", "--spp", "3", "--spp", "4"], &["--spp <N>", "give it once"]);
+    complains(&["render", "--spp", "3", "--spp", "4"], &["--spp <N>", "give it only once"]);
     complains(&["render", "--spp"], &["--spp <N> needs a value", "Samples per pixel"]);
     complains(&["render", "--spp", "4.5"], &["'4.5'", "--spp <N>", "expected a whole number"]);
     complains(&["sheet", "--output"], &["--output <FILE> needs a value (Output file, a .png"]);
@@ -209,7 +209,7 @@ fn settings_files_may_serve_many_commands() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("mine.toml"), "size = '8x8'\nhalf = true\ntone = 'agx'\nspp = 2\n").unwrap();
     let rays = well(folder.path(), &["rays", "builtin:cornell", "--settings", "mine.toml", "--json"]);
-    assert_eq!(rays.err, "note: mine.toml: half, tone: left out, for dapple rays does not use it\n");
+    assert_eq!(rays.err, "note: mine.toml: half, tone: ignored, because dapple rays does not use it\n");
     assert_eq!(rays.json()["width"], 8);
     for (key, said) in [("samples", "did you mean spp?"), ("szie", "did you mean size?"), ("width", "size?")]
     {
@@ -276,12 +276,12 @@ fn values_have_usual_names() {
 fn what_changes_nothing_here_is_said() {
     let folder = tempfile::tempdir().unwrap();
     for (typed, said) in [
-        (&["--half", "-o", "a.png"][..], "--half is left out: no EXR"),
-        (&["--tone", "agx", "-o", "a.exr"], "--tone is left out: no PNG"),
-        (&["--combine", "paired"], "--combine is left out: the path tracer"),
-        (&["--env-rotation", "90"], "--env-rotation is left out: there is no environment picture"),
-        (&["--shutter", "0:1"], "--shutter is left out: nothing moves"),
-        (&["--method", "distribution", "--no-roulette"], "--no-roulette is left out"),
+        (&["--half", "-o", "a.png"][..], "--half is ignored: no EXR"),
+        (&["--tone", "agx", "-o", "a.exr"], "--tone is ignored: no PNG"),
+        (&["--combine", "paired"], "--combine is ignored: the path tracer"),
+        (&["--env-rotation", "90"], "--env-rotation is ignored: there is no environment map"),
+        (&["--shutter", "0:1"], "--shutter is ignored: nothing moves"),
+        (&["--method", "distribution", "--no-roulette"], "--no-roulette is ignored"),
     ] {
         let run =
             well(folder.path(), &[&["render", "builtin:cornell", "--quiet"], &SMALL[..], typed].concat());

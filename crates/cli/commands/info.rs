@@ -63,7 +63,7 @@ fn layers(
         Ok((options, warning)) => Ok((options, warning, None)),
         Err(failure) => {
             let mut options = RenderOptions::default();
-            options.lay_matches(typed)?;
+            options.apply_matches(typed)?;
             if options.settings.is_some() { Err(failure) } else { Ok((options, None, Some(failure))) }
         }
     }

@@ -222,7 +222,7 @@ pub fn ids() -> Vec<(String, String)> {
 impl RenderOptions {
     /// Overrides options with parsed arguments. A later environment of one kind replaces one of the other kind, and a
     /// later camera replaces a whole view.
-    pub fn lay_matches(&mut self, matches: &ArgMatches) -> Result<(), Failure> {
+    pub fn apply_matches(&mut self, matches: &ArgMatches) -> Result<(), Failure> {
         if matches.contains_id("env") {
             self.env_color = None;
         }

@@ -107,7 +107,7 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
 /// The one PNG that was typed.
 fn output(typed: &ArgMatches) -> Result<PathBuf, Failure> {
     let mut said = RenderOptions::default();
-    said.lay_matches(typed)?;
+    said.apply_matches(typed)?;
     let path = match said.output.as_deref() {
         None => {
             let default = PathBuf::from("sheet.png");

@@ -127,7 +127,7 @@ fn laid(base: &RenderOptions, name: &str, text: &str) -> Result<RenderOptions, F
     let in_run = |e: Failure| Failure::Arguments(format!("--run {name}: {e}"));
     let typed = layer::parsed(&words(text)).map_err(in_run)?;
     uses::refuse("converge", &typed).map_err(in_run)?;
-    options.lay_matches(&typed).map_err(in_run)?;
+    options.apply_matches(&typed).map_err(in_run)?;
     if format!("{:?}", of_scene(base)) != format!("{:?}", of_scene(&options)) {
         let said = "size, crop, environment, light unit, time, exposure and output are the same for all runs; give them outside of --run";
         return Err(in_run(Failure::Arguments(said.into())));
