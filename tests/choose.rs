@@ -281,7 +281,7 @@ fn info_says_what_a_render_would_refuse() {
     assert!(
         well(folder.path(), &["info", "a.gltf"])
             .out
-            .contains("error: a render would refuse this: a.gltf: needs")
+            .contains("error: a render would reject this: a.gltf: needs")
     );
     let folder =
         folder_with("a.gltf", &triangle(|root, _| root["meshes"][0]["primitives"][0]["indices"] = json!(0)));

@@ -256,7 +256,7 @@ fn the_start_up_of_another_renderer() {
     let measured = (0..4).find_map(|i| {
         let (peer, _, page) = with_peer(folder.path(), &format!("out{i}"), &command, &shared);
         let known = peer["startup_seconds"].is_number();
-        assert!(known || page.contains("its start-up included"));
+        assert!(known || page.contains("start-up included"));
         known.then_some((peer, page))
     });
     let (peer, page) = measured.unwrap();
@@ -270,8 +270,8 @@ fn the_start_up_of_another_renderer() {
     let last = points.last().unwrap();
     let (samples, seconds) = (last["samples"].as_f64().unwrap(), last["seconds"].as_f64().unwrap());
     assert!(seconds == 0.0 || (0.5..3.0).contains(&(seconds / (0.02 * samples))), "{last} {startup}");
-    assert!(peer["timing"].as_str().unwrap().contains("less its start-up of"), "{peer}");
-    assert!(page.contains("less its start-up of"));
+    assert!(peer["timing"].as_str().unwrap().contains("minus its start-up of"), "{peer}");
+    assert!(page.contains("minus its start-up of"));
 }
 
 /// A command may say itself how long it rendered.
@@ -333,7 +333,7 @@ fn a_renderer_without_seeds() {
     let command = "peer=echo 0.5 > {time}; cp pictures/1-{spp}.exr '{out}'";
     let (run_of_peer, results, page) = with_peer(folder.path(), "out", command, &["--budget", "5s"]);
     assert_eq!(run_of_peer["seeds"].as_array().unwrap().len(), 1);
-    assert!(page.contains("one picture by peer") && page.contains("may share samples with it"));
+    assert!(page.contains("one image by peer") && page.contains("may share samples with it"));
     assert!(results["differences"][0]["beyond_noise"].is_null());
     assert!(run_of_peer["efficiency_ci"].is_null() && page.contains("interval not known"));
 }

@@ -254,7 +254,7 @@ fn a_sheet_obeys_the_time_limit() {
     let start = std::time::Instant::now();
     let found = run(folder.path(), &[&base[..], &arguments].concat());
     assert_eq!(found.code, 3, "{}", found.err);
-    assert!(found.err.contains("--time-limit 1 s") && found.err.contains("stopped early: the sheet holds"));
+    assert!(found.err.contains("--time-limit 1 s") && found.err.contains("stopped early: the sheet has"));
     // Without the limit the last cell and the reference for it take minutes.
     assert!(start.elapsed().as_secs_f64() < 60.0);
     let json = found.json();

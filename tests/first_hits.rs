@@ -83,7 +83,7 @@ fn the_plan_says_that_no_image_is_decoded() {
 fn what_shows_the_picture_asks_for_it() {
     let folder = tempfile::tempdir().unwrap();
     let run = render(folder.path(), &["--aov", "depth"]);
-    assert!(run.err.contains("the picture is left out"), "{}", run.err);
+    assert!(run.err.contains("the image itself is not rendered"), "{}", run.err);
     assert_eq!(files(folder.path()), ["a.exr", "a.gltf"]);
     assert_eq!(names(&layers(folder.path(), &["--aov", "depth", "-o", "b.png"])), ["", "depth"]);
     assert_eq!(names(&layers(folder.path(), &["--aov", "depth,variance"])), ["", "depth", "variance"]);

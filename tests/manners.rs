@@ -186,19 +186,19 @@ fn options_that_do_nothing_are_refused() {
         (&["converge", cornell, "-o", "out"], &["--crop", "0,0,1,1"]),
     ] {
         let name = if typed[0] == "-o" { "--output" } else { typed[0] };
-        complains(&[command, typed].concat(), &[&format!("{name}: not with {}", command[0])]);
+        complains(&[command, typed].concat(), &[&format!("{name}: not available for {}", command[0])]);
         let page = help(&[command[0], "--help"]);
         assert!(!listed(&page).contains(&name[2..].to_string()), "{} lists {name}", command[0]);
     }
-    complains(&["info", cornell, "--spp", "4"], &["--spp", "not with info"]);
-    complains(&["diff", "a.exr", "b.exr", "--size", "8x8"], &["--size", "not with diff"]);
-    complains(&["verify", "--threads", "2"], &["--threads", "not with verify"]);
-    complains(&["stress", "--spp", "2"], &["--spp", "not with stress"]);
+    complains(&["info", cornell, "--spp", "4"], &["--spp", "not available for info"]);
+    complains(&["diff", "a.exr", "b.exr", "--size", "8x8"], &["--size", "not available for diff"]);
+    complains(&["verify", "--threads", "2"], &["--threads", "not available for verify"]);
+    complains(&["stress", "--spp", "2"], &["--spp", "not available for stress"]);
     let run = ["converge", cornell, "-o", "out", "--size", "8x8", "--run", "a: --half"];
     let folder = tempfile::tempdir().unwrap();
     let refused = dapple::run(folder.path(), &run);
     assert!(
-        refused.code == 2 && refused.err.contains("--run a: --half: not with converge"),
+        refused.code == 2 && refused.err.contains("--run a: --half: not available for converge"),
         "{}",
         refused.err
     );
@@ -369,7 +369,7 @@ fn manual_pages_are_made() {
     assert_eq!(fs::read_to_string(folder.path().join("new/pages/dapple-render.1")).unwrap(), page);
     fs::write(folder.path().join("file"), "").unwrap();
     let run = run(folder.path(), &["man", "-o", "file"]);
-    assert!(run.code == 2 && run.err.contains("-o file: cannot be made"), "{}", run.err);
+    assert!(run.code == 2 && run.err.contains("-o file: cannot be created"), "{}", run.err);
 }
 
 /// The first picture of all: the mean is a middle grey, and little but the lamp is white.

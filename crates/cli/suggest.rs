@@ -234,7 +234,7 @@ pub fn option(all: &Command, sub: &str, word: &str) -> Option<String> {
     match others[..] {
         [] => slip(&plain, &own).map(|name| format!("did you mean --{name}?")),
         _ if sub.is_empty() => Some(format!("it is an option of dapple {}", others.join(", "))),
-        _ => Some(format!("{sub} does not take it; it is an option of {}", others.join(", "))),
+        _ => Some(format!("not available for {sub}; it is an option of {}", others.join(", "))),
     }
 }
 

@@ -126,7 +126,10 @@ fn refusal(command: &str, option: &str) -> String {
         return format!("--{option}: not available for {command}: {why}");
     }
     let served = COMMANDS.into_iter().filter(|other| serves(other, option)).collect::<Vec<_>>();
-    format!("--{option}: has no effect on {command}; remove it (it applies to {})", served.join(", "))
+    format!(
+        "--{option}: not available for {command}, where it has no effect; remove it (it applies to {})",
+        served.join(", ")
+    )
 }
 
 #[cfg(test)]
