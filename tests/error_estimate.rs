@@ -79,7 +79,7 @@ fn a_limit_is_held() {
     let timed = run(folder.path(), &[&cut[..], &["--time-limit", "200ms"]].concat());
     assert!(timed.json()["render_seconds"].as_f64().unwrap() < 10.0);
     assert_eq!((timed.code, &timed.json()["stopped"]), (3, &true.into()), "{}", timed.err);
-    assert!(timed.err.contains("--time-limit") && timed.err.contains("their error is"), "{}", timed.err);
+    assert!(timed.err.contains("--time-limit") && timed.err.contains("its error is"), "{}", timed.err);
 }
 
 #[test]

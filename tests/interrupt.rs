@@ -132,7 +132,7 @@ fn time_limits_and_what_they_cut() {
     assert!(cut.err.contains(&line), "{}", cut.err);
     let error = timed(&["--error-limit", "1e-9"]);
     assert_eq!(error.code, 3, "{}", error.err);
-    assert!(error.err.contains("their error is"), "{}", error.err);
+    assert!(error.err.contains("its error is"), "{}", error.err);
 }
 
 /// Not even a round: the samples that there are stay, and everything says which they are.

@@ -26,8 +26,8 @@ pub const NO_ENVIRONMENT: &str = "none";
 /// All options of `dapple render`; also the keys of settings files. A flag can be reset: `--half=false`.
 #[derive(Args, Clone, Debug, Default)]
 pub struct RenderOptions {
-    /// Output file; the extension selects the format: .exr, .png or .hdr. May be repeated [default: NAME.exr and
-    /// NAME.png in the current folder]
+    /// Output file; the extension selects .exr, .png or .hdr. May be repeated [default: NAME.exr and NAME.png in the
+    /// current folder]
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     pub output: Option<Vec<PathBuf>>,
     /// Write EXR channels as 16-bit half floats
@@ -114,7 +114,7 @@ pub struct RenderOptions {
     #[command(flatten)]
     pub effects: EffectOptions,
 
-    /// Image size in pixels [default: 512 high, with the aspect ratio of the camera]
+    /// Image size in pixels [default: 512 high, aspect ratio of the camera]
     #[arg(long, value_name = "WxH", help_heading = "View")]
     pub size: Option<Size>,
     /// Render only this region, in pixels from the top left, upper bounds exclusive

@@ -11,8 +11,7 @@ pub struct ViewOptions {
     /// Place a camera at this point, looking at --look-at
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with_all = ["camera", "orbit"], help_heading = "View")]
     pub look_from: Option<Point>,
-    /// Place a camera on a sphere around the scene centre, or around --look-at [default distance: the nearest that
-    /// shows the whole scene]
+    /// Place a camera on a sphere around the scene, or around --look-at [default distance: fits the whole scene]
     ///
     /// YAW 0 is the front (+Z) and 90 the right (+X), PITCH 90 is from above; DISTANCE is measured from the centre.
     #[arg(
