@@ -1,4 +1,4 @@
-//! How the program treats who types: help that fits, options that do something, names that were nearly right.
+//! Usability of the command line: help, rejected options, and suggestions for misspelt names.
 
 mod dapple;
 
@@ -9,7 +9,7 @@ use std::path::Path;
 
 const SMALL: [&str; 4] = ["--size", "8x8", "--spp", "1"];
 
-/// Runs, expects exit code 2 and one line on standard error that contains every one of `parts`.
+/// Runs; expects exit code 2 and one line on standard error that contains each of `parts`.
 fn complains(arguments: &[&str], parts: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let run = run(folder.path(), arguments);
@@ -22,7 +22,7 @@ fn complains(arguments: &[&str], parts: &[&str]) {
     assert!(files(folder.path()).is_empty(), "{arguments:?}");
 }
 
-/// The long names that a help page lists.
+/// Returns the long names that a help page lists.
 fn listed(page: &str) -> Vec<String> {
     let line = |line: &str| {
         let line = line.trim_start();
@@ -100,8 +100,7 @@ fn names_of_other_programs_lead_to_ours() {
     }
 }
 
-/// What other programs have and this one has not is answered with what serves instead; a file before the options changes
-/// nothing about that.
+/// Options of other programs that do not exist here are answered with an alternative, also after a file name.
 #[test]
 fn what_there_is_not_has_an_answer() {
     for (typed, meant) in [
@@ -151,7 +150,7 @@ fn misspelt_commands_are_recognised() {
     complains(&["man", "rendr"], &["did you mean dapple render?"]);
 }
 
-/// Beside each command's own arguments an option that changes nothing for it.
+/// The arguments of each command, and an option that has no effect on it.
 #[test]
 fn options_that_do_nothing_are_refused() {
     let cornell = "builtin:cornell";
@@ -331,7 +330,7 @@ fn shells_complete() {
             assert!(script.contains(word), "{shell}: {word}");
         }
     }
-    // A shell's own opinion, where it is there.
+    // Checked by the shell itself, if it is available.
     let script = well(folder.path(), &["completions", "bash"]).out;
     fs::write(folder.path().join("dapple.bash"), &script).unwrap();
     if let Ok(status) =
@@ -339,7 +338,7 @@ fn shells_complete() {
     {
         assert!(status.success());
     }
-    // What a command does not use is not offered.
+    // Options that a command does not use are not completed.
     let rays = script
         .split("dapple__subcmd__rays)")
         .nth(1)
@@ -372,7 +371,7 @@ fn manual_pages_are_made() {
     assert!(run.code == 2 && run.err.contains("-o file: cannot be created"), "{}", run.err);
 }
 
-/// The first picture of all: the mean is a middle grey, and little but the lamp is white.
+/// The default image: the mean is a middle grey, and little apart from the lamp is white.
 #[test]
 fn the_default_picture_is_bright() {
     let folder = tempfile::tempdir().unwrap();

@@ -62,7 +62,7 @@ pub struct Look<'a> {
 }
 
 /// A small render: the image, the ids of the visible objects + 1 (0 where there is none), and their albedo.
-struct Seen {
+struct Preview {
     picture: Image,
     surfaces: Image,
     albedo: Image,
@@ -81,7 +81,7 @@ impl Look<'_> {
         .with_spp(spp)
     }
 
-    fn at(&self, settings: &Settings) -> Seen {
+    fn at(&self, settings: &Settings) -> Preview {
         let progress =
             |_| if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
         let outcome = render(self.scene, self.camera, settings, &progress);
@@ -90,7 +90,7 @@ impl Look<'_> {
             layer.unwrap_or_else(|| Image::filled(0, 0, Vec3::ZERO))
         };
         let (surfaces, albedo) = (layer(Aov::ObjectId), layer(Aov::Albedo));
-        Seen { picture: outcome.film.mean(), surfaces, albedo }
+        Preview { picture: outcome.film.mean(), surfaces, albedo }
     }
 
     /// Whether almost none of the visible surfaces are lit by the existing lights.

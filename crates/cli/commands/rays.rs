@@ -23,7 +23,7 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     let settings = render::settings(&options, view)?;
     render::warn(&loaded);
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
-    let told = Told {
+    let told = RayTable {
         settings: &settings,
         present: present_in(&loaded.scene, &view.camera, &settings),
         forecast: forecast(&loaded.scene, &view.camera, &settings),
@@ -37,13 +37,13 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
 }
 
 /// The forecast and its context.
-struct Told<'a> {
+struct RayTable<'a> {
     settings: &'a Settings,
     present: Vec<Effect>,
     forecast: Forecast,
 }
 
-impl Told<'_> {
+impl RayTable<'_> {
     fn text(&self, scene: &str) -> Vec<String> {
         let mut lines = vec![format!("{scene}: {}", self.method()), self.outer()];
         let columns = self.columns();

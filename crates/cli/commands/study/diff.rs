@@ -32,7 +32,7 @@ pub fn run(arguments: &DiffArgs) -> Result<(), Failure> {
     let pair = Pair::read(arguments)?;
     let scale = Scale { epsilon: arguments.epsilon, peak: arguments.peak, ..Scale::default() };
     let found = pair.compare(&scale)?;
-    let seen = Seen::of(&pair)?;
+    let seen = Perceptual::of(&pair)?;
     if let Some(path) = &arguments.output {
         saving::save(path, |path| write_map(path, &pair, &seen, arguments));
     }
@@ -170,7 +170,7 @@ fn is_display(path: &Path) -> bool {
 }
 
 /// Perceptual measures of the images.
-struct Seen {
+struct Perceptual {
     ldr: flip::Map,
     /// None for display-referred images.
     hdr: Option<flip::Map>,
@@ -178,7 +178,7 @@ struct Seen {
     ssim: Option<f64>,
 }
 
-impl Seen {
+impl Perceptual {
     fn of(pair: &Pair) -> Result<Self, SizeMismatch> {
         let (image, reference) = (&pair.image, &pair.reference);
         let ldr = flip::ldr(image, reference, flip::PIXELS_PER_DEGREE)?;
@@ -203,7 +203,7 @@ fn measures(m: &Measures) -> Map<String, Value> {
     }
 }
 
-fn facts(arguments: &DiffArgs, pair: &Pair, found: &Comparison, seen: &Seen) -> Map<String, Value> {
+fn facts(arguments: &DiffArgs, pair: &Pair, found: &Comparison, seen: &Perceptual) -> Map<String, Value> {
     let mut facts = measures(&found.overall);
     let [r, g, b] = found.channels.each_ref().map(measures);
     let more = json!({
@@ -316,7 +316,7 @@ fn check_format(path: &Path) -> Result<(), Failure> {
     }
 }
 
-fn write_map(path: &Path, pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Result<(), ImageError> {
+fn write_map(path: &Path, pair: &Pair, seen: &Perceptual, arguments: &DiffArgs) -> Result<(), ImageError> {
     if write::Format::of(path)? == write::Format::Exr {
         let difference = pair.image.pixels.iter().zip(&pair.reference.pixels).map(|(a, b)| *a - *b);
         let picture = Image { pixels: difference.collect(), ..pair.image };
@@ -328,7 +328,7 @@ fn write_map(path: &Path, pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Res
     write::rgb8(path, frame.width, frame.height, frame.data)
 }
 
-fn map(pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Frame {
+fn map(pair: &Pair, seen: &Perceptual, arguments: &DiffArgs) -> Frame {
     let width = pair.image.width;
     let pixels = || pair.image.pixels.iter().zip(&pair.reference.pixels);
     match arguments.map {

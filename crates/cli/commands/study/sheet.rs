@@ -427,7 +427,7 @@ impl Sheet<'_> {
         let rows = cells.iter().map(|cell| {
             let found = cell.found.as_ref();
             let (told, below) = match found.map(|f| f.error) {
-                Some(Error::Told(x)) => (Some(x), None),
+                Some(Error::Measured(x)) => (Some(x), None),
                 Some(Error::Below(x)) => (None, Some(x)),
                 _ => (None, None),
             };
@@ -457,7 +457,7 @@ impl Rendered {
         let what = format!("{vary} {}, {}", self.count, self.pattern);
         let Some(found) = &self.found else { return format!("{what}\nnot rendered:\nno time left") };
         let error = match found.error {
-            Error::Told(x) => format!("relative RMSE {x:.4}"),
+            Error::Measured(x) => format!("relative RMSE {x:.4}"),
             Error::Below(x) => format!("relative RMSE below {x:.4}"),
             Error::Unknown => "error unknown".into(),
         };

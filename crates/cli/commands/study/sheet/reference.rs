@@ -22,7 +22,7 @@ pub struct Reference {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Error {
     /// Measured error, free of the reference's noise if that has two halves.
-    Told(f64),
+    Measured(f64),
     /// Upper bound: smaller errors are lost in the noise of the reference.
     Below(f64),
     /// No reference exists.
@@ -67,7 +67,7 @@ impl Reference {
         let numbers = (3 * picture.pixels.len()) as f64;
         let least = LOST * 2.0 * self.pictures.mse() / numbers.sqrt();
         if found.mse >= least {
-            return Ok(Error::Told(found.relative_rmse));
+            return Ok(Error::Measured(found.relative_rmse));
         }
         let mean = self.pictures.picture().mean();
         let level = f64::from(mean.x + mean.y + mean.z) / 3.0;
@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn errors_are_free_of_the_reference() {
         let reference = Reference::of([noisy(1.0, 0.1, 1), noisy(1.0, 0.1, 2)], String::new());
-        let Error::Told(found) = reference.error(&noisy(1.0, 0.2, 3)).unwrap() else { panic!("lost") };
+        let Error::Measured(found) = reference.error(&noisy(1.0, 0.2, 3)).unwrap() else { panic!("lost") };
         assert!((found - 0.2).abs() < 0.02, "{found}");
         let Error::Below(limit) = reference.error(&noisy(1.0, 1e-3, 3)).unwrap() else { panic!("told") };
         assert!(limit > 1e-3 && limit < 0.05, "{limit}");
