@@ -1,7 +1,7 @@
 //! EXR metadata: everything needed to reproduce the image, and nothing about where, when or how fast it was made.
 //!
 //! Matrices are OpenEXR's standard attributes, for row vectors (`v · M`, translation in the last row). Camera space is
-//! glTF's: the camera looks along −z, +y is up. NDC runs from (0,0) at the top left of the full picture to (1,1).
+//! glTF's: the camera looks along −z, +y is up. NDC runs from (0,0) at the top left of the full image to (1,1).
 
 use crate::options::RenderOptions;
 use crate::values;
