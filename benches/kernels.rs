@@ -1,5 +1,6 @@
-//! What does leaving out save? Every scene of `scenes/` by the chosen plan and by the general one: time, memory, and,
-//! with `-- --instructions`, instructions as valgrind counts them. Nothing is asserted; `-- --smoke` takes one scene.
+//! Benchmark of specialised kernels: every scene of `scenes/` by the chosen plan and by the general one; time, memory,
+//! and, with `-- --instructions`, instructions as counted by valgrind. Nothing is asserted; `-- --smoke` takes one
+//! scene.
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -41,7 +42,7 @@ fn scenes() -> Vec<PathBuf> {
     all
 }
 
-/// The ratios that `dapple plan --measure` finds.
+/// Returns the ratios measured by `dapple plan --measure`.
 fn measured(scene: &Path) -> Option<Value> {
     let out = Command::new(DAPPLE)
         .arg("plan")
@@ -54,7 +55,7 @@ fn measured(scene: &Path) -> Option<Value> {
     Some(json["measured"].clone())
 }
 
-/// Chosen / general, loading included; `-` without valgrind.
+/// Ratio of instructions, chosen over general, including loading; `-` without valgrind.
 fn instructions(scene: &Path) -> String {
     match (count(scene, "smallest"), count(scene, "general")) {
         (Some(chosen), Some(general)) => format!("{:.3}", chosen / general),

@@ -1,10 +1,10 @@
-//! Rays per second of each traversal kernel on three procedural meshes: primary, diffuse-bounce and shadow rays, one
-//! thread, CPU time.
+//! Benchmark of the traversal kernels: rays per second on three procedural meshes, for primary, diffuse-bounce and
+//! shadow rays, on one thread, in CPU time.
 //!
 //! `cargo bench --bench traversal` prints a table with ratios between kernels; `-- --quick` is the smoke run of CI;
-//! `-- --dump DIR [FILE.glb …]` writes meshes and rays, those of glTF files too, and `-- --rays DIR` times the fastest kernel
-//! on them, one pass for every line `MESH KIND` that it reads: `tools/embree_compare.py` uses the two to put Embree beside
-//! it on the same rays, in turns.
+//! `-- --dump DIR [FILE.glb …]` writes meshes and rays, including those of glTF files, and `-- --rays DIR` times the
+//! fastest kernel on them, one pass for every line `MESH KIND` that it reads: `tools/embree_compare.py` uses both to
+//! compare with Embree on the same rays, alternately.
 
 use dapple_geometry::bvh::{Kernel, Opaque, Tree};
 use dapple_geometry::surface::{geometric_normal, interpolate};
@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 type Triangle = [Vec3; 3];
 
-/// A mesh, a camera in it, and a light over it.
+/// A mesh, a camera inside it, and a light above it.
 struct Setup {
     name: String,
     triangles: Vec<Triangle>,
@@ -132,7 +132,7 @@ fn setups(quick: bool) -> Vec<Setup> {
     ]
 }
 
-/// All triangles of a glTF file, looked at from outside, under a lamp as large as they are.
+/// All triangles of a glTF file, seen from outside, under a lamp as large as the scene.
 fn file(path: &Path) -> std::io::Result<Setup> {
     let builder = gltf::read(path, &gltf::Options::default()).map_err(std::io::Error::other)?;
     let accel = builder.build().map_err(std::io::Error::other)?.accel;
@@ -149,7 +149,8 @@ fn file(path: &Path) -> std::io::Result<Setup> {
     Ok(Setup { name, triangles, eye: at + size * Vec3::new(0.45, 0.25, 0.6), at, light })
 }
 
-/// Primary rays in 4×4 blocks, one cosine bounce from each hit, and rays from each hit to the light (t_max = 1).
+/// Primary rays in 4×4 blocks, one cosine-distributed bounce from each hit, and rays from each hit to the light (t_max
+/// = 1).
 fn rays(setup: &Setup, tree: &Tree, side: u32) -> [Vec<Ray>; 3] {
     let view =
         Frame::from_z_tangent((setup.eye - setup.at).normalize(), Vec3::Y.cross(setup.eye - setup.at), 1.0);
@@ -177,21 +178,21 @@ fn rays(setup: &Setup, tree: &Tree, side: u32) -> [Vec<Ray>; 3] {
     [primary, diffuse, shadow]
 }
 
-/// Nanoseconds this thread has run.
+/// CPU time of this thread in nanoseconds.
 #[cfg(unix)]
 fn cpu_ns() -> i64 {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
     time.tv_sec as i64 * 1_000_000_000 + time.tv_nsec as i64
 }
 
-/// Nanoseconds since the first call, where the time of threads is not told.
+/// Nanoseconds since the first call, where the CPU time of threads is not available.
 #[cfg(not(unix))]
 fn cpu_ns() -> i64 {
     static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
     START.get_or_init(std::time::Instant::now).elapsed().as_nanos() as i64
 }
 
-/// Millions of rays per second in one pass, and how many hit.
+/// Returns millions of rays per second in one pass, and the number of hits.
 fn pass(tree: &Tree, rays: &[Ray], shadow: bool) -> (f64, usize) {
     let before = cpu_ns();
     let hits = if shadow {
@@ -202,7 +203,7 @@ fn pass(tree: &Tree, rays: &[Ray], shadow: bool) -> (f64, usize) {
     (rays.len() as f64 * 1e3 / (cpu_ns() - before).max(1) as f64, hits)
 }
 
-/// Millions of rays per second, median of three passes.
+/// Returns millions of rays per second, median of three passes.
 fn time(tree: &Tree, rays: &[Ray], shadow: bool) -> f64 {
     let mut passes = [0; 3].map(|_| pass(tree, rays, shadow).0);
     passes.sort_unstable_by(f64::total_cmp);
@@ -239,7 +240,7 @@ fn load(path: PathBuf) -> std::io::Result<Vec<f32>> {
     Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
 }
 
-/// A dumped mesh, and its rays by kind.
+/// Loads a dumped mesh, and its rays by kind.
 fn dumped(dir: &Path, name: &str) -> std::io::Result<(Tree, [Vec<Ray>; 3])> {
     let numbers = load(dir.join(format!("{name}.tri")))?;
     let triangles: Vec<Triangle> = numbers
@@ -254,7 +255,7 @@ fn dumped(dir: &Path, name: &str) -> std::io::Result<(Tree, [Vec<Ray>; 3])> {
     Ok((Tree::build(&triangles), rays))
 }
 
-/// For every line `MESH KIND` one pass; answers with Mrays/s and the number of hits.
+/// Runs one pass for every line `MESH KIND`; prints Mrays/s and the number of hits.
 fn time_dumped(dir: &Path) -> std::io::Result<()> {
     let mut meshes = HashMap::new();
     for line in std::io::stdin().lines() {

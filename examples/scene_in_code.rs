@@ -1,7 +1,7 @@
-//! A scene without a file: a pyramid of balls in a sunbeam, built in Rust and rendered to `balls.png`.
+//! Builds a scene in Rust without a file: a pyramid of balls in a sunbeam, rendered to `balls.png`.
 //! `cargo run --release --example scene_in_code`
 //!
-//! Everything comes through `dapple-integrator`, which re-exports the parts as modules.
+//! All parts come from `dapple-integrator`, which re-exports them as modules.
 
 use dapple_integrator::camera::Film;
 use dapple_integrator::geometry::Mesh;
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Lengths in metres, radiance in linear Rec.709.
+/// Builds the scene; lengths in metres, radiance in linear Rec.709.
 fn scene() -> Result<Scene, SceneError> {
     let mut b = SceneBuilder::new("balls");
     let ground = b.material(TexturedMaterial::lambert("ground", Vec3::new(0.35, 0.33, 0.3)));
@@ -49,7 +49,7 @@ fn scene() -> Result<Scene, SceneError> {
     b.build()
 }
 
-/// Glass, gold, red plastic, rough copper.
+/// Material of a ball: glass, gold, red plastic, rough copper.
 fn ball(i: usize) -> TexturedMaterial {
     let metal =
         |base_color, roughness| Material { base_color, metallic: 1.0, roughness, ..Material::default() };

@@ -1,4 +1,4 @@
-//! `--adaptive`: the same picture, another error.
+//! `--adaptive`: the expected image is unchanged, only the error differs.
 
 mod dapple;
 mod fireflies;
@@ -24,11 +24,11 @@ fn samples_are_where_they_are_said_to_be() {
     assert_eq!(Some(total), json["samples"].as_f64());
     assert!((total / (24.0 * 24.0 * 64.0) - 1.0).abs() < 0.02, "{total}");
     let (least, most) = counts.iter().fold((f32::MAX, 0.0f32), |(a, b), c| (a.min(*c), b.max(*c)));
-    // An even quarter of the 48 further samples, rounded by chance.
+    // An even quarter of the 48 further samples, randomly rounded.
     assert!((27.0..50.0).contains(&least) && most > 100.0, "{least} {most}");
 }
 
-/// Threads, looking, and how a render is cut into passes change no bit; up to the pilot nothing is different.
+/// The number of threads, snapshots, and the division into passes change no bit; up to the pilot nothing differs.
 #[test]
 fn it_is_as_repeatable_as_ever() {
     let folder = tempfile::tempdir().unwrap();
@@ -45,8 +45,8 @@ fn it_is_as_repeatable_as_ever() {
     assert!(pilot == pixels());
 }
 
-/// The mean over 48 renders of few further samples is that of a converged picture: pixels that decided about themselves
-/// would be too dark.
+/// The mean over 48 renders with few further samples equals a converged image: pixels that decided on their own sample
+/// count would be too dark.
 #[test]
 fn no_bias() {
     let folder = tempfile::tempdir().unwrap();
@@ -89,8 +89,9 @@ fn what_does_not_go_together() {
     }
 }
 
-/// What `--error-limit` does to the mean of a pixel that few samples make up, by stopping when they look good enough; even
-/// and adaptive. Printed for `docs/error.md`; without any regard to what is unseen it would be off by tens of percent.
+/// Measures the bias that `--error-limit` causes in a pixel dominated by few samples, by stopping when they look good
+/// enough; uniform and adaptive. Printed for `docs/error.md`; if unseen light were ignored, the bias would be tens of
+/// percent.
 #[test]
 #[ignore = "long: 2400 renders, minutes"]
 fn stopping_by_the_error() {
@@ -105,7 +106,7 @@ fn stopping_by_the_error() {
                 ["render", &file, "--size", "16x12", "--max-bounces", "0", "--pattern", "random", "--json"];
             let limit = ["--error-limit", limit, "--env-color", "0,0,0", "--seed", &seed, "-o", "a.exr"];
             let found = run(folder.path(), &[&base[..], &limit, more].concat());
-            // Where the cap on samples comes first, the image is kept and counts like any other.
+            // If the cap on samples comes first, the image is kept and counts like any other.
             assert!([0, 3].contains(&found.code), "{limit:?}: {}", found.err);
             let json = found.json();
             samples += json["spp"].as_f64().unwrap() / 800.0;

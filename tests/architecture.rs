@@ -1,12 +1,12 @@
-//! The house stands only as long as its arrows go down: reads the manifests and fails when one goes up, when a crate
-//! has no short README, or when a command at the root would leave a crate out.
+//! Checks the layering of the crates: reads the manifests and fails if a dependency points upwards, if a crate has no
+//! short README, or if a command at the root would omit a crate.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// How high a package stands; it may use what stands strictly lower. `testkit` stands beside the house: it knows
-/// nothing of it, and only tests may use it.
+/// Level of a package, which may depend only on strictly lower ones. `testkit` is outside the layering: it depends on
+/// none of the crates, and only tests may use it.
 fn level(package: &str) -> Option<u32> {
     match package.strip_prefix("dapple-").unwrap_or(package) {
         "math" => Some(0),
@@ -38,7 +38,7 @@ fn packages() -> Vec<PathBuf> {
         .filter(|path| path.join("Cargo.toml").is_file())
         .collect();
     folders.sort();
-    assert!(folders.len() >= 9, "the crates are somewhere else");
+    assert!(folders.len() >= 9, "the crates have moved");
     folders
 }
 
@@ -52,7 +52,7 @@ fn dapple_dependencies(manifest: &Table, section: &str) -> Vec<String> {
     names.filter(|name| name.starts_with("dapple")).collect()
 }
 
-/// All arrows of one manifest that do not go down.
+/// Dependencies of one manifest that do not point downwards.
 fn arrows_up(manifest: &Table) -> Vec<String> {
     let from = name(manifest);
     let height = |package: &str| level(package).map_or(-1, i64::from);
@@ -73,10 +73,13 @@ fn arrows_up(manifest: &Table) -> Vec<String> {
 fn arrows_go_down() {
     let manifests = packages().iter().map(|p| manifest(p)).chain([manifest(&root())]).collect::<Vec<_>>();
     let wrong: Vec<_> = manifests.iter().flat_map(arrows_up).collect();
-    assert!(wrong.is_empty(), "arrows that do not go down: {wrong:#?}");
+    assert!(wrong.is_empty(), "dependencies that do not point downwards: {wrong:#?}");
     for m in &manifests {
         let package = name(m);
-        assert!(level(&package).is_some() || package == "dapple-testkit", "{package}: give it a level here");
+        assert!(
+            level(&package).is_some() || package == "dapple-testkit",
+            "{package}: add its level to this test"
+        );
     }
 }
 

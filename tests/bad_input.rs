@@ -1,4 +1,4 @@
-//! Whatever is wrong with what is given gets one clear line, exit code 2, no panic, and leaves no file behind.
+//! Bad input of any kind gives one clear line, exit code 2 and no panic, and leaves no file behind.
 
 mod dapple;
 
@@ -6,7 +6,7 @@ use dapple::{files, run, triangle};
 use std::fs;
 use std::path::Path;
 
-/// Runs in `folder`, expects one complaint that contains every one of `named`, and nothing new in the folder.
+/// Runs in `folder`; expects one error message that contains each of `named`, and no new file in the folder.
 fn complains(folder: &Path, arguments: &[&str], named: &[&str]) {
     let before = files(folder);
     let run = run(folder, arguments);
@@ -18,10 +18,10 @@ fn complains(folder: &Path, arguments: &[&str], named: &[&str]) {
     for part in named {
         assert!(run.err.contains(part), "{arguments:?}: '{part}' is not in: {}", run.err);
     }
-    assert_eq!(files(folder), before, "{arguments:?} left something behind");
+    assert_eq!(files(folder), before, "{arguments:?} left a file behind");
 }
 
-/// A folder with `scene.gltf` in it.
+/// Creates a folder that contains `scene.gltf`.
 fn folder_with(scene: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.gltf"), scene).unwrap();
@@ -142,7 +142,7 @@ fn outputs_that_cannot_be_written() {
     complains(folder.path(), &["render", "--size", "4x4", "-o", ""], &["-o"]);
 }
 
-/// An OpenEXR picture of 4 × 2 pixels, uncompressed: 0.5 everywhere but in green of pixel (3, 1).
+/// An OpenEXR image of 4 × 2 pixels, uncompressed: 0.5 everywhere except in the green channel of pixel (3, 1).
 fn exr_with(bad: f32) -> Vec<u8> {
     let mut exr = b"\x76\x2f\x31\x01\x02\0\0\0".to_vec();
     let channel = |name: char| format!("{name}\0\x02\0\0\0\0\0\0\0\x01\0\0\0\x01\0\0\0");
@@ -178,7 +178,7 @@ fn an_environment_texel_that_is_no_radiance_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let render = ["render", "--env", "sky.exr", "--size", "4x4", "--spp", "1", "-o", "a.exr", "--quiet"];
     fs::write(folder.path().join("sky.exr"), exr_with(0.5)).unwrap();
-    assert_eq!(dapple::run(folder.path(), &render).code, 0, "the picture is well formed");
+    assert_eq!(dapple::run(folder.path(), &render).code, 0, "the image is well formed");
     fs::remove_file(folder.path().join("a.exr")).unwrap();
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0] {
         fs::write(folder.path().join("sky.exr"), exr_with(bad)).unwrap();
@@ -212,7 +212,7 @@ fn a_truncated_glb() {
     root["buffers"][0].as_object_mut().unwrap().remove("uri");
     let mut json = root.to_string().into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
-    // The last two bytes are padding: without them the file still ends too early.
+    // The last two bytes are padding: without them the file is still truncated.
     let binary = [0u8; 44];
     let length = (12 + 8 + json.len() + 8 + binary.len()) as u32;
     let mut glb = Vec::new();
@@ -231,7 +231,7 @@ fn a_truncated_glb() {
     }
 }
 
-/// A spoiled scene and what the complaint must name.
+/// An invalid scene, and what the error message must name.
 type Spoiled = (&'static str, fn(&mut serde_json::Value, &mut Vec<u8>));
 
 #[test]
@@ -295,7 +295,8 @@ fn settings_files() {
     complains(folder.path(), &arguments, &["mine.toml", "'sppp'"]);
 }
 
-/// A settings file that comes with a scene cannot write, whatever it says: its keys of that kind are ignored and named.
+/// A settings file beside a scene cannot write files, whatever it contains: such keys are ignored, with a warning that
+/// names them.
 #[test]
 fn a_file_beside_the_scene_writes_nothing() {
     let home = tempfile::tempdir().unwrap();
@@ -320,7 +321,7 @@ fn a_file_beside_the_scene_writes_nothing() {
     assert!(run.out.contains("scene.toml"), "{}", run.out);
 }
 
-/// A settings file that comes with a scene asks for no render without end: that takes the user's own word.
+/// A settings file beside a scene cannot request an endless render without the user's consent.
 #[test]
 fn a_file_beside_the_scene_asks_for_no_endless_render() {
     let folder = folder_with(&triangle(|_, _| {}));
@@ -342,9 +343,9 @@ fn a_file_beside_the_scene_asks_for_no_endless_render() {
         let granted = render(text, &["--size=4x4", own]);
         assert!([0, 3].contains(&granted.code), "{text}: {}", granted.err);
     }
-    // A yes of the file's own is none.
+    // The file's own `yes` has no effect.
     assert_eq!(render("spp = 1000000000\nyes = true", &[]).code, 2);
-    // An error alone ends with a stated time, and gives what it would give without.
+    // An error limit alone ends at a stated time, and gives the image that it would give without the file.
     let said = render("error-limit = 0.5\nsize = '8x4'", &["--env-color=1,1,1", "-o", "a.hdr"]);
     assert!(said.code == 0 && said.err.contains("ends after 3600 s"), "{}", said.err);
     let own = render("size = '8x4'", &["--env-color=1,1,1", "-o", "b.hdr", "--error-limit=0.5"]);
@@ -353,7 +354,7 @@ fn a_file_beside_the_scene_asks_for_no_endless_render() {
     assert_eq!(bytes("a.hdr"), bytes("b.hdr"));
 }
 
-/// Layers that a file beside the scene asks for come with the picture, not in its place.
+/// Layers requested by a file beside the scene are added to the image and do not replace it.
 #[test]
 fn a_file_beside_the_scene_leaves_out_no_picture() {
     let folder = folder_with(&triangle(|_, _| {}));
@@ -365,7 +366,7 @@ fn a_file_beside_the_scene_leaves_out_no_picture() {
     assert_eq!(dapple::files(folder.path()), ["scene.exr", "scene.gltf", "scene.toml"]);
 }
 
-/// Names and URIs come from files: whatever they hold, the terminal gets plain text, and not much of it.
+/// Names and URIs come from files: whatever they contain, the terminal gets plain text of limited length.
 #[test]
 fn names_do_not_act_on_the_terminal() {
     let evil = format!("\u{1b}[2J\u{202e}\r\n\u{9b}{}", "x".repeat(100_000));
@@ -408,7 +409,7 @@ fn names_do_not_act_on_the_terminal() {
     }
 }
 
-/// Whoever words a message — the command line, the TOML or the JSON reader —, it repeats at most 80 characters of a value.
+/// Whoever words a message (the command line, the TOML or the JSON reader), it quotes at most 80 characters of a value.
 #[test]
 fn messages_repeat_the_beginning_of_a_value() {
     let long = "x".repeat(3000);

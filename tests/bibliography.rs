@@ -1,21 +1,21 @@
-//! Every source that is cited, such as `[Walter 2007, eq. 33]`, is in the bibliography of ARCHITECTURE.md, every section
-//! that is named is on the page of formulas, and neither holds what nobody cites.
+//! Every cited source, such as `[Walter 2007, eq. 33]`, is in the bibliography of ARCHITECTURE.md, every named section
+//! is on the page of formulas, and neither contains unused entries.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The page of formulas.
+/// Path of the page of formulas.
 const FORMULAS: &str = "docs/science.md";
 
-/// Paths below the root and text of all files that are text.
+/// Paths below the root and contents of all text files.
 fn texts() -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let name = |p: &PathBuf| p.strip_prefix(root).unwrap().to_string_lossy().replace('\\', "/");
     files(root).into_iter().filter_map(|p| Some((name(&p), fs::read_to_string(&p).ok()?))).collect()
 }
 
-/// All files under `folder` but what is built, in order.
+/// All files under `folder` except build products, in order.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     entries.sort();
@@ -27,7 +27,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Those that are code or pages, but this file, whose examples are none.
+/// Source files and pages, except this file, whose examples are not citations.
 fn prose() -> Vec<(String, String)> {
     let mut all = texts();
     all.retain(|(name, _)| {
@@ -36,16 +36,16 @@ fn prose() -> Vec<(String, String)> {
     all
 }
 
-/// Lines and comments as one line.
+/// Joins lines and comments to one line.
 fn joined(text: &str) -> String {
     let words = text.lines().flat_map(|l| l.trim_start().trim_start_matches(['/', '!']).split_whitespace());
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// First name and year.
+/// First name of the authors, and the year.
 type Citation = (String, String);
 
-/// What stands in brackets, and the sources of checks.
+/// Citations in brackets, and the sources of checks.
 fn citations(text: &str) -> Vec<Citation> {
     let text = joined(text);
     let bracketed = text.split('[').skip(1).filter_map(|rest| rest.split_once(']'));
@@ -53,7 +53,7 @@ fn citations(text: &str) -> Vec<Citation> {
     bracketed.chain(sources).flat_map(|(c, _)| c.split(';')).filter_map(citation).collect()
 }
 
-/// `Name`, more names, a year.
+/// Parses `Name`, more names, a year.
 fn citation(part: &str) -> Option<Citation> {
     let part = part.trim();
     let is_year =
@@ -68,18 +68,18 @@ fn citation(part: &str) -> Option<Citation> {
     named.then(|| (first.trim_end_matches('.').to_string(), year.to_string()))
 }
 
-/// Entries without their titles, which may hold other names and years.
+/// Entries without their titles, which may contain other names and years.
 fn bibliography(page: &str) -> Vec<String> {
     let (_, list) = page.split_once("## Bibliography").expect("ARCHITECTURE.md has a bibliography");
     list.split("\n- ").skip(1).map(|entry| joined(entry.split('*').next().unwrap())).collect()
 }
 
-/// Whether a citation means the entry.
+/// Whether a citation refers to the entry.
 fn means((name, year): &Citation, entry: &str) -> bool {
     entry.contains(name.as_str()) && entry.contains(year.as_str())
 }
 
-/// Citations by file; what the bibliography says of itself is none.
+/// Citations by file, except those in the bibliography itself.
 fn all_citations() -> Vec<(String, Citation)> {
     let before = |text: String| text.split("## Bibliography").next().unwrap().to_string();
     let cited = |(file, text)| citations(&before(text)).into_iter().map(move |c| (String::clone(&file), c));
@@ -96,7 +96,7 @@ fn every_source_is_in_the_bibliography() {
     let (cited, entries) = (all_citations(), entries());
     let is_missing = |c: &Citation| !entries.iter().any(|e| means(c, e));
     let missing: Vec<_> = cited.iter().filter(|(_, c)| is_missing(c)).collect();
-    assert!(cited.len() > 200, "only {} citations: are they still written this way?", cited.len());
+    assert!(cited.len() > 200, "only {} citations: has the notation changed?", cited.len());
     assert!(missing.is_empty(), "add to the bibliography of ARCHITECTURE.md: {missing:#?}");
 }
 
@@ -104,8 +104,8 @@ fn every_source_is_in_the_bibliography() {
 fn every_entry_is_cited() {
     let (cited, entries) = (all_citations(), entries());
     let idle: Vec<_> = entries.iter().filter(|e| !cited.iter().any(|(_, c)| means(c, e))).collect();
-    assert!(entries.len() > 70, "only {} entries: are they still written this way?", entries.len());
-    assert!(idle.is_empty(), "cite or take out of the bibliography of ARCHITECTURE.md: {idle:#?}");
+    assert!(entries.len() > 70, "only {} entries: has the notation changed?", entries.len());
+    assert!(idle.is_empty(), "cite or remove from the bibliography of ARCHITECTURE.md: {idle:#?}");
 }
 
 #[test]
@@ -128,12 +128,12 @@ fn entries_are_known_by_their_heads() {
     assert!(!is_there("Ize", "2012") && !is_there("Woop", "2012"));
 }
 
-/// Titles of the page of formulas.
+/// Titles on the page of formulas.
 fn titles(page: &str) -> BTreeSet<String> {
     page.lines().filter_map(|l| l.strip_prefix("### ")).map(str::to_string).collect()
 }
 
-/// Titles that a text names, `docs/science.md, "One" and "Another"`; None for a mention without any.
+/// Titles that a text refers to, `docs/science.md, "One" and "Another"`; `None` for a reference without any.
 fn named(text: &str) -> Vec<Option<String>> {
     let text = joined(text).replace("\\\"", "\"");
     let mut found = Vec::new();
@@ -164,16 +164,16 @@ fn every_section_named_is_there_and_every_section_is_named() {
                 Some(title) if page.contains(&title) => {
                     wanted.insert(title);
                 }
-                // A page may point to the whole of it.
+                // A page may refer to the whole page of formulas.
                 None if file.ends_with(".md") => {}
                 fault => faults.push((file, fault)),
             }
         }
     }
-    assert!(page.len() > 40, "only {} sections: are they still written this way?", page.len());
-    assert!(faults.is_empty(), "no sections of {FORMULAS}: {faults:#?}");
+    assert!(page.len() > 40, "only {} sections: has the notation changed?", page.len());
+    assert!(faults.is_empty(), "not sections of {FORMULAS}: {faults:#?}");
     let idle: Vec<_> = page.difference(&wanted).collect();
-    assert!(idle.is_empty(), "name or take out of {FORMULAS}: {idle:#?}");
+    assert!(idle.is_empty(), "refer to or remove from {FORMULAS}: {idle:#?}");
 }
 
 #[test]
@@ -187,11 +187,11 @@ fn sections_are_recognised() {
     assert_eq!(titles("# Page\n## Part\n### One\ntext\n### Two words\n").len(), 2);
 }
 
-/// Nothing points to a page that readers do not have.
+/// No text refers to a page that readers do not have.
 #[test]
 fn no_page_outside_of_the_project_is_cited() {
     let word = ["SCI", "ENCE"].concat();
     let faults: Vec<_> =
         texts().into_iter().filter(|(_, text)| text.contains(&word)).map(|(n, _)| n).collect();
-    assert!(faults.is_empty(), "name a section of {FORMULAS} or the published source: {faults:#?}");
+    assert!(faults.is_empty(), "refer to a section of {FORMULAS} or the published source: {faults:#?}");
 }

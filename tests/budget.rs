@@ -1,4 +1,4 @@
-//! `dapple budget` from outside: do its predictions hold?
+//! Integration tests of `dapple budget`: its predictions hold.
 
 mod dapple;
 
@@ -15,7 +15,7 @@ fn pair(value: &Value) -> [f64; 2] {
     [0, 1].map(|i| value[i].as_f64().unwrap())
 }
 
-/// With as many samples as the interval's lower end the error is above the limit, with the upper end's below.
+/// With the samples of the interval's lower end the error is above the limit, with those of the upper end below.
 fn predictions_hold(scene: &str, limit: &str, pattern: &str) {
     let folder = tempfile::tempdir().unwrap();
     let base = ["--size", "40x40", "--pattern", pattern];
@@ -37,7 +37,7 @@ fn predictions_hold(scene: &str, limit: &str, pattern: &str) {
             let mut options: Vec<String> = options.iter().map(|o| o.to_string()).collect();
             let varied = options.iter().position(|o| o == "--spp" || o == "--pixel").unwrap();
             options[varied + 1] = if options[varied] == "--spp" { count } else { count + ":random" };
-            // What is predicted is the expected error: that of several seeds together.
+            // The expected error is predicted: that of several seeds together.
             let squares = ["5", "6", "7", "8"].map(|seed| {
                 let mut arguments =
                     vec!["render", scene, "--size", "40x40", "--seed", seed, "-o", "a.exr", "--yes"];
@@ -66,8 +66,8 @@ fn counts_are_predicted() {
     predictions_hold("builtin:furnace", "0.05", "random");
 }
 
-/// Small pictures have few pixels to tell errors from: the pilot takes more samples of them until it knows, so that intervals
-/// are as narrow as those of large ones. From few blocks alone this one went from 3 to 1944 samples, and from 1 to 1.6 million.
+/// Small images have few pixels for an error estimate: the pilot takes more samples of them until the intervals are as
+/// narrow as those of large images. With few blocks alone, this one spanned 3 to 1944 samples, and 1 to 1.6 million.
 #[test]
 fn small_pictures_are_predicted_too() {
     let folder = tempfile::tempdir().unwrap();
@@ -79,7 +79,8 @@ fn small_pictures_are_predicted_too() {
     }
 }
 
-/// Where a lamp's edge is all there is, the lamp is to blame; with a lens before it, the lens too.
+/// If the only visible feature is the edge of a lamp, the error is attributed to the lamp; with a lens, also to the
+/// lens.
 #[test]
 fn effects_are_told_apart() {
     let folder = tempfile::tempdir().unwrap();

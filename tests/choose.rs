@@ -1,4 +1,4 @@
-//! The command line without a command, the choice of scenes, variants and animations, and what `info` says of a file.
+//! Command lines without a command; the selection of scenes, variants and animations; and the facts printed by `info`.
 
 mod dapple;
 
@@ -16,15 +16,15 @@ fn folder_with(name: &str, scene: &str) -> tempfile::TempDir {
     folder
 }
 
-/// A run that has to fail: one line with all of these in it.
+/// Expects a run to fail with one line that contains each of `about`.
 fn complains(folder: &Path, arguments: &[&str], about: &[&str]) {
     let Run { code, err, .. } = run(folder, arguments);
     assert_eq!((code, err.lines().count()), (2, 1), "{arguments:?}: {err}");
     assert!(about.iter().all(|what| err.contains(what)), "{arguments:?}: {err}");
 }
 
-/// Unlit colours of the triangle: its own, and of two variants; a second scene without it; two animations that take it
-/// out of the picture, to the right from second 0 and upwards from second 2.
+/// Unlit colours of the triangle: its own, and those of two variants; a second scene without it; two animations that
+/// move it out of the image, to the right from second 0 and upwards from second 2.
 fn choices() -> String {
     triangle(|root, bytes| {
         let unlit = |color: [f32; 4]| json!({"pbrMetallicRoughness": {"baseColorFactor": color}, "extensions": {"KHR_materials_unlit": {}}});
@@ -64,7 +64,7 @@ fn choices() -> String {
     })
 }
 
-/// The brightest channel of a render, or "nothing".
+/// Returns the brightest channel of a render, or "nothing".
 fn shown(folder: &Path, more: &[&str]) -> &'static str {
     let always = ["render", "a.gltf", "-o", "a.exr", "--quiet", "--env", "none"];
     let err = well(folder, &[&always[..], &SMALL[..4], more].concat()).err;
@@ -102,7 +102,7 @@ fn scenes_variants_and_animations_are_chosen() {
         }
         complains(folder.path(), &["render", "builtin:cornell", option], &[&option[..7], "builtin:cornell"]);
     }
-    // A file beside the scene may choose, and the command line has the last word.
+    // A file beside the scene may select, and the command line takes precedence.
     fs::write(folder.path().join("a.toml"), "variant = 'blue'\nanimation = 1\nat = 1\n").unwrap();
     assert_eq!(shown(folder.path(), &[]), "blue");
     assert_eq!(shown(folder.path(), &["--variant", "green"]), "green");
@@ -120,7 +120,7 @@ fn what_was_not_chosen_is_said_in_one_line_each() {
     let wanted = ["scene 0 'full' is shown; the file also has 1 'empty'", "0 'green', 1 'blue'", "1 'up'"];
     assert!(said.len() == 3 && said.iter().zip(wanted).all(|(line, what)| line.contains(what)), "{said:?}");
     assert_eq!(notes(&["--scene", "0", "--variant", "0", "--animation", "all"]).len(), 0);
-    // What an EXR says gives the picture again.
+    // The metadata of an EXR reproduces the image.
     let layers = read::layers(&folder.path().join("a.exr")).unwrap();
     let text = format!("{:?}", layers.metadata);
     assert!(text.contains("variant = ") && text.contains("animation = "), "{text}");
@@ -138,13 +138,16 @@ fn a_file_alone_is_rendered() {
         well(folder.path(), &[&["builtin:furnace", "-o", "c.exr"], &SMALL[..]].concat()).out,
         "c.exr\n"
     );
-    // Files without an extension, and such as are called like a command.
+    // Files without an extension, and files named like a command.
     for name in ["scene", "info"] {
         fs::copy(&path, folder.path().join(name)).unwrap();
     }
     assert_eq!(well(folder.path(), &[&["scene", "-o", "d.exr"], &SMALL[..]].concat()).out, "d.exr\n");
     assert_eq!(well(folder.path(), &[&["./info", "-o", "e.exr"], &SMALL[..]].concat()).out, "e.exr\n");
-    assert!(well(folder.path(), &["info", "info"]).out.starts_with("info: "), "a command stays one");
+    assert!(
+        well(folder.path(), &["info", "info"]).out.starts_with("info: "),
+        "a command takes precedence over a file"
+    );
     assert_eq!(run(folder.path(), &["info"]).code, 2);
     complains(folder.path(), &["missing.glb"], &["missing.glb: cannot read"]);
     complains(folder.path(), &["rendr"], &["rendr", "render"]);
@@ -202,27 +205,27 @@ fn info_lists_what_can_be_chosen() {
         assert!(text.lines().any(|l| l == line), "{line}\n{text}");
     }
     assert!(text.contains("note: scene 0 'full' is shown"), "{text}");
-    // A scene that has no camera says where the one that frames it stands.
+    // For a scene without a camera, the position of the framing camera is reported.
     let bare = folder_with("a.gltf", &triangle(|root, _| root["scenes"] = json!([{"nodes": [0]}])));
     let facts = info(bare.path(), &[]);
     assert_eq!(facts["cameras"][0]["name"], "auto");
     assert!(facts["cameras"][0]["position"][2].as_f64().unwrap() > 1.0);
 }
 
-/// The warnings of `info` are those of `render`, whatever stage they come from.
+/// The warnings of `info` are those of `render`, from every stage.
 #[test]
 fn info_warns_as_a_render_does() {
     let scenes = [
         choices(),
         triangle(|_, _| {}),
-        // A black emitter, an extension that is not supported, an unlikely index of refraction, a shared root.
+        // A black emitter, an unsupported extension, an unlikely index of refraction, a shared root.
         triangle(|root, _| {
             root["materials"] = json!([{"emissiveFactor": [0, 0, 0], "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1},
                 "KHR_materials_ior": {"ior": 0.5}}}]);
             root["meshes"][0]["primitives"][0]["material"] = json!(0);
             root["nodes"][1]["children"] = json!([0]);
         }),
-        // Triangles without area, a texture that is not there, morph targets and lines.
+        // Degenerate triangles, a missing texture, morph targets and lines.
         triangle(|root, _| {
             root["images"] = json!([{"uri": "missing.png"}]);
             root["textures"] = json!([{"source": 0}]);
@@ -236,7 +239,7 @@ fn info_warns_as_a_render_does() {
             root["meshes"][0]["weights"] = json!([1]);
             root["nodes"][0]["scale"] = json!([1, 0, 0]);
         }),
-        // Two lamps in one place; a light too weak to see by.
+        // Two coincident lamps; a light too weak to be visible.
         triangle(|root, _| {
             root["materials"] = json!([{"emissiveFactor": [1, 1, 1]}]);
             root["meshes"][0]["primitives"][0]["material"] = json!(0);
@@ -266,7 +269,7 @@ fn info_warns_as_a_render_does() {
     assert!(different.len() >= 9, "the scenes give {} different warnings: {different:?}", different.len());
 }
 
-/// What `render` would refuse is told together with what can still be said.
+/// If `render` would reject a scene, the reason is printed together with the available facts.
 #[test]
 fn info_says_what_a_render_would_refuse() {
     let folder = folder_with(
@@ -281,7 +284,7 @@ fn info_says_what_a_render_would_refuse() {
     assert!(
         well(folder.path(), &["info", "a.gltf"])
             .out
-            .contains("error: a render would refuse this: a.gltf: needs")
+            .contains("error: a render would reject this: a.gltf: needs")
     );
     let folder =
         folder_with("a.gltf", &triangle(|root, _| root["meshes"][0]["primitives"][0]["indices"] = json!(0)));
@@ -289,7 +292,7 @@ fn info_says_what_a_render_would_refuse() {
     assert_eq!(refused.code, 2);
     let error = info(folder.path(), &[])["error"].as_str().unwrap().to_owned();
     assert_eq!(refused.err.trim_end(), format!("error: {error}"));
-    // So is a settings file beside it; one that may not do all it says gives a warning.
+    // The same holds for an invalid settings file beside it; one with forbidden keys gives a warning.
     let folder = folder_with("a.gltf", &triangle(|_, _| {}));
     fs::write(folder.path().join("a.toml"), "sppp = ").unwrap();
     assert!(info(folder.path(), &[])["error"].as_str().unwrap().contains("a.toml"));
@@ -299,7 +302,7 @@ fn info_says_what_a_render_would_refuse() {
     assert_eq!((facts.get("error"), &facts["settings_file"]), (None, &json!("a.toml")));
 }
 
-/// Instances: all placed triangles are counted, and the memory that is foretold is what a render then takes.
+/// Instances: all placed triangles are counted, and the predicted memory is what a render then uses.
 #[test]
 fn info_foretells_the_memory_of_a_render() {
     let many: Vec<Value> = (0..4000).map(|i| json!({"mesh": 0, "translation": [0, 0, -i]})).collect();

@@ -1,5 +1,6 @@
-//! No circle of files: within a crate, a file may use another one only if that one does not use it, directly or through
-//! others. A file that passes on what its children define (`pub use`) counts as the file that defines it.
+//! Checks for circular dependencies between files: within a crate, a file may use another one only if that one does not
+//! use it, directly or indirectly. A file that re-exports its children's items (`pub use`) counts as the file that
+//! defines them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -7,16 +8,16 @@ use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
 use syn::{Item, ItemUse, UseTree, Visibility};
 
-/// The path of a module within its crate; empty for the root.
+/// Path of a module within its crate; empty for the root.
 type Module = Vec<String>;
-/// A path as it stands in the code, by segments.
+/// Path in the code, by segments.
 type Segments = Vec<String>;
 
-/// The modules of one crate, with what each mentions and what it passes on.
+/// The modules of one crate, with the paths that each mentions and re-exports.
 #[derive(Default)]
 struct Crate {
     mentions: BTreeMap<Module, Vec<Segments>>,
-    /// By module and name: the path that is re-exported under that name.
+    /// The re-exported path, by module and exported name.
     exports: BTreeMap<(Module, String), Segments>,
 }
 
@@ -46,7 +47,7 @@ impl<'ast> Visit<'ast> for Mentions<'_> {
         }
     }
 
-    /// `pub(super)` says who may use an item; it uses nothing.
+    /// `pub(super)` restricts the visibility of an item; it is not a use.
     fn visit_visibility(&mut self, _: &'ast Visibility) {}
 
     fn visit_path(&mut self, path: &'ast syn::Path) {
@@ -66,7 +67,7 @@ fn mentions_test(meta: &syn::Meta) -> bool {
     meta.require_list().is_ok_and(|list| list.tokens.to_string() == "test")
 }
 
-/// The paths of a tree of imports, each with the name that it gets.
+/// Returns the paths of a tree of imports, each with its local name.
 fn leaves(tree: &UseTree) -> Vec<(Segments, String)> {
     match tree {
         UseTree::Path(path) => leaves(&path.tree)
@@ -107,7 +108,8 @@ impl Crate {
         this
     }
 
-    /// The module which defines what `path`, mentioned in module `from`, names; none for other crates and local names.
+    /// Returns the module that defines the item at `path`, mentioned in module `from`; none for other crates and local
+    /// names.
     fn definer(&self, from: &Module, path: &[String], depth: usize) -> Option<Module> {
         let mut rest = path;
         let mut at = match rest.first()?.as_str() {
@@ -152,7 +154,7 @@ impl Crate {
         self.mentions.iter().map(|(from, paths)| (from.clone(), to(from, paths))).collect()
     }
 
-    /// Files that reach themselves, in groups that reach each other.
+    /// Returns files that depend on themselves, in groups of mutual dependencies.
     fn circles(&self) -> Vec<String> {
         let arrows = self.arrows();
         let reach: BTreeMap<&Module, BTreeSet<&Module>> =
@@ -198,7 +200,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The folders with the sources of the crates.
+/// Returns the source folders of the crates.
 fn sources() -> Vec<PathBuf> {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates");
     let folders = fs::read_dir(crates).unwrap().map(|entry| entry.unwrap().path());
@@ -237,7 +239,7 @@ fn a_circle_is_seen() {
     let kept =
         ("p/c", "pub(super) struct C; impl C { pub(super) fn f(&self) {} pub(in super::super) fn g() {} }");
     assert!(circles(&[("p", "mod c; use c::C; fn f(_: C) {}"), kept]).is_empty());
-    // A parent that only passes on what its children define is in no circle; one that they use is.
+    // A parent that only re-exports its children's items is in no circle; one whose items they use is.
     let child = ("p/c", "use super::D; pub struct C(D);");
     assert!(
         circles(&[("p", "mod c; mod d; pub use c::C; pub use d::D;"), child, ("p/d", "pub struct D;")])

@@ -1,4 +1,4 @@
-//! The command line from outside: what is written, what is printed, and that neither depends on the machine.
+//! Integration tests of the command line: written files and printed output, which do not depend on the machine.
 
 mod dapple;
 
@@ -17,7 +17,7 @@ fn layers(path: &Path) -> Layers {
     read::layers(path).unwrap()
 }
 
-/// One channel of one layer; the beauty layer has no name.
+/// Returns one channel of one layer; the beauty layer has no name.
 fn channel<'a>(layers: &'a Layers, layer: &str, channel: &str) -> &'a [f32] {
     let layer = layers.layers.iter().find(|l| l.name == layer).unwrap();
     &layer.channels.iter().find(|(name, _)| name == channel).unwrap().1
@@ -125,7 +125,7 @@ fn every_format_holds_the_same_picture() {
     };
     let brightest = exact.pixels.iter().fold(0.0, |m: f32, p| m.max(p.max_element()));
     assert!(apart(&read("a.hdr"), f32::MAX) <= brightest / 128.0);
-    // Eight bits of sRGB: the widest step is below 1 %.
+    // Eight bits of sRGB: the largest step is below 1 %.
     assert!(apart(&read("a.png"), 1.0) < 0.01);
 }
 
@@ -256,7 +256,7 @@ fn scenes_of_the_repository_render() {
     for path in scenes.filter(|p| p.extension().is_some_and(|e| e == "gltf")) {
         let arguments = ["render", path.to_str().unwrap(), "--size", "12x8", "--spp", "4", "--json"];
         let run = well(folder.path(), &arguments);
-        // One scene shows what becomes of lamps that lie in one another, and says so.
+        // One scene demonstrates coincident lamps and gives a warning.
         let says = path.ends_with("coincident.gltf");
         assert_eq!(run.err.contains("warning"), says, "{}: {}", path.display(), run.err);
         assert_eq!(run.err.contains("remove the copies"), says, "{}: {}", path.display(), run.err);
@@ -266,8 +266,8 @@ fn scenes_of_the_repository_render() {
     assert!(count >= 6);
 }
 
-/// A PNG without `--exposure` is metered on the whole frame: the line that says so repeats it, and crops, seeds and sample
-/// counts do not change it.
+/// A PNG without `--exposure` is metered on the whole frame: the printed option reproduces it, and crops, seeds and
+/// sample counts do not change it.
 #[test]
 fn exposure_is_metered_and_said() {
     let folder = tempfile::tempdir().unwrap();
@@ -285,8 +285,8 @@ fn exposure_is_metered_and_said() {
     assert!(render(folder.path(), &["-o", "d.exr", "--json"]).json()["exposure"].is_null());
 }
 
-/// Lamps of Blender's exporter are divided by 683 lm/W, and that is said; an option, or the scene's own settings file, can
-/// say otherwise, and the picture's settings repeat what was done.
+/// Intensities of lamps from Blender's exporter are divided by 683 lm/W, with a note; an option or the scene's settings
+/// file can override this, and the image metadata records it.
 #[test]
 fn the_unit_of_lights_is_known_by_the_generator() {
     let folder = tempfile::tempdir().unwrap();
@@ -324,7 +324,7 @@ fn the_unit_of_lights_is_known_by_the_generator() {
     let info = |scene: &str| well(folder.path(), &["info", scene]).out;
     assert!(
         info("blender.gltf").contains("light unit: radiometric: "),
-        "the settings file beside it says so"
+        "the settings file beside the scene overrides the unit"
     );
     fs::remove_file(at("blender.toml")).unwrap();
     assert!(info("blender.gltf").contains("light unit: photometric, divided by 683 lm/W: the generator"));
@@ -332,8 +332,8 @@ fn the_unit_of_lights_is_known_by_the_generator() {
     assert!(!well(folder.path(), &["info", "builtin:cornell"]).out.contains("light unit"));
 }
 
-/// The default light: for a file without light and for one whose own light shows next to nothing; never for a lit scene,
-/// never against `--env none`.
+/// The default light: added to a file without lights and to one whose own lights show almost nothing; never to a lit
+/// scene, and never with `--env none`.
 #[test]
 fn a_file_that_would_be_black_is_lit() {
     let folder = tempfile::tempdir().unwrap();
@@ -343,7 +343,7 @@ fn a_file_that_would_be_black_is_lit() {
         let picture = read::picture(&folder.path().join("a.exr")).unwrap();
         (picture.mean().y, run.err.contains("studio"))
     };
-    // A second triangle behind the camera that glows: the first one faces away from it.
+    // A second triangle behind the camera emits light; the first one faces away from it.
     let glowing = |root: &mut serde_json::Value| {
         root["materials"] = serde_json::json!([{}, { "emissiveFactor": [1, 1, 1] }]);
         let mut lamp = root["meshes"][0].clone();
@@ -368,7 +368,7 @@ fn a_file_that_would_be_black_is_lit() {
     for lit in ["builtin:cornell", "builtin:furnace"] {
         assert!(!mean(lit, &[]).1, "{lit}");
     }
-    // Where only the light of the render counts, the choice does not depend on how it is sampled.
+    // The decision does not depend on how the render is sampled.
     let crop = ["--crop", "0,0,2,2", "--seed", "5", "--method", "distribution"];
     assert!(mean("glowing.gltf", &crop).1);
 }

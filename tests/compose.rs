@@ -1,4 +1,4 @@
-//! Pictures for compositing, from outside: alpha, Cryptomatte, and what PNG files say about themselves.
+//! Integration tests of images for compositing: alpha, Cryptomatte, and PNG metadata.
 #![cfg(all(feature = "exr", feature = "png"))]
 
 mod dapple;
@@ -23,7 +23,7 @@ fn channel<'a>(layers: &'a Layers, layer: &str, channel: &str) -> &'a [f32] {
     &layer.channels.iter().find(|(name, _)| name == channel).unwrap_or_else(|| panic!("no {channel}")).1
 }
 
-/// Kinds and bodies of the chunks of a PNG.
+/// Returns the kinds and contents of the chunks of a PNG.
 fn chunks(path: &Path) -> Vec<(String, Vec<u8>)> {
     let bytes = std::fs::read(path).unwrap();
     let (mut at, mut all) = (8, Vec::new());
@@ -77,14 +77,14 @@ fn a_png_says_how_it_was_made() {
     let texts = texts(&path);
     assert!(texts[0].starts_with("Software\0dapple "), "{texts:?}");
     let settings = texts[1].strip_prefix("settings\0").unwrap();
-    // They make the same file again.
+    // The settings reproduce the file.
     std::fs::write(at.join("again.toml"), settings).unwrap();
     let again = ["render", "a.gltf", "--settings", "again.toml", "-o", "b.png"];
     well(at, &again);
     assert!(std::fs::read(&path).unwrap() == std::fs::read(at.join("b.png")).unwrap(), "{settings}");
 }
 
-/// Ids keep all their bits in a file of half floats, and every id that occurs has a name.
+/// Ids keep all their bits in a file of half floats, and every id has a name.
 #[test]
 fn cryptomatte_survives_half_floats() {
     let folder = tempfile::tempdir().unwrap();

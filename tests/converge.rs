@@ -1,4 +1,4 @@
-//! `dapple converge` from outside: what it writes, that it goes on where it was, and what it refuses.
+//! Integration tests of `dapple converge`: its output, its continuation, and its errors.
 
 mod dapple;
 
@@ -9,7 +9,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// Two runs of the path tracer on a small picture; `more` comes last.
+/// Compares two runs of the path tracer on a small image; `more` comes last.
 fn converge(folder: &Path, more: &[&str]) -> Value {
     told(folder, more).json()["results"].take()
 }
@@ -24,7 +24,7 @@ fn told(folder: &Path, more: &[&str]) -> Run {
     well(folder, &arguments)
 }
 
-/// All PNGs of a scene have one exposure, metered and said once, or the one that was asked for.
+/// All PNGs of a scene have the same exposure, metered and printed once, or the requested one.
 #[test]
 fn one_exposure_for_all_pictures() {
     let folder = tempfile::tempdir().unwrap();
@@ -43,7 +43,7 @@ fn one_exposure_for_all_pictures() {
         let mean = read("cornell-reference.png").mean().y / f32::exp2(stops);
         (mean, (halves[0] + halves[1]) / 2.0)
     };
-    // Where nothing is as bright as the display's white, means are equal.
+    // If nothing is brighter than the display's white, the means are equal.
     let (shown, mean) = same("out", stops);
     assert!(shown < 1.05 * mean && shown > 0.1 * mean, "{shown} {mean}");
     let base = ["converge", "builtin:cornell", "-o", "dark", "--size", "16x16", "--seeds", "1"];
@@ -85,7 +85,7 @@ fn everything_is_written() {
     for run in results["runs"].as_array().unwrap() {
         let [samples, seconds, mse] = ["samples", "seconds", "mse"].map(|key| numbers(&run[key]));
         assert!(samples.len() >= 3 && samples.windows(2).all(|w| w[1] == 2.0 * w[0]), "{samples:?}");
-        // A busy machine may hold up one of two renders of milliseconds; not eight times as many samples.
+        // A busy machine may delay one of two renders of milliseconds, but not one of eight times as many samples.
         assert!(seconds.windows(4).all(|w| w[3] > w[0]) && seconds.first() < seconds.last(), "{seconds:?}");
         assert!(mse.first() > mse.last(), "{mse:?}");
         assert!(run["slope"].as_f64().unwrap() < -0.5);
@@ -96,7 +96,7 @@ fn everything_is_written() {
         assert!(equal.windows(2).all(|w| w[0]["seconds"].as_f64() > w[1]["seconds"].as_f64()));
         assert!(equal.windows(2).all(|w| w[0]["relative_rmse"].as_f64() < w[1]["relative_rmse"].as_f64()));
         assert!(equal.iter().all(|e| e["efficiency_ratio"].is_null() == (run["name"] == "random")), "{run}");
-        // A busy machine may leave seeds out; then it is said.
+        // A busy machine may omit seeds, which is then reported.
         let seeds = run["seeds"].as_array().unwrap().len();
         let left_out = results["left_out"].to_string();
         assert_eq!(run["slope_ci"].is_array(), seeds > 1);
@@ -139,7 +139,7 @@ fn a_reference_from_a_file() {
     assert!(results["runs"][0]["slope"].as_f64().unwrap() < -0.5);
 }
 
-/// A Radiance picture of one grey, run-length encoded: 2 MB for 16 million pixels.
+/// A uniform grey Radiance image, run-length encoded: 2 MB for 16 million pixels.
 fn grey(side: usize) -> Vec<u8> {
     let mut bytes = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {side} +X {side}\n").into_bytes();
     for _ in 0..side {
@@ -151,7 +151,7 @@ fn grey(side: usize) -> Vec<u8> {
     bytes
 }
 
-/// What another renderer leaves is read in as much memory as the user grants.
+/// Images of other renderers are read within the memory limit.
 #[test]
 fn pictures_of_others_obey_the_memory_limit() {
     let folder = tempfile::tempdir().unwrap();
@@ -169,7 +169,7 @@ fn pictures_of_others_obey_the_memory_limit() {
     }
 }
 
-/// The same renderer from outside has the same errors, and a reference of its own.
+/// The same renderer as an external command has the same errors, and a reference of its own.
 #[test]
 fn another_renderer() {
     let folder = tempfile::tempdir().unwrap();
@@ -185,7 +185,7 @@ fn another_renderer() {
         })
         .unwrap();
     assert_eq!(other["method"], "external");
-    // Seconds of a busy machine may be lost in the spread of the start-up; then they are 0.
+    // On a busy machine, seconds may be lost in the spread of the start-up; then they are 0.
     let (errors, seconds) = (numbers(&other["mse"]), numbers(&other["seconds"]));
     assert!(!errors.is_empty() && errors.len() == seconds.len() && seconds.iter().all(|s| *s >= 0.0));
     let key = &other["reference"];
@@ -198,8 +198,8 @@ fn another_renderer() {
     assert!(found.err.contains("broken") && found.err.contains("no such luck"), "{}", found.err);
 }
 
-/// Pictures of another renderer that sees `level` everywhere, with noise that falls with the samples: for the seeds 1 and 2
-/// and for those of its reference, at powers of two.
+/// Images of another renderer with the value `level` everywhere, and noise that falls with the samples: for the seeds 1
+/// and 2 and for those of its reference, at powers of two.
 fn pictures(folder: &Path, level: f32) {
     fs::create_dir_all(folder.join("pictures")).unwrap();
     for seed in [1u64, 2, 11, 12] {
@@ -215,14 +215,14 @@ fn pictures(folder: &Path, level: f32) {
     }
 }
 
-/// A command that does `first` and then hands out one of the pictures. The furnace is 2 everywhere.
+/// A command that executes `first` and then copies one of the images. The furnace is 2 everywhere.
 fn peer(first: &str) -> String {
     let seed = "s={seed}; if [ $s -gt 1000000 ]; then s=$((s-1000000+10)); fi";
     format!("peer={first}; {seed}; cp pictures/$s-{{spp}}.exr '{{out}}'")
 }
 
-/// The run of the other renderer, all results, and the page. Where the machine is too busy for its time to suffice, another
-/// call goes on.
+/// Returns the run of the other renderer, all results, and the page. If the machine is too busy for its time to
+/// suffice, another call continues.
 fn with_peer(folder: &Path, out: &str, command: &str, more: &[&str]) -> (Value, Value, String) {
     let base = ["converge", "builtin:furnace", "-o", out, "--size", "16x16", "--json", "--seeds", "2"];
     let runs = ["--run", "random: --pattern random", "--external", command];
@@ -241,8 +241,8 @@ fn named(results: &Value, name: &str) -> Option<Value> {
     results["runs"].as_array().unwrap().iter().find(|r| r["name"] == name).cloned()
 }
 
-/// What a command does before it renders is measured and subtracted, and the page says so: here it sleeps and counts, and
-/// then takes 0.02 s a sample.
+/// The time of a command before it renders is measured and subtracted, and the page says so: this command sleeps and
+/// counts, and then takes 0.02 s per sample.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_start_up_of_another_renderer() {
@@ -252,29 +252,29 @@ fn the_start_up_of_another_renderer() {
     let render = "t=$((20*{spp})); sleep $((t/1000)).$(printf %03d $((t%1000)))";
     let command = peer(&format!("{start}; {render}"));
     let shared = ["--budget", "12s", "--shared-reference"];
-    // A busy machine may have no time to measure it; then that is said.
+    // A busy machine may have no time for the measurement, which is then reported.
     let measured = (0..4).find_map(|i| {
         let (peer, _, page) = with_peer(folder.path(), &format!("out{i}"), &command, &shared);
         let known = peer["startup_seconds"].is_number();
-        assert!(known || page.contains("its start-up included"));
+        assert!(known || page.contains("start-up included"));
         known.then_some((peer, page))
     });
     let (peer, page) = measured.unwrap();
     let startup = peer["startup_seconds"].as_f64().unwrap();
     let cpu = peer["startup_cpu_seconds"].as_f64().unwrap();
     assert!((0.2..5.0).contains(&startup) && cpu > 0.02 && cpu < startup, "{startup} {cpu}");
-    // What is left is what rendering takes, or nothing where that is lost in the spread of the start-up.
+    // The remainder is the rendering time, or nothing if it is lost in the spread of the start-up.
     let points = peer["seeds"][0]["points"].as_array().unwrap();
     let first = points[0]["seconds"].as_f64().unwrap();
     assert!(first < 0.5 * startup, "{first} of {startup}");
     let last = points.last().unwrap();
     let (samples, seconds) = (last["samples"].as_f64().unwrap(), last["seconds"].as_f64().unwrap());
     assert!(seconds == 0.0 || (0.5..3.0).contains(&(seconds / (0.02 * samples))), "{last} {startup}");
-    assert!(peer["timing"].as_str().unwrap().contains("less its start-up of"), "{peer}");
-    assert!(page.contains("less its start-up of"));
+    assert!(peer["timing"].as_str().unwrap().contains("minus its start-up of"), "{peer}");
+    assert!(page.contains("minus its start-up of"));
 }
 
-/// A command may say itself how long it rendered.
+/// A command may report its rendering time itself.
 #[test]
 fn a_renderer_that_tells_its_time() {
     let folder = tempfile::tempdir().unwrap();
@@ -297,8 +297,8 @@ fn a_renderer_that_tells_its_time() {
     }
 }
 
-/// Every renderer has a reference of its own, said to be what it is; where they are not the same picture a warning says by
-/// how much, and one button alone is called reference.
+/// Every renderer has a reference of its own with a description; if the references differ, a warning states by how
+/// much, and only one button is called reference.
 #[test]
 fn references_that_differ() {
     let folder = tempfile::tempdir().unwrap();
@@ -316,7 +316,7 @@ fn references_that_differ() {
     assert_eq!(difference["beyond_noise"], true, "{difference}");
     assert!((difference["relative_rmse"].as_f64().unwrap() - 0.25).abs() < 0.05, "{difference}");
     assert!(page.contains("Warning") && page.contains("differ by 25 %"), "{page}");
-    // Held against one reference, that is an error that does not fall.
+    // Compared with one shared reference, that is an error that does not fall.
     let shared = ["--budget", "4s", "--shared-reference"];
     let (run_of_peer, results, page) = with_peer(folder.path(), "shared", &peer("true"), &shared);
     assert_eq!(results["references"].as_array().unwrap().len(), 1);
@@ -325,7 +325,8 @@ fn references_that_differ() {
     assert!(numbers(&run_of_peer["relative_rmse"]).iter().all(|error| *error > 0.2), "{run_of_peer}");
 }
 
-/// A command without seeds has one picture as its reference, whose noise is not known, and one seed has no interval.
+/// A command without seeds has a single image as its reference, whose noise is unknown, and a single seed has no
+/// interval.
 #[test]
 fn a_renderer_without_seeds() {
     let folder = tempfile::tempdir().unwrap();
@@ -333,12 +334,12 @@ fn a_renderer_without_seeds() {
     let command = "peer=echo 0.5 > {time}; cp pictures/1-{spp}.exr '{out}'";
     let (run_of_peer, results, page) = with_peer(folder.path(), "out", command, &["--budget", "5s"]);
     assert_eq!(run_of_peer["seeds"].as_array().unwrap().len(), 1);
-    assert!(page.contains("one picture by peer") && page.contains("may share samples with it"));
+    assert!(page.contains("one image by peer") && page.contains("may share samples with it"));
     assert!(results["differences"][0]["beyond_noise"].is_null());
     assert!(run_of_peer["efficiency_ci"].is_null() && page.contains("interval not known"));
 }
 
-/// `--seed` says where the seeds of the runs begin: others are other pictures, against another reference.
+/// `--seed` sets the first seed of the runs: other seeds give other images, with another reference.
 #[test]
 fn seeds_begin_where_they_are_told_to() {
     let folder = tempfile::tempdir().unwrap();
@@ -353,7 +354,7 @@ fn seeds_begin_where_they_are_told_to() {
     assert_eq!([first(&usual), first(&one), first(&other)], [Some(1), Some(1), Some(500)]);
     assert!(error(&usual) != error(&other));
     assert!(usual["references"][0]["mean"] != other["references"][0]["mean"]);
-    // In the same folder they come on top.
+    // In the same folder they are added.
     let more = of("a", &["--seed", "500"]);
     let seeds = more["runs"][0]["seeds"].as_array().unwrap();
     assert!(seeds.iter().any(|s| s["seed"] == 1) && seeds.iter().any(|s| s["seed"] == 500));
@@ -377,15 +378,15 @@ fn bad_input() {
         (&["-o", "out", "--run", "mine: --size 4x4"], &["mine", "size"]),
         (&["-o", "out", "--run", "mine: --exposure 4"], &["mine", "exposure"]),
         (&["-o", "out", "--run", "--method path"], &["--run"]),
-        (&["-o", "out", "--run", "a:", "--run", "a:"], &["a", "two"]),
+        (&["-o", "out", "--run", "a:", "--run", "a:"], &["a", "used twice"]),
         (&["-o", "out", "--vary", "mood"], &["--vary"]),
         (&["-o", "out", "--external", "x=y"], &["--external", "{spp}"]),
         (&["-o", "out", "--spp", "4"], &["--spp"]),
         (&["-o", "out", "--seeds", "0"], &["--seeds"]),
         (&["-o", "out", "--seed", "3000000000"], &["--seed", "2000000000"]),
-        (&["-o", "out", "--run", "a b:", "--run", "a-b:"], &["a-b", "two"]),
+        (&["-o", "out", "--run", "a b:", "--run", "a-b:"], &["a-b", "used twice"]),
         (&["-o", "out", "--run", "reference:"], &["reference", "another name"]),
-        (&["-o", "out", "--run", "a:", "--external", "a={spp} {out}"], &["--external a", "two"]),
+        (&["-o", "out", "--run", "a:", "--external", "a={spp} {out}"], &["--external a", "used twice"]),
         (&["cornell.gltf", "-o", "out"], &["cornell.gltf", "same names"]),
         (&["-o", "out", "--reference", "crop.exr"], &["crop.exr", "0,0 to 8,8 of 16x16"]),
         (&["-o", "file/out"], &["file/out"]),

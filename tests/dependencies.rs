@@ -1,9 +1,9 @@
-//! Nobody carries what they do not need: the direct dependencies of every crate, with and without default features.
+//! Checks the direct dependencies of every crate, with and without default features.
 
 use std::path::Path;
 use std::process::Command;
 
-/// Crate, its dependencies without default features, and what the default features add.
+/// Crate, its dependencies without default features, and those that the default features add.
 const PINNED: [(&str, &[&str], &[&str]); 12] = [
     ("dapple-math", &["glam", "libm"], &[]),
     ("dapple-sampling", &["glam", "libm", "rand_pcg"], &[]),
@@ -79,10 +79,10 @@ const PINNED: [(&str, &[&str], &[&str]); 12] = [
     ),
 ];
 
-/// Where the lists hold.
+/// Target for which the lists hold.
 const TARGET: &str = "x86_64-unknown-linux-gnu";
 
-/// What a feature of the program brings, and is not there without it.
+/// Dependencies of each feature of the program, which are absent without it.
 const FEATURES: [(&str, &[&str]); 6] = [
     ("gltf", &["gltf", "gltf-json", "percent-encoding"]),
     ("exr", &["exr"]),
@@ -103,7 +103,7 @@ fn features_bring_their_crates() {
     }
 }
 
-/// All that the smallest crate brings along.
+/// All dependencies of the smallest crate.
 #[test]
 fn sampling_brings_three_crates() {
     let mut all = tree("dapple-sampling", &[]);
@@ -118,7 +118,7 @@ fn direct(package: &str, default: bool) -> Vec<String> {
     names
 }
 
-/// Names of the crates in the tree, sorted, each once.
+/// Returns the names of the crates in the dependency tree, sorted, each once.
 fn tree(package: &str, more: &[&str]) -> Vec<String> {
     let output = Command::new(env!("CARGO"))
         .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")))

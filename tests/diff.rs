@@ -1,4 +1,4 @@
-//! `dapple diff` from outside: what it measures, what it writes, and with which code it ends.
+//! Integration tests of `dapple diff`: its measures, its output, and its exit codes.
 
 mod dapple;
 
@@ -11,7 +11,7 @@ fn save(folder: &Path, name: &str, picture: &Image) {
     write::exr(&folder.join(name), &Layers::from(picture), write::Depth::Float).unwrap();
 }
 
-/// A 6×4 picture with a ramp, and one that is brighter by ¼ in red and wrong by 2 in one pixel of blue.
+/// Writes a 6×4 image with a ramp, and one that is brighter by ¼ in red and off by 2 in the blue of one pixel.
 fn pair(folder: &Path) {
     let reference = (0..24).map(|i| Vec3::new(i as f32 / 16.0, 1.0, 0.5)).collect();
     let reference = Image { width: 6, height: 4, pixels: reference };
@@ -129,7 +129,8 @@ fn every_format_is_read() {
     assert!(equal["psnr"].is_null());
 }
 
-/// A crop holds a part of its picture: only what both files hold is compared, and places are those of the full picture.
+/// A crop contains a part of its image: only the pixels in both files are compared, and positions are those of the full
+/// image.
 #[test]
 fn crops_are_compared_where_they_overlap() {
     let folder = tempfile::tempdir().unwrap();
@@ -155,7 +156,7 @@ fn crops_are_compared_where_they_overlap() {
     let json = of("off.exr", "full.exr");
     assert_eq!(json["max_error_pixel"], serde_json::json!([3, 2]));
     assert!((json["mse"].as_f64().unwrap() - 4.0 / 36.0).abs() < 1e-12, "{json}");
-    // The map of the differences lies where they are.
+    // The error map covers the compared pixels.
     let map = read::layers(&folder.path().join("d.exr")).unwrap();
     assert_eq!((map.offset, map.full_size, map.width, map.height), ((2, 1), (6, 4), 4, 3));
     let both = of("off.exr", "same.exr");
@@ -171,7 +172,7 @@ fn crops_are_compared_where_they_overlap() {
     }
 }
 
-/// A crop that was rendered is equal to that part of the whole picture.
+/// A rendered crop equals that part of the whole image.
 #[test]
 fn a_rendered_crop_has_no_error() {
     let folder = tempfile::tempdir().unwrap();

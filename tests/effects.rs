@@ -1,5 +1,5 @@
-//! The distribution tracer from the command line: its options, what it says beforehand, sheets, and settings that give the
-//! picture again.
+//! The distribution tracer on the command line: its options, its ray forecast, contact sheets, and settings that
+//! reproduce the image.
 
 mod dapple;
 
@@ -21,7 +21,7 @@ fn a_distribution_render_says_its_rays_and_writes() {
     let folder = tempfile::tempdir().unwrap();
     let run = well(folder.path(), &[&CORNELL[..], &FEW, &["--json"]].concat());
     assert_eq!(files(folder.path()), ["cornell.exr", "cornell.png"]);
-    // 2 · (1 + 4 + 1 · (1 + 1)): camera, shadow and diffuse rays, and the same with one point below the first hit.
+    // 2 · (1 + 4 + 1 · (1 + 1)): camera, shadow and diffuse rays, and the same with one sample after the first hit.
     assert!(run.err.contains("at most 16 rays per pixel"), "{}", run.err);
     let json = run.json();
     assert_eq!((&json["method"], &json["spp"]), (&"distribution".into(), &2.into()));
@@ -37,14 +37,14 @@ fn what_a_scene_lacks_is_noted_and_left_out() {
     let more = ["--lens", "7x7", "--time", "9", "--refract", "5", "-o", "b.exr"];
     let noted = well(folder.path(), &[&CORNELL[..], &FEW, &more].concat());
     for effect in ["--lens", "--time", "--refract"] {
-        let note = format!("note: {effect} is left out: the scene has no such effect");
+        let note = format!("note: {effect} is ignored: the scene has no such effect");
         assert!(noted.err.contains(&note) && !plain.err.contains(&note), "{}", noted.err);
     }
-    // It neither enters the forecast nor changes the picture.
+    // It neither affects the forecast nor changes the image.
     assert!(noted.err.contains("at most 16 rays per pixel"), "{}", noted.err);
     assert!(pixels(&folder.path().join("a.exr")) == pixels(&folder.path().join("b.exr")));
     let by_path = ["render", "builtin:cornell", "--size", "8x8", "--spp", "1", "--light", "3x3"];
-    assert!(well(folder.path(), &by_path).err.contains("note: --light is left out"));
+    assert!(well(folder.path(), &by_path).err.contains("note: --light is ignored"));
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn many_rays_need_a_yes() {
     well(folder.path(), &[&more[..], &["--yes"]].concat());
 }
 
-/// The `settings` attribute of an EXR.
+/// Returns the `settings` attribute of an EXR.
 fn settings_of(path: &Path) -> String {
     let layers = read::layers(path).unwrap();
     let found = layers.metadata.into_iter().find(|(key, _)| key == "settings");
@@ -130,7 +130,7 @@ fn rays_are_counted_without_rendering() {
     assert_eq!(json["depths"][1]["light"], 2.0);
     assert_eq!(json["depths"][2]["arriving"], 2.0);
     let path = ["rays", "builtin:cornell", "--spp", "4", "--max-bounces", "1", "--json"];
-    // Camera ray, shadow ray, the ray that goes on.
+    // Camera ray, shadow ray, and continuation ray.
     assert_eq!(well(folder.path(), &path).json()["rays_per_pixel"], 12.0);
     assert!(files(folder.path()).is_empty());
 }
@@ -154,11 +154,11 @@ fn a_sheet_shows_counts_and_estimators() {
     for row in [0, 2, 4, 6] {
         assert!(error(row + 1) < 0.6 * error(row), "{}: {} {}", cells[row], error(row), error(row + 1));
     }
-    // With 16 points, one point per cell is better than points anywhere.
+    // With 16 samples, one sample per cell is better than independent samples.
     assert!(error(5) < error(3) && error(7) < error(3));
     let picture = read::picture(&folder.path().join("s.png")).unwrap();
     assert!(picture.width > 2 * 48 && picture.height > 4 * 32);
-    // One exposure for all cells, metered and said once; asked for, it shows the same.
+    // All cells have the same exposure, metered and printed once; requested explicitly, it gives the same sheet.
     let stops = json["exposure"].as_f64().unwrap() as f32;
     let said = format!("exposure of the sheet metered: {stops:+.2} stops (--exposure {stops} repeats it)");
     assert!(stops != 0.0 && run.err.matches(&said).count() == 1, "{}", run.err);
@@ -176,8 +176,8 @@ fn a_sheet_shows_counts_and_estimators() {
     }
 }
 
-/// Under a sky all errors fall with the varied effect's: random points as n^-½, others faster. A whole sky that stood on
-/// one direction would keep them up, on what is seen directly, in blurred mirrors and in smooth ones.
+/// Under a sky all errors fall with those of the varied effect: random samples as n^-½, others faster. A sky sampled in
+/// one direction would keep the errors up, on direct lighting, in blurred mirrors and in smooth ones.
 #[test]
 fn sheets_under_a_sky_fall_with_the_varied_effect() {
     let folder = tempfile::tempdir().unwrap();
@@ -191,12 +191,12 @@ fn sheets_under_a_sky_fall_with_the_varied_effect() {
         let slope = |row: usize| (error(2 * row) / error(2 * row + 1)).ln() / 16f64.ln();
         let slopes = [0, 1, 2, 3].map(slope);
         assert!((0.42..0.58).contains(&slopes[0]), "{name}: {slopes:?}");
-        // A grid is no better than that where edges run along its cells.
+        // A grid is no better than that where edges are parallel to its cells.
         assert!(slopes[1..].iter().all(|s| (0.42..1.1).contains(s)), "{name}: {slopes:?}");
     }
 }
 
-/// Errors are measured against the file: a cell is its own reference.
+/// Errors are measured against the file: a cell can be its own reference.
 #[test]
 fn a_sheet_takes_a_reference() {
     let folder = tempfile::tempdir().unwrap();
@@ -222,8 +222,8 @@ fn a_sheet_takes_a_reference() {
     assert!(json["cells"][1]["relative_rmse"].as_f64().unwrap() > 0.0);
 }
 
-/// The reference's own noise is not in the errors: of a converged cell nothing is left but what the noise hides, with two
-/// noisy halves; with one of them alone its noise is all that is seen.
+/// The noise of the reference is excluded from the errors: with two noisy halves, a converged cell has no error beyond
+/// what the noise hides; with one half alone, the error is its noise.
 #[test]
 fn a_sheet_subtracts_the_noise_of_its_reference() {
     let folder = tempfile::tempdir().unwrap();
@@ -245,7 +245,7 @@ fn a_sheet_subtracts_the_noise_of_its_reference() {
     assert!(best < 0.4 * fair && error(&one, 1).unwrap() > 0.8 * fair, "{best} {fair} {one}");
 }
 
-/// A sheet ends with its time, with the cells that are done and a line about it; so does its reference.
+/// A sheet ends at its time limit, with the finished cells and a message; so does its reference.
 #[test]
 fn a_sheet_obeys_the_time_limit() {
     let folder = tempfile::tempdir().unwrap();
@@ -254,8 +254,8 @@ fn a_sheet_obeys_the_time_limit() {
     let start = std::time::Instant::now();
     let found = run(folder.path(), &[&base[..], &arguments].concat());
     assert_eq!(found.code, 3, "{}", found.err);
-    assert!(found.err.contains("--time-limit 1 s") && found.err.contains("stopped early: the sheet holds"));
-    // Without the limit the last cell and the reference for it take minutes.
+    assert!(found.err.contains("--time-limit 1 s") && found.err.contains("stopped early: the sheet has"));
+    // Without the limit, the last cell and its reference take minutes.
     assert!(start.elapsed().as_secs_f64() < 60.0);
     let json = found.json();
     let last = &json["cells"][2];
@@ -263,7 +263,7 @@ fn a_sheet_obeys_the_time_limit() {
     assert_eq!(json["cells"].as_array().unwrap().len(), 3);
     let picture = read::picture(&folder.path().join("s.png")).unwrap();
     assert!(picture.width > 3 * 64);
-    // What is done in time is a whole sheet.
+    // With enough time, the sheet is complete.
     let enough = ["--counts", "1,2", "--time-limit", "100s", "--json", "-o", "s.png"];
     let json = well(folder.path(), &[&base[..], &enough].concat()).json();
     assert!(json["cells"].as_array().unwrap().iter().all(|cell| cell["rendered"] == true));

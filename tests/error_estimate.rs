@@ -1,4 +1,4 @@
-//! `error_estimate`, `error_bound`, `--log` and `--error-limit` from outside.
+//! Integration tests of `error_estimate`, `error_bound`, `--log` and `--error-limit`.
 
 mod dapple;
 mod fireflies;
@@ -19,8 +19,8 @@ fn truth(folder: &Path) -> f64 {
     well(folder, &diff).json()["relative_rmse"].as_f64().unwrap_or_default()
 }
 
-/// The error that is stated is the error that there is, whatever the points. On this scene no pixel is much worse than
-/// others, so one render is enough to tell.
+/// The reported error is the true error for every sampling pattern. In this scene no pixel is much worse than others,
+/// so one render suffices.
 #[test]
 fn stated_errors_are_true() {
     let folder = tempfile::tempdir().unwrap();
@@ -59,7 +59,7 @@ fn a_limit_is_held() {
     let log = fs::read_to_string(folder.path().join("fine.jsonl")).unwrap();
     let lines: Vec<Value> = log.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     let spp: Vec<u64> = lines.iter().map(|l| l["spp"].as_u64().unwrap()).collect();
-    // At each doubling, and where it was worth to look between.
+    // At each doubling, and in between where a check was worthwhile.
     let doubled: Vec<u64> = spp.iter().copied().filter(|n| n.is_power_of_two()).collect();
     assert!(doubled.len() > 6 && doubled.windows(2).all(|w| w[1] == 2 * w[0]), "{spp:?}");
     assert!(
@@ -70,7 +70,7 @@ fn a_limit_is_held() {
     let error = |line: &Value| line["error"].as_f64().unwrap();
     assert!(error(&lines[1]) > 4.0 * error(&lines[lines.len() - 1]));
     assert!(lines.iter().all(|l| l["seconds"].is_number() && l["rays"].is_number()));
-    // The first limit that is reached stops; if it is not that of the error, the goal is not met.
+    // The first limit that is reached stops the render; if it is not the error limit, that one is not reached.
     let cut =
         ["render", "builtin:furnace", "--size", "24x24", "-o", "a.exr", "--json", "--error-limit", "1e-9"];
     let counted = run(folder.path(), &[&cut[..], &["--spp", "70"]].concat());
@@ -79,7 +79,7 @@ fn a_limit_is_held() {
     let timed = run(folder.path(), &[&cut[..], &["--time-limit", "200ms"]].concat());
     assert!(timed.json()["render_seconds"].as_f64().unwrap() < 10.0);
     assert_eq!((timed.code, &timed.json()["stopped"]), (3, &true.into()), "{}", timed.err);
-    assert!(timed.err.contains("--time-limit") && timed.err.contains("their error is"), "{}", timed.err);
+    assert!(timed.err.contains("--time-limit") && timed.err.contains("its error is"), "{}", timed.err);
 }
 
 #[test]
@@ -109,8 +109,8 @@ fn what_has_no_meaning_is_refused() {
     }
 }
 
-/// Renders stop near the count that they need: independent samples need the squared bound over the squared limit times as
-/// many, and the next doubling is often nearly twice that.
+/// Renders stop near the required sample count: independent samples need a factor of the squared bound over the squared
+/// limit more, and the next doubling is often nearly twice that.
 #[test]
 fn renders_stop_between_doublings() {
     let folder = tempfile::tempdir().unwrap();
@@ -120,21 +120,21 @@ fn renders_stop_between_doublings() {
         let (spp, bound) = (json["spp"].as_u64().unwrap(), json["error_bound"].as_f64().unwrap());
         let limit: f64 = limit.parse().unwrap();
         assert!(bound <= limit);
-        // It was enough, and less by a third would not have been.
+        // The count was sufficient, and a third less would not have been.
         assert!(spp == 64 || bound * 1.5f64.sqrt() > limit, "{spp} samples: {bound} for {limit}");
         between += u32::from(!spp.is_power_of_two());
     }
     assert!(between >= 2, "{between}");
 }
 
-/// To know the error of a small picture costs little too.
+/// Estimating the error of a small image is also cheap.
 #[test]
 fn few_pixels_are_rendered_again() {
     let folder = tempfile::tempdir().unwrap();
     let base = ["render", "builtin:cornell", "--size", "64x64", "--spp", "256", "--json", "--threads", "1"];
     let json = well(folder.path(), &base).json();
     let [render, error] = ["render_seconds", "error_seconds"].map(|key| json[key].as_f64().unwrap());
-    // A sixteenth of the picture; another program may hold up either.
+    // A sixteenth of the image; another process may delay either.
     assert!(error < 0.2 * render, "{error} s of {render} s");
 }
 
@@ -150,7 +150,7 @@ struct Coverage {
 }
 
 impl Coverage {
-    /// 200 seeds of a picture of 16×16 pixels.
+    /// 200 seeds of an image of 16×16 pixels.
     fn new(scene: &str, options: &'static [&'static str], limit: &'static str) -> Self {
         Self { scene: path(scene), options, limit, size: "16x16", reference: "8192", seeds: 200 }
     }
@@ -159,7 +159,7 @@ impl Coverage {
         well(folder, &[&["render", &self.scene, "--size", self.size], more].concat())
     }
 
-    /// Per seed whose bound can be relied on: true error, stated error, bound, samples.
+    /// Measures for each seed with a reliable bound: true error, estimated error, bound, samples.
     fn measure(&self, folder: &Path) -> Vec<[f64; 4]> {
         for (name, seed) in [("r1.exr", "100001"), ("r2.exr", "100002")] {
             self.render(folder, &["--spp", self.reference, "--seed", seed, "-o", name]);
@@ -167,7 +167,7 @@ impl Coverage {
         let one = |seed: u32| {
             let seed = seed.to_string();
             let base = ["--error-limit", self.limit, "--seed", &seed, "-o", "a.exr", "--json"];
-            // The error of stratified points of a known number is not known while they are taken.
+            // The error of a fixed number of stratified samples is unknown during the render.
             let end = if self.options.contains(&"stratified") {
                 ["--time-limit", "10m"]
             } else {
@@ -208,13 +208,13 @@ impl Coverage {
         (row, held)
     }
 
-    /// Over all seeds the true error is within the bound as often as is promised; prints the row of `docs/error.md`.
+    /// Over all seeds, the true error is within the bound at the stated confidence; prints the row of `docs/error.md`.
     fn holds(&self) {
         let folder = tempfile::tempdir().unwrap();
         let all = self.measure(folder.path());
         let (row, held) = self.row(&all);
         println!("\n{row} {} of {} reliable", all.len(), self.seeds);
-        // 95 % less four standard errors: of 200 trials 88.8 %.
+        // 95 % minus four standard errors: of 200 trials 88.8 %.
         let room = 4.0 * 100.0 * (0.95 * 0.05 / all.len() as f64).sqrt();
         assert!(held >= 95.0 - room, "{row}");
         assert!(2 * all.len() >= self.seeds as usize, "{row}: {} reliable", all.len());
@@ -228,7 +228,7 @@ fn path(scene: &str) -> String {
     }
 }
 
-/// Between which values 95 % lie.
+/// Formats the central interval that contains 95 % of the values.
 fn middle(mut values: Vec<f64>) -> String {
     values.sort_by(f64::total_cmp);
     let at = |p: f64| values[(p * (values.len() - 1) as f64).round() as usize];
@@ -266,8 +266,8 @@ mod coverage {
         Coverage::new("builtin:cornell", &["--pattern", "sobol"], "0.2").holds();
     }
 
-    /// A glass ball, whose caustics are found by chance alone. Bright samples are counted by what `--clamp` would change,
-    /// less those that see the lamp itself.
+    /// A glass ball, whose caustics are found only by chance. Bright samples are counted by what `--clamp` would
+    /// change, excluding those that hit the lamp directly.
     #[test]
     #[ignore = "long: 200 renders, minutes"]
     fn of_fireflies() {
@@ -281,7 +281,7 @@ mod coverage {
         };
         let events =
             (0..20).map(|seed| count(seed, &[]) - count(seed, &["--max-bounces", "0"])).sum::<f64>() / 20.0;
-        println!("\n{events:.1} fireflies per picture of 64 samples");
+        println!("\n{events:.1} fireflies per image of 64 samples");
         assert!(events >= 30.0, "{events}");
         row.holds();
     }
@@ -298,7 +298,7 @@ mod coverage {
         Coverage::new("builtin:furnace", &["--pattern", "random"], "0.04").holds();
     }
 
-    /// A picture of which few pixels are looked at again.
+    /// An image of which few pixels are rendered again.
     #[test]
     #[ignore = "long: 40 renders, minutes"]
     fn of_a_larger_picture() {
@@ -307,12 +307,12 @@ mod coverage {
     }
 }
 
-/// Which bounds can be relied on? `cargo test --release --test error_estimate reliable -- --ignored --nocapture` prints the
+/// Reliability of the bounds. `cargo test --release --test error_estimate reliable -- --ignored --nocapture` prints the
 /// table of `docs/error.md`.
 mod reliable {
     use super::*;
 
-    /// One row: 100 seeds of a picture of 16×12 pixels that may take 4096 samples.
+    /// One row: 100 seeds of an image of 16×12 pixels with at most 4096 samples.
     struct Row {
         name: &'static str,
         text: Option<String>,
@@ -336,7 +336,7 @@ mod reliable {
             Self { name, text: None, options, limit, reference: "16384" }
         }
 
-        /// Of 100 seeds: how many renders state a bound, and how many of those it held in; prints the row.
+        /// Counts, over 100 seeds, the renders that state a bound and those in which it held; prints the row.
         fn count(&self) -> (u32, u32) {
             let folder = tempfile::tempdir().unwrap();
             let file = match &self.text {
@@ -355,7 +355,7 @@ mod reliable {
                 let found = run(folder.path(), &[&base[..], self.options, &more].concat());
                 let json = found.json();
                 let bound = json["error_bound"].as_f64();
-                // A bound that is known may still be above the limit when --spp ends the render.
+                // A reliable bound may still be above the limit when --spp ends the render.
                 let is_reached = bound.is_some_and(|bound| bound < self.limit.parse().unwrap());
                 assert_eq!(found.code, if is_reached { 0 } else { 3 }, "{}", found.err);
                 assert_eq!(json["error_reliable"] == true, bound.is_some(), "{}", found.err);
@@ -374,7 +374,8 @@ mod reliable {
             (reliable, held)
         }
 
-        /// A bound that is stated holds in 95 %: fewer than the 1 % quantile of the binomial distribution would be a fault.
+        /// A stated bound holds in 95 % of the renders; fewer than the 1 % quantile of the binomial distribution is a
+        /// failure.
         fn holds(&self) -> u32 {
             let (reliable, held) = self.count();
             let n = f64::from(reliable);
@@ -434,10 +435,10 @@ mod reliable {
         }
     }
 
-    /// A render of a benign scene takes at most 1.5 times the samples at which its true error crosses the limit: with so many
-    /// fewer it is still above. Where the first look at 64 samples is enough, there is nothing to save.
+    /// A render of a benign scene takes at most 1.5 times the samples at which its true error crosses the limit: with
+    /// that much fewer, the error is still above. If the first check at 64 samples suffices, nothing can be saved.
     #[test]
-    #[ignore = "long: pictures of 256×192 pixels, minutes"]
+    #[ignore = "long: images of 256×192 pixels, minutes"]
     fn of_benign_scenes_at_little_more_cost() {
         let folder = tempfile::tempdir().unwrap();
         let lamps =
@@ -491,7 +492,7 @@ fn stated_errors_are_true_on_every_scene() {
         let one = |seed: u32| {
             let json = render("a.exr", "64", &seed.to_string());
             let stated = json["error_estimate"].as_f64().unwrap();
-            // A bound that is not stated is not broken.
+            // A bound that is not stated cannot be violated.
             let bound = json["error_bound"].as_f64().unwrap_or(f64::INFINITY);
             [truth(folder.path()), stated, bound]
         };
@@ -509,8 +510,8 @@ fn stated_errors_are_true_on_every_scene() {
             middle(all.iter().map(|x| x[1] / x[0]).collect()),
         );
         println!("{row}");
-        // Where the error itself varies by more than a factor of two, a handful of events make it up: a picture that has
-        // not seen any of them (once in six, where 1.7 are expected) does not know of them.
+        // If the error varies by more than a factor of two, it is dominated by a handful of events: an image that has
+        // seen none of them (once in six, where 1.7 are expected) cannot know of them.
         let knowable = all.iter().all(|x| (0.5..2.0).contains(&(x[0] / rms(0))));
         let least = if knowable { 15 } else { 11 };
         if held < 12 || inside < least || !(0.8..=1.25).contains(&(rms(1) / rms(0))) {

@@ -1,4 +1,5 @@
-//! Layers of the first hit alone take no light: no picture is rendered, no image decoded, no environment read.
+//! Renders of first-hit layers alone compute no lighting: no image is rendered, no texture decoded, no environment
+//! read.
 
 mod dapple;
 
@@ -6,7 +7,7 @@ use dapple::{files, run, triangle, well};
 use dapple_imaging::{Layers, read};
 use std::path::Path;
 
-/// A red texel and a green one.
+/// A red and a green texel.
 const PNG: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAYAAAD0In+KAAAADklEQVR4nGP4z8DwHwQBEPgD/U6VwW8AAAAASUVORK5CYII=";
 
 /// A triangle whose material uses two images.
@@ -83,7 +84,7 @@ fn the_plan_says_that_no_image_is_decoded() {
 fn what_shows_the_picture_asks_for_it() {
     let folder = tempfile::tempdir().unwrap();
     let run = render(folder.path(), &["--aov", "depth"]);
-    assert!(run.err.contains("the picture is left out"), "{}", run.err);
+    assert!(run.err.contains("the image itself is not rendered"), "{}", run.err);
     assert_eq!(files(folder.path()), ["a.exr", "a.gltf"]);
     assert_eq!(names(&layers(folder.path(), &["--aov", "depth", "-o", "b.png"])), ["", "depth"]);
     assert_eq!(names(&layers(folder.path(), &["--aov", "depth,variance"])), ["", "depth", "variance"]);
@@ -91,7 +92,7 @@ fn what_shows_the_picture_asks_for_it() {
     assert_eq!(names(&layers(folder.path(), &[])), [""]);
 }
 
-/// A picture of the environment that is not there is not missed.
+/// A missing environment map is not an error if it is not needed.
 #[test]
 fn no_environment_is_read() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! A picture that shows next to nothing says why, and what helps.
+//! Nearly black images come with a warning that states the reason and a remedy.
 #![cfg(all(feature = "gltf", feature = "exr"))]
 
 mod dapple;
@@ -8,7 +8,7 @@ use dapple_imaging::read;
 use serde_json::json;
 use std::path::Path;
 
-/// Mean of the green channel, and what is said.
+/// Returns the mean of the green channel, and the messages.
 fn render(folder: &Path, scene: &str, more: &[&str]) -> (f32, String) {
     std::fs::write(folder.join("a.gltf"), scene).unwrap();
     let common = ["render", "a.gltf", "--size", "24x16", "--spp", "4", "-o", "a.exr"];
@@ -16,7 +16,7 @@ fn render(folder: &Path, scene: &str, more: &[&str]) -> (f32, String) {
     (read::picture(&folder.join("a.exr")).unwrap().mean().y, run.err)
 }
 
-/// The triangle, and a camera with its back to it; with a lamp on request.
+/// The triangle and a camera that faces away from it, optionally with a lamp.
 fn turned_away(has_lamp: bool) -> String {
     triangle(|root, _| {
         root["nodes"][1]["rotation"] = json!([0, 1, 0, 0]);
@@ -40,9 +40,9 @@ fn a_camera_that_sees_no_surface_shows_the_background() {
         assert!(said.contains("camera 'eye' sees no surface") && said.contains("--orbit"), "{said}");
         assert!(said.matches("studio").count() == 1 && !said.contains("is added"), "{said}");
         let (mean, said) = render(at, &scene, &["--env", "none"]);
-        assert!(mean == 0.0 && said.contains("the picture is black") && !said.contains("studio"), "{said}");
+        assert!(mean == 0.0 && said.contains("the image is black") && !said.contains("studio"), "{said}");
         let (mean, said) = render(at, &scene, &["--env-color", "1,2,3"]);
-        assert!((mean - 2.0).abs() < 1e-6 && said.contains("shows the environment alone"), "{said}");
+        assert!((mean - 2.0).abs() < 1e-6 && said.contains("shows only the environment"), "{said}");
         let (mean, said) = render(at, &scene, &["--orbit", "10,20"]);
         assert!(mean > 0.01 && !said.contains("sees no surface"), "{said}");
     }
@@ -53,10 +53,10 @@ fn a_scene_without_surfaces_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let empty = triangle(|root, _| root["scenes"][0]["nodes"] = json!([1]));
     let (mean, said) = render(folder.path(), &empty, &[]);
-    assert!(mean > 0.1 && said.contains("there is no surface in the scene"), "{mean} {said}");
+    assert!(mean > 0.1 && said.contains("the scene has no surfaces"), "{mean} {said}");
 }
 
-/// What is small is seen, if not by the first rays.
+/// A small surface is found, even if the first rays miss it.
 #[test]
 fn a_speck_is_a_surface() {
     let folder = tempfile::tempdir().unwrap();
@@ -65,7 +65,8 @@ fn a_speck_is_a_surface() {
     assert!(!said.contains("sees no surface"), "{said}");
 }
 
-/// A cube of side 4 around a camera in its middle. All walls face inwards, or all but the one before the camera outwards.
+/// A cube of side 4 around a camera in its centre. All walls face inwards, or all but the one in front of the camera
+/// outwards.
 fn cell(is_double_sided: bool, faces_in: bool) -> String {
     // Corner i is at (±2, ±2, ±2) by its bits; the walls as seen from outside, the one at −z first.
     const WALLS: [[u16; 4]; 6] =
@@ -105,17 +106,17 @@ fn a_camera_in_a_closed_space_says_so() {
         for light in [&[][..], &["--env-color", "1,1,1"]] {
             let (mean, said) = render(at, &scene, light);
             assert!(mean < 1e-3, "{mean}");
-            assert!(said.contains("camera 'eye' stands in a closed space that no light gets into"), "{said}");
+            assert!(said.contains("camera 'eye' is in a closed space that no light enters"), "{said}");
             assert!(said.contains("--orbit") && !said.contains("studio"), "{said}");
             assert_eq!(said.contains("--backfaces culled"), opens, "{said}");
         }
-        // Walls that face inwards are looked through from outside, at others that no light gets to.
+        // From outside, the camera sees through inward-facing walls to others that no light reaches.
         let (mean, said) = render(at, &scene, &["--orbit", "30,20"]);
-        let is_unlit = said.contains("next to no light reaches") && said.contains("--backfaces shown");
+        let is_unlit = said.contains("almost no light reaches") && said.contains("--backfaces shown");
         assert!(mean > 0.1 && !said.contains("closed space"), "{mean} {said}");
         assert!(said.contains("studio") != is_unlit, "{said}");
         let (_, said) = render(at, &scene, &["--orbit", "30,20", "--backfaces", "shown"]);
-        assert!(said.contains("studio") && !said.contains("next to no light"), "{said}");
+        assert!(said.contains("studio") && !said.contains("almost no light"), "{said}");
     }
     let (mean, said) = render(at, &cell(false, false), &["--backfaces", "culled"]);
     assert!(mean > 0.1 && !said.contains("closed space"), "{mean} {said}");
@@ -132,5 +133,5 @@ fn black_surfaces_are_named_as_the_reason() {
         root["meshes"][0]["primitives"][0]["material"] = 0.into();
     });
     let (_, said) = render(folder.path(), &black, &[]);
-    assert!(said.contains("what camera 'eye' sees reflects next to no light"), "{said}");
+    assert!(said.contains("the surfaces that camera 'eye' sees reflect almost no light"), "{said}");
 }

@@ -1,5 +1,5 @@
-//! Nothing a file says makes the program take more memory or time than suits the file's size and the machine: what is too
-//! much is refused beforehand, with the figure, and what is only odd is rendered.
+//! No file makes the program use more memory or time than is plausible for its size and the machine: excessive requests
+//! are rejected beforehand, with the amount, and merely unusual files are rendered.
 
 mod dapple;
 
@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
-/// Small pictures of few samples, told to nobody.
+/// A small, quiet render of few samples.
 const QUICK: [&str; 7] = ["--size", "4x4", "--spp", "1", "--quiet", "-o", "a.exr"];
 
-/// One complaint with all of these words in it.
+/// Expects one error message that contains each of `words`.
 fn refused(run: &Run, words: &[&str]) {
     assert_eq!(run.code, 2, "{}", run.err);
     assert_eq!(run.err.trim_end().lines().count(), 1, "{}", run.err);
@@ -20,7 +20,7 @@ fn refused(run: &Run, words: &[&str]) {
     }
 }
 
-/// An OpenEXR picture of 2 × 1 pixels in a frame of `width` × `height`.
+/// An OpenEXR image of 2 × 1 pixels in a frame of `width` × `height`.
 fn frame([width, height]: [i32; 2]) -> Vec<u8> {
     let mut exr = b"\x76\x2f\x31\x01\x02\0\0\0".to_vec();
     let channel = |name: char| format!("{name}\0\x02\0\0\0\0\0\0\0\x01\0\0\0\x01\0\0\0");
@@ -46,7 +46,7 @@ fn frame([width, height]: [i32; 2]) -> Vec<u8> {
     exr
 }
 
-/// A PNG of one bit per pixel, all black, as small as deflate makes it.
+/// A black PNG of one bit per pixel, compressed as far as deflate allows.
 fn black_png(width: u32, height: u32) -> Vec<u8> {
     let mut png = b"\x89PNG\r\n\x1a\n".to_vec();
     let mut chunk = |kind: &[u8; 4], content: &[u8]| {
@@ -73,7 +73,7 @@ fn zeros_deflated(count: u64) -> Vec<u8> {
         }
     };
     put(0b011, 3);
-    // Codes come with their first bit first: literal 0 is 00110000, length 258 is 11000101, distance 1 is 00000.
+    // Codes are written first bit first: literal 0 is 00110000, length 258 is 11000101, distance 1 is 00000.
     let literal = |put: &mut dyn FnMut(u64, u32)| put(0b0000_1100, 8);
     literal(&mut put);
     let rest = count - 1;
@@ -90,7 +90,7 @@ fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// A triangle, and a node that shows it `instances` times with `vertices` vertices, of both of which the file has no data.
+/// A triangle, and a node that shows it `instances` times with `vertices` vertices, both without data in the file.
 fn without_data(instances: u64, vertices: u64) -> String {
     triangle(|root, _| {
         root["accessors"] = json!([
@@ -109,7 +109,7 @@ fn instance(root: &mut Value, translations: usize) {
         json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": translations } } });
 }
 
-/// The triangle at many places, all called by one long name.
+/// The triangle at many positions, with one long name for all instances.
 fn one_name(instances: usize, name: &str) -> String {
     triangle(|root, bytes| {
         bytes.resize(44, 0);
@@ -127,7 +127,7 @@ fn one_name(instances: usize, name: &str) -> String {
     })
 }
 
-/// `triangles` triangles, all of one corner, at `instances` places.
+/// `triangles` degenerate triangles, all of one corner, at `instances` positions.
 fn placed(instances: usize, triangles: usize) -> String {
     let mut root: Value = serde_json::from_str(&one_name(instances, "triangle")).unwrap();
     root["accessors"][1] =
@@ -166,7 +166,7 @@ fn lamps(length: usize, moving: std::ops::Range<usize>) -> String {
     })
 }
 
-/// A triangle with the picture as its colour.
+/// A triangle with the image as its base colour.
 fn textured(picture: &[u8]) -> String {
     use base64::Engine;
     triangle(|root, _| {
@@ -237,7 +237,7 @@ fn the_users_word_decides_and_a_file_beside_the_scene_has_none() {
     refused(&render(&["--settings", "mine.toml"]), &["1.0 kB"]);
 }
 
-/// Runs with 1.5 GB of address space; neither ends by a signal nor takes more than `seconds`.
+/// Runs with 1.5 GB of address space; checks that the process neither ends by a signal nor takes more than `seconds`.
 #[cfg(target_os = "linux")]
 fn confined(folder: &Path, arguments: &[&str], seconds: u64) -> (i32, String) {
     use std::process::Command;
@@ -252,7 +252,8 @@ fn confined(folder: &Path, arguments: &[&str], seconds: u64) -> (i32, String) {
     (output.status.code().unwrap_or(-1), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// Each once took gigabytes or minutes, growing with the square of the file: now they fit where little is to be had.
+/// Each of these files once took gigabytes or minutes, growing quadratically with the file; now they fit into little
+/// memory.
 #[cfg(target_os = "linux")]
 #[test]
 fn odd_files_stay_small_and_quick() {
@@ -292,7 +293,7 @@ fn odd_files_stay_small_and_quick() {
     }
 }
 
-/// What fits on the machine but not within the process's own limits is refused too.
+/// A request within the machine's memory but beyond the limits of the process is also rejected.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_limits_of_the_process_count() {

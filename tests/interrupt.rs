@@ -1,4 +1,4 @@
-//! Ctrl-C and time limits: the first request ends a render within a sample, and the pictures are written; the second one
+//! Ctrl-C and time limits: the first request ends a render within a sample, and the images are written; the second one
 //! ends the process at once.
 #![cfg(unix)]
 
@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A render in `folder` that has begun: it says so with `-v`.
+/// Starts a render in `folder` and waits until it has begun, according to `-v`.
 fn begun(folder: &Path, arguments: &[&str]) -> (Child, BufReader<impl Read + use<>>) {
     begun_of(folder, "builtin:cornell", arguments)
 }
@@ -28,7 +28,7 @@ fn begun_of(folder: &Path, scene: &str, arguments: &[&str]) -> (Child, BufReader
     let mut line = String::new();
     while !line.contains("Rendering") {
         line.clear();
-        assert_ne!(said.read_line(&mut line).unwrap(), 0, "it ended before it began");
+        assert_ne!(said.read_line(&mut line).unwrap(), 0, "the process ended before rendering began");
     }
     (child, said)
 }
@@ -42,7 +42,7 @@ fn signal(child: &Child, which: &str) {
     assert!(sent.success());
 }
 
-/// The layer `samples` of an EXR.
+/// Returns the layer `samples` of an EXR.
 fn samples(path: &Path) -> Vec<f32> {
     let layers = read::layers(path).unwrap();
     layers.layers.into_iter().find(|l| l.name == "samples").unwrap().channels.remove(0).1
@@ -71,7 +71,7 @@ fn once_keeps_whole_passes() {
     assert!(counts.iter().all(|&n| n == spp as f32), "pixels differ in their number of samples");
 }
 
-/// Points that would take hours each: both tracers hear the request within one, and the pictures say what they lack.
+/// With samples that would take hours each, both tracers stop within one sample, and the outputs state what is missing.
 #[test]
 fn a_request_is_heard_within_a_sample() {
     let endless = ["--method", "distribution", "--light", "4096x4096", "--diffuse", "4096x4096", "--yes"];
@@ -83,14 +83,14 @@ fn a_request_is_heard_within_a_sample() {
         let start = Instant::now();
         signal(&child, which);
         let output = child.wait_with_output().unwrap();
-        // A fifth of a second, and what a busy machine needs to write.
+        // A fifth of a second, plus the time that a busy machine needs for writing.
         assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
         let mut err = String::new();
         said.read_to_string(&mut err).unwrap();
         assert_eq!(output.status.code(), Some(3), "{err}");
         assert!(err.contains("not every pixel has its 16 samples"), "{err}");
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        // All but those that see past the box.
+        // All pixels except those whose rays miss the box.
         let unsampled = json["unsampled_pixels"].as_u64().unwrap();
         assert!(json["spp"] == 0 && unsampled > 900, "{json}");
         let counts = samples(&folder.path().join("a.exr"));
@@ -98,7 +98,7 @@ fn a_request_is_heard_within_a_sample() {
     }
 }
 
-/// A limit that is all that was asked for ends a render well; one that cuts samples or an error that were asked for does not.
+/// A time limit alone ends a render successfully; one that cuts requested samples or a requested error does not.
 #[test]
 fn time_limits_and_what_they_cut() {
     let folder = tempfile::tempdir().unwrap();
@@ -128,14 +128,14 @@ fn time_limits_and_what_they_cut() {
     assert_eq!((cut.code, &cut.json()["stopped"]), (3, &true.into()), "{}", cut.err);
     let spp = cut.json()["spp"].as_u64().unwrap();
     let line =
-        format!("stopped early by --time-limit: the pictures hold {spp} of 100000000 samples of every pixel");
+        format!("stopped early by --time-limit: the image has {spp} of 100000000 samples in every pixel");
     assert!(cut.err.contains(&line), "{}", cut.err);
     let error = timed(&["--error-limit", "1e-9"]);
     assert_eq!(error.code, 3, "{}", error.err);
-    assert!(error.err.contains("their error is"), "{}", error.err);
+    assert!(error.err.contains("its error is"), "{}", error.err);
 }
 
-/// Not even a round: the samples that there are stay, and everything says which they are.
+/// If not even one round is finished, the existing samples are kept, and all outputs state which they are.
 #[test]
 fn a_picture_in_part_says_so() {
     let folder = tempfile::tempdir().unwrap();
@@ -149,7 +149,10 @@ fn a_picture_in_part_says_so() {
     assert!(some < counts.len());
     assert_eq!(found.json()["unsampled_pixels"], counts.len() - some);
     let told = found.err.lines().find(|line| line.contains("not every pixel has a sample")).unwrap();
-    assert!(some == 0 || told.contains(&format!("{some} of 2560000 have some, in rows 0 to")), "{told}");
+    assert!(
+        some == 0 || told.contains(&format!("{some} of 2560000 pixels have samples, in rows 0 to")),
+        "{told}"
+    );
     let png = std::fs::read(folder.path().join("a.png")).unwrap();
     let text = [b"tEXtComment\0", told.as_bytes()].concat();
     assert!(png.windows(text.len()).any(|w| w == text));
@@ -164,16 +167,17 @@ fn twice_ends_at_once() {
     interrupt(&child);
     let mut line = String::new();
     said.read_line(&mut line).unwrap();
-    assert!(line.contains("once more"), "{line}");
+    assert!(line.contains("interrupt again"), "{line}");
     interrupt(&child);
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(files(folder.path()).is_empty());
 }
 
-/// How long after its limit a render goes on, over five scenes, both tracers, one and two threads: at most a fifth of a
-/// second, though a pixel of the distribution tracer takes minutes. Prints the table of `docs/stability.md`.
+/// Measures how long a render continues after its limit, over five scenes, both tracers, one and two threads: at most a
+/// fifth of a second, although a pixel of the distribution tracer takes minutes. Prints the table of
+/// `docs/stability.md`.
 #[test]
-#[ignore = "looks at the clock: for a machine that does nothing else"]
+#[ignore = "measures time: for an otherwise idle machine"]
 fn stop_times() {
     let folder = tempfile::tempdir().unwrap();
     let many = [

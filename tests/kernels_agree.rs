@@ -1,4 +1,4 @@
-//! What is left out changes no bit: the chosen plan and the general one give the same file, on every scene, by both
+//! Omitting features changes no bit: the chosen plan and the general one give the same file, for every scene and both
 //! methods.
 
 mod dapple;

@@ -1,4 +1,4 @@
-//! How the program treats who types: help that fits, options that do something, names that were nearly right.
+//! Usability of the command line: help, rejected options, and suggestions for misspelt names.
 
 mod dapple;
 
@@ -9,7 +9,7 @@ use std::path::Path;
 
 const SMALL: [&str; 4] = ["--size", "8x8", "--spp", "1"];
 
-/// Runs, expects exit code 2 and one line on standard error that contains every one of `parts`.
+/// Runs; expects exit code 2 and one line on standard error that contains each of `parts`.
 fn complains(arguments: &[&str], parts: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let run = run(folder.path(), arguments);
@@ -22,7 +22,7 @@ fn complains(arguments: &[&str], parts: &[&str]) {
     assert!(files(folder.path()).is_empty(), "{arguments:?}");
 }
 
-/// The long names that a help page lists.
+/// Returns the long names that a help page lists.
 fn listed(page: &str) -> Vec<String> {
     let line = |line: &str| {
         let line = line.trim_start();
@@ -80,13 +80,13 @@ fn names_of_other_programs_lead_to_ours() {
     complains(&["--spp", "3"], &["--spp", "dapple render"]);
     complains(&["render", "builtin:cornell", "--time", "30s"], &["--time", "--time-limit"]);
     complains(&["render", "builtin:cornell", "--half", "false"], &["--half=false"]);
-    complains(&["render", "--spp", "3", "--spp", "4"], &["--spp <N>", "give it once"]);
+    complains(&["render", "--spp", "3", "--spp", "4"], &["--spp <N>", "give it only once"]);
     complains(&["render", "--spp"], &["--spp <N> needs a value", "Samples per pixel"]);
     complains(&["render", "--spp", "4.5"], &["'4.5'", "--spp <N>", "expected a whole number"]);
-    complains(&["sheet", "--output"], &["--output <FILE> needs a value (Where to write the sheet"]);
+    complains(&["sheet", "--output"], &["--output <FILE> needs a value (Output file, a .png"]);
     complains(&["info", "builtin:spheres"], &["did you mean builtin:cornell-spheres?"]);
     complains(&["info"], &["<SCENE>", "builtin:cornell-spheres"]);
-    complains(&["sheet", "builtin:cornell", "--vary", "light"], &["--counts <LIST>", "Numbers of points"]);
+    complains(&["sheet", "builtin:cornell", "--vary", "light"], &["--counts <LIST>", "Sample counts"]);
     complains(
         &["diff", "a.exr", "b.exr", "--map", "signd"],
         &["relative, signed, flip", "did you mean signed?"],
@@ -100,15 +100,14 @@ fn names_of_other_programs_lead_to_ours() {
     }
 }
 
-/// What other programs have and this one has not is answered with what serves instead; a file before the options changes
-/// nothing about that.
+/// Options of other programs that do not exist here are answered with an alternative, also after a file name.
 #[test]
 fn what_there_is_not_has_an_answer() {
     for (typed, meant) in [
         ("--list", "dapple info"),
         ("--denoise", "--error-limit"),
         ("--no-env", "--env none"),
-        ("--position", "--look-from, the camera's place"),
+        ("--position", "--look-from, the camera position"),
         ("--sppp", "--spp"),
         ("--samples", "--spp"),
         ("--szie=3x3", "--size"),
@@ -151,7 +150,7 @@ fn misspelt_commands_are_recognised() {
     complains(&["man", "rendr"], &["did you mean dapple render?"]);
 }
 
-/// Beside each command's own arguments an option that changes nothing for it.
+/// The arguments of each command, and an option that has no effect on it.
 #[test]
 fn options_that_do_nothing_are_refused() {
     let cornell = "builtin:cornell";
@@ -186,19 +185,19 @@ fn options_that_do_nothing_are_refused() {
         (&["converge", cornell, "-o", "out"], &["--crop", "0,0,1,1"]),
     ] {
         let name = if typed[0] == "-o" { "--output" } else { typed[0] };
-        complains(&[command, typed].concat(), &[&format!("{name}: not with {}", command[0])]);
+        complains(&[command, typed].concat(), &[&format!("{name}: not available for {}", command[0])]);
         let page = help(&[command[0], "--help"]);
         assert!(!listed(&page).contains(&name[2..].to_string()), "{} lists {name}", command[0]);
     }
-    complains(&["info", cornell, "--spp", "4"], &["--spp", "not with info"]);
-    complains(&["diff", "a.exr", "b.exr", "--size", "8x8"], &["--size", "not with diff"]);
-    complains(&["verify", "--threads", "2"], &["--threads", "not with verify"]);
-    complains(&["stress", "--spp", "2"], &["--spp", "not with stress"]);
+    complains(&["info", cornell, "--spp", "4"], &["--spp", "not available for info"]);
+    complains(&["diff", "a.exr", "b.exr", "--size", "8x8"], &["--size", "not available for diff"]);
+    complains(&["verify", "--threads", "2"], &["--threads", "not available for verify"]);
+    complains(&["stress", "--spp", "2"], &["--spp", "not available for stress"]);
     let run = ["converge", cornell, "-o", "out", "--size", "8x8", "--run", "a: --half"];
     let folder = tempfile::tempdir().unwrap();
     let refused = dapple::run(folder.path(), &run);
     assert!(
-        refused.code == 2 && refused.err.contains("--run a: --half: not with converge"),
+        refused.code == 2 && refused.err.contains("--run a: --half: not available for converge"),
         "{}",
         refused.err
     );
@@ -209,7 +208,7 @@ fn settings_files_may_serve_many_commands() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("mine.toml"), "size = '8x8'\nhalf = true\ntone = 'agx'\nspp = 2\n").unwrap();
     let rays = well(folder.path(), &["rays", "builtin:cornell", "--settings", "mine.toml", "--json"]);
-    assert_eq!(rays.err, "note: mine.toml: half, tone: left out, for dapple rays does not use it\n");
+    assert_eq!(rays.err, "note: mine.toml: half, tone: ignored, because dapple rays does not use it\n");
     assert_eq!(rays.json()["width"], 8);
     for (key, said) in [("samples", "did you mean spp?"), ("szie", "did you mean size?"), ("width", "size?")]
     {
@@ -276,12 +275,12 @@ fn values_have_usual_names() {
 fn what_changes_nothing_here_is_said() {
     let folder = tempfile::tempdir().unwrap();
     for (typed, said) in [
-        (&["--half", "-o", "a.png"][..], "--half is left out: no EXR"),
-        (&["--tone", "agx", "-o", "a.exr"], "--tone is left out: no PNG"),
-        (&["--combine", "paired"], "--combine is left out: the path tracer"),
-        (&["--env-rotation", "90"], "--env-rotation is left out: there is no environment picture"),
-        (&["--shutter", "0:1"], "--shutter is left out: nothing moves"),
-        (&["--method", "distribution", "--no-roulette"], "--no-roulette is left out"),
+        (&["--half", "-o", "a.png"][..], "--half is ignored: no EXR"),
+        (&["--tone", "agx", "-o", "a.exr"], "--tone is ignored: no PNG"),
+        (&["--combine", "paired"], "--combine is ignored: the path tracer"),
+        (&["--env-rotation", "90"], "--env-rotation is ignored: there is no environment map"),
+        (&["--shutter", "0:1"], "--shutter is ignored: nothing moves"),
+        (&["--method", "distribution", "--no-roulette"], "--no-roulette is ignored"),
     ] {
         let run =
             well(folder.path(), &[&["render", "builtin:cornell", "--quiet"], &SMALL[..], typed].concat());
@@ -331,7 +330,7 @@ fn shells_complete() {
             assert!(script.contains(word), "{shell}: {word}");
         }
     }
-    // A shell's own opinion, where it is there.
+    // Checked by the shell itself, if it is available.
     let script = well(folder.path(), &["completions", "bash"]).out;
     fs::write(folder.path().join("dapple.bash"), &script).unwrap();
     if let Ok(status) =
@@ -339,7 +338,7 @@ fn shells_complete() {
     {
         assert!(status.success());
     }
-    // What a command does not use is not offered.
+    // Options that a command does not use are not completed.
     let rays = script
         .split("dapple__subcmd__rays)")
         .nth(1)
@@ -369,10 +368,10 @@ fn manual_pages_are_made() {
     assert_eq!(fs::read_to_string(folder.path().join("new/pages/dapple-render.1")).unwrap(), page);
     fs::write(folder.path().join("file"), "").unwrap();
     let run = run(folder.path(), &["man", "-o", "file"]);
-    assert!(run.code == 2 && run.err.contains("-o file: cannot be made"), "{}", run.err);
+    assert!(run.code == 2 && run.err.contains("-o file: cannot be created"), "{}", run.err);
 }
 
-/// The first picture of all: the mean is a middle grey, and little but the lamp is white.
+/// The default image: the mean is a middle grey, and little apart from the lamp is white.
 #[test]
 fn the_default_picture_is_bright() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! What a material means is known to `materials` alone: the integrator reads none of its fields, but asks it for the lobes
-//! that it can have, and for what its methods say.
+//! Only `materials` interprets the fields of a material: the integrator reads none of them, but uses the lobes and
+//! methods of the material.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
 use syn::{Expr, ExprField, FieldPat, ItemMod, Member};
 
-/// Reads of fields that carry the name of a field of `Material`, and of the factors of a textured material.
+/// Reads of fields with the name of a field of `Material`, and of the factors of a textured material.
 struct Reads<'a> {
     fields: &'a BTreeSet<String>,
     found: Vec<String>,
@@ -24,7 +24,7 @@ impl Reads<'_> {
     }
 }
 
-/// The index of refraction of a body is that of the medium, and no material's.
+/// Whether the field is that of a medium, whose index of refraction is not a field of a material.
 fn is_body(of: &Expr) -> bool {
     match of {
         Expr::Path(path) => path.path.is_ident("body") || path.path.is_ident("bodies"),
@@ -58,7 +58,7 @@ impl<'ast> Visit<'ast> for Reads<'_> {
         visit::visit_field_pat(self, field);
     }
 
-    /// Arguments of macros, as far as they are expressions.
+    /// Visits arguments of macros, as far as they are expressions.
     fn visit_macro(&mut self, node: &'ast syn::Macro) {
         let parser = syn::punctuated::Punctuated::<Expr, syn::Token![,]>::parse_terminated;
         if let Ok(arguments) = node.parse_body_with(parser) {
@@ -77,7 +77,7 @@ fn reads(source: &str, fields: &BTreeSet<String>) -> Vec<String> {
     reads.found
 }
 
-/// The fields of `Material` and `base`, the factors of a textured one.
+/// Returns the fields of `Material`, and `base`, the factors of a textured material.
 fn fields() -> BTreeSet<String> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/materials/src/material.rs");
     let items = syn::parse_file(&fs::read_to_string(file).unwrap()).unwrap().items;
@@ -85,7 +85,11 @@ fn fields() -> BTreeSet<String> {
         syn::Item::Struct(item) if item.ident == "Material" => Some(item),
         _ => None,
     });
-    let names = material.expect("Material is somewhere else").fields.iter().filter_map(|f| f.ident.as_ref());
+    let names = material
+        .expect("the definition of Material has moved")
+        .fields
+        .iter()
+        .filter_map(|f| f.ident.as_ref());
     names.map(ToString::to_string).chain(["base".to_string()]).collect()
 }
 
@@ -102,7 +106,7 @@ fn the_integrator_reads_no_field_of_a_material() {
         let found = reads(&fs::read_to_string(&file).unwrap(), &fields);
         wrong.extend(found.into_iter().map(|field| format!("{}: .{field}", file.display())));
     }
-    assert!(wrong.is_empty(), "fields of a material; ask its methods instead:\n{}", wrong.join("\n"));
+    assert!(wrong.is_empty(), "fields of a material; use its methods instead:\n{}", wrong.join("\n"));
 }
 
 #[test]

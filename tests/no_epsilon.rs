@@ -1,11 +1,11 @@
-//! No tolerance in scene units stands in the sources: lengths are compared exactly, or against a bound of their own
-//! rounding error. Neither are angles, solid angles or differences of cosines held above a constant: every small number
-//! of the crates that deal with them is named here, with what it is.
+//! The sources contain no tolerance in scene units: lengths are compared exactly, or with a bound on their own rounding
+//! error. Angles, solid angles and differences of cosines have no constant lower bounds either: every small number in
+//! the affected crates is listed here with its meaning.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Small numbers that are no lengths: file, literal, what it is.
+/// Small dimensionless numbers: file, literal, meaning.
 const DIMENSIONLESS: [(&str, &str, &str); 31] = [
     ("camera/src/camera.rs", "1e-6", "sine of an angle"),
     ("math/src/frame.rs", "1e-12", "squared sine"),
@@ -24,13 +24,13 @@ const DIMENSIONLESS: [(&str, &str, &str); 31] = [
     ("integrator/src/bias_report.rs", "1e-30", "throughput"),
     ("integrator/src/vertex.rs", "1e-3", "cosine"),
     ("integrator/src/vertex.rs", "1.0e-3", "cosine"),
-    ("lights/src/aimed.rs", "1e-3", "solid angle at which two exact ways of sampling change places"),
+    ("lights/src/aimed.rs", "1e-3", "solid angle at which two exact sampling methods switch"),
     ("lights/src/lanes.rs", "1e-36", "squared length that keeps the weights of a choice finite"),
     ("lights/src/lanes.rs", "1e-6", "rounding of an f32 cosine; weights of a choice, and only towards more"),
     ("lights/src/rectangle.rs", "1e-5", "cosine between edges"),
     ("lights/src/solid_angle.rs", "1e-5", "tangent at which a series takes over, to 3e-11 of its value"),
     ("materials/src/bounds.rs", "2e-4", "ratio of indices of refraction"),
-    ("materials/src/diffuse.rs", "1e-4", "share of light let through"),
+    ("materials/src/diffuse.rs", "1e-4", "transmitted fraction of light"),
     ("materials/src/fresnel.rs", "1e-4", "difference of indices"),
     ("materials/src/layers.rs", "1e-6", "least index of refraction"),
     ("materials/src/microfacet.rs", "1e-3", "roughness"),
@@ -87,13 +87,14 @@ fn lengths_are_not_compared_with_constants() {
             let known = DIMENSIONLESS.iter().any(|(f, literal, _)| *f == name && *literal == suspect);
             assert!(
                 known,
-                "{name}: '{suspect}' looks like a tolerance; if it is no length, say here what it is"
+                "{name}: '{suspect}' looks like a tolerance; if it is not a length, list it here with its meaning"
             );
         }
     }
 }
 
-/// Decimal fractions hide from the search above: none may hold up a difference, as `max(0.001)` did that of two cosines.
+/// The search above misses decimal fractions: none may bound a difference from below, as `max(0.001)` did for two
+/// cosines.
 #[test]
 fn differences_are_not_held_above_constants() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates");
@@ -112,7 +113,7 @@ fn differences_are_not_held_above_constants() {
     assert!(!holds_up("x.max(0.0)") && !holds_up("count.max(1)") && !holds_up("a.max(b)"));
 }
 
-/// `.max(` of a literal between 0 and 1, which is no count of things.
+/// Whether a line contains `.max(` with a literal between 0 and 1.
 fn holds_up(line: &str) -> bool {
     line.split(".max(").skip(1).any(|rest| {
         let literal: String =

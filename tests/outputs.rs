@@ -1,4 +1,4 @@
-//! One failed output does not lose the others, and says so with a code of its own.
+//! A failed output does not lose the others, and gives a separate exit code.
 #![cfg(unix)]
 
 mod dapple;
@@ -19,7 +19,7 @@ fn dapple(folder: &Path) -> Command {
 
 const RENDER: [&str; 6] = ["render", "builtin:cornell", "--size", "16x12", "--exposure", "0"];
 
-/// The folder of one output goes while the picture is rendered.
+/// The folder of one output disappears during the render.
 #[test]
 fn what_cannot_be_written_is_saved_elsewhere() {
     let folder = tempfile::tempdir().unwrap();
@@ -33,9 +33,9 @@ fn what_cannot_be_written_is_saved_elsewhere() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // Rendering begins with the log.
+    // Rendering has begun once the log has content.
     while !fs::read(at.join("log.jsonl")).is_ok_and(|log| !log.is_empty()) {
-        assert!(child.try_wait().unwrap().is_none(), "ended before it began");
+        assert!(child.try_wait().unwrap().is_none(), "the process ended before rendering began");
         std::thread::sleep(Duration::from_millis(5));
     }
     fs::remove_dir_all(at.join("sub")).unwrap();
@@ -54,7 +54,7 @@ fn what_cannot_be_written_is_saved_elsewhere() {
     assert!(said.contains("sub/a.exr") && said.contains("sub/c.hdr"), "{said}");
 }
 
-/// No file may become large: the large picture is lost, and said to be; the small one is there.
+/// With a file size limit, the large image is lost and reported as lost; the small one is written.
 #[test]
 fn what_is_lost_is_told_and_the_rest_is_written() {
     let folder = tempfile::tempdir().unwrap();
@@ -96,7 +96,7 @@ fn a_log_that_takes_nothing_is_told() {
     }
 }
 
-/// Commands that print results, whatever they are.
+/// Commands that print results of any kind.
 fn commands_that_print<'a>(render: &'a [&'a str]) -> Vec<&'a [&'a str]> {
     let mut all: Vec<&[&str]> = vec![render, &["plan", "builtin:cornell"], &["--help"], &["--version"], &[]];
     all.extend([&["info", "builtin:cornell"][..], &["info", "builtin:cornell", "--json"]]);
@@ -129,7 +129,7 @@ fn a_standard_output_that_is_not_there_is_told() {
         let (code, said) = run(">&-");
         assert_eq!(code, Some(4), "{arguments:?}: {said}");
         assert_eq!(said.matches("error: standard output").count(), 1, "{arguments:?}: {said}");
-        // Nobody reads this, by choice; it may be open for reading as well.
+        // Output is discarded deliberately; the descriptor may be open for reading as well.
         for nobody in [">/dev/null", "1<>/dev/null", "2>&- >/dev/null", "<&- >/dev/null"] {
             assert_eq!(run(nobody).0, Some(0), "{arguments:?} {nobody}");
         }
@@ -137,7 +137,7 @@ fn a_standard_output_that_is_not_there_is_told() {
     assert!(folder.path().join("a.hdr").is_file());
 }
 
-/// Full or closed, standard output is an error of its own; the picture is there all the same.
+/// A full or closed standard output is an error of its own; the image is written nevertheless.
 #[test]
 fn standard_output_that_takes_nothing_is_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -149,7 +149,7 @@ fn standard_output_that_takes_nothing_is_told() {
             }
             let out: Stdio = match full {
                 true => File::options().write(true).open("/dev/full").unwrap().into(),
-                // The reading end is gone before there is anything to read.
+                // The reading end is closed before anything is written.
                 false => std::io::pipe().unwrap().1.into(),
             };
             let mut command = dapple(folder.path());
@@ -163,7 +163,7 @@ fn standard_output_that_takes_nothing_is_told() {
     assert!(folder.path().join("a.hdr").is_file());
 }
 
-/// Killed while it writes, a render leaves a part of a file; the next one removes it.
+/// A render that is killed while writing leaves a partial file; the next render removes it.
 #[test]
 fn the_next_run_tidies_up() {
     let folder = tempfile::tempdir().unwrap();
@@ -184,7 +184,7 @@ fn the_next_run_tidies_up() {
     assert_eq!(files(at), [other.as_str(), "a.hdr"]);
 }
 
-/// A folder that somebody else made may hold links under the names that a render gives by itself.
+/// A folder of another user may contain links under the default names of a render.
 #[test]
 #[cfg(unix)]
 fn links_are_followed_only_where_they_are_named() {

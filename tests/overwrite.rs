@@ -1,4 +1,4 @@
-//! No command writes over what it reads: the table of commands, inputs and names.
+//! No command overwrites its inputs: a table of commands, inputs and output names.
 
 mod dapple;
 
@@ -6,7 +6,7 @@ use dapple::{run, triangle};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What can be read, all of it in one folder.
+/// All inputs, in one folder.
 const INPUTS: [&str; 10] = [
     "scene.gltf",
     "scene.toml",
@@ -25,7 +25,7 @@ const DIFF: &[&str] = &["diff", "tex.png", "ref.exr"];
 const SHEET: &[&str] = &["sheet", "scene.gltf", "--vary", "pixel", "--counts", "1", "--reference", "ref.exr"];
 const CONVERGE: &[&str] = &["converge", "scene.gltf", "--budget", "1s", "--seeds", "1"];
 
-/// A folder with all inputs, and what is in them.
+/// A folder with all inputs, and their original contents.
 struct Table {
     folder: tempfile::TempDir,
     before: Vec<Vec<u8>>,
@@ -67,14 +67,14 @@ impl Table {
         self.folder.path()
     }
 
-    /// All inputs are what they were.
+    /// Checks that all inputs are unchanged.
     fn is_whole(&self, after: &[&str]) {
         for (input, bytes) in INPUTS.iter().zip(&self.before) {
             assert!(fs::read(self.at(input)).unwrap() == *bytes, "{after:?} changed {input}");
         }
     }
 
-    /// One line names the file, nothing is written.
+    /// Expects one line that names the file, and no written file.
     fn refused(&self, command: &[&str], more: &[&str], named: &str) {
         let all = [command, more].concat();
         let run = run(self.path(), &all);
@@ -110,7 +110,7 @@ fn outputs_that_are_inputs_are_refused() {
             table.refused(SHEET, &["-o", name], name);
         }
     }
-    // Where letters are not told apart, other letters lead to the same file.
+    // On a case-insensitive file system, other letter case leads to the same file.
     if table.at("TEX.PNG").is_file() {
         table.refused(RENDER, &["-o", "TEX.PNG"], "TEX.PNG");
     }
@@ -118,7 +118,7 @@ fn outputs_that_are_inputs_are_refused() {
     table.is_whole(RENDER);
 }
 
-/// A folder may hold inputs, but none under a name that is written.
+/// A folder may contain inputs, but none under the name of an output.
 #[test]
 fn a_report_writes_over_nothing_that_it_reads() {
     let table = Table::new();
@@ -132,7 +132,7 @@ fn a_report_writes_over_nothing_that_it_reads() {
     table.refused(CONVERGE, &more, "scene-peer.exr");
     #[cfg(unix)]
     {
-        // Under a name that is written lies a link to what a second scene reads.
+        // A link under the name of an output leads to an input of a second scene.
         fs::create_dir(table.at("linked")).unwrap();
         fs::hard_link(table.at("tex.png"), table.at("linked/other-reference.png")).unwrap();
         fs::write(table.at("other.gltf"), triangle(|_, _| {})).unwrap();
@@ -141,7 +141,7 @@ fn a_report_writes_over_nothing_that_it_reads() {
         fs::hard_link(table.at("mine.toml"), table.at("sub/results.csv")).unwrap();
         table.refused(CONVERGE, &["-o", "sub", "--settings", "mine.toml"], "results.csv");
     }
-    // A file of another name is in nobody's way, and is only read.
+    // A file with another name does not conflict, and is only read.
     fs::create_dir(table.at("fine")).unwrap();
     fs::copy(table.at("ref.exr"), table.at("fine/truth.exr")).unwrap();
     let fine = ["-o", "fine", "--reference", "fine/truth.exr", "--run", "a:", "--quiet"];
@@ -151,7 +151,7 @@ fn a_report_writes_over_nothing_that_it_reads() {
     table.is_whole(CONVERGE);
 }
 
-/// Commands that write nothing take the options of a render, or refuse them; they write nothing either way.
+/// Commands without outputs accept or reject the options of a render; either way they write nothing.
 #[test]
 fn commands_that_print_write_nothing() {
     let table = Table::new();

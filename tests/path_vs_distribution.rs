@@ -1,8 +1,8 @@
-//! Both tracers give the same picture: a z-test on each scene of `scenes/`, for each effect alone and for all at once, with
-//! the distribution tracer's integrals nested and paired.
+//! Both tracers give the same expected image: a z-test on each scene of `scenes/`, for each effect alone and for all
+//! together, with the distribution tracer's integrals nested and paired.
 //!
-//! The points over the pixel are independent (`random`), so that the film knows the error of whatever is nested in them;
-//! an effect that is alone gets them from a filter too narrow to see. The long version runs in `.ci/weekly`.
+//! The pixel samples are independent (`random`), so that the film estimates the error of all integrals nested in them;
+//! for an effect alone, they come from a filter too narrow to matter. The long version runs in `.ci/weekly`.
 
 mod dapple;
 
@@ -12,15 +12,15 @@ use dapple_testkit::z_test::{self, Channel};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-/// How much is rendered.
+/// Size of the comparison.
 #[derive(Clone, Copy)]
 struct Effort {
     size: &'static str,
     /// Samples per pixel of the path tracer.
     path: u32,
-    /// Points over the pixel, nested.
+    /// Pixel samples, nested.
     nested: u32,
-    /// Points over the pixel, paired.
+    /// Pixel samples, paired.
     paired: u32,
     /// Side of a tile in pixels.
     tile: usize,
@@ -29,12 +29,12 @@ struct Effort {
 const QUICK: Effort = Effort { size: "16x12", path: 512, nested: 64, paired: 256, tile: 4 };
 const LONG: Effort = Effort { size: "32x24", path: 4096, nested: 512, paired: 2048, tile: 4 };
 
-/// Chance that any comparison of the run fails though nothing is wrong.
+/// Probability that any comparison of the run fails by chance.
 const LEVEL: f64 = 1e-5;
-/// At most so many comparisons of one channel; each gets its share of the level.
+/// Maximum number of comparisons of one channel; each gets its share of the level.
 const COMPARISONS: usize = 400;
 
-/// Points of the effects inside the pixel, when all are on.
+/// Samples of the effects within a pixel sample, when all are on.
 const INNER: [&str; 7] =
     ["--lens=2", "--time=2", "--light=2", "--glossy=2", "--refract=2", "--diffuse=1", "--secondary=1"];
 const EFFECTS: [&str; 7] = ["pixel", "lens", "time", "light", "glossy", "refract", "diffuse"];
@@ -46,13 +46,13 @@ fn scenes() -> Vec<PathBuf> {
     scenes
 }
 
-/// The effects that a scene has.
+/// Returns the effects that a scene has.
 fn effects_of(folder: &Path, scene: &str) -> Vec<String> {
     let json = well(folder, &["rays", scene, "--method", "distribution", "--json"]).json();
     json["effects"].as_array().unwrap().iter().map(|name| name.as_str().unwrap().to_string()).collect()
 }
 
-/// A picture and the variance of its pixels.
+/// An image and the variance of its pixels.
 struct Measured {
     mean: Image,
     variance: Image,
@@ -66,7 +66,7 @@ fn render(folder: &Path, scene: &str, effort: Effort, more: &[String]) -> Measur
     Measured { mean: layers.beauty().unwrap(), variance: layers.picture("variance").unwrap() }
 }
 
-/// Options that leave only one effect on.
+/// Returns options that leave only one effect on.
 fn alone(effect: &str) -> Vec<String> {
     let off = EFFECTS.iter().filter(|name| **name != effect && **name != "pixel");
     let mut options: Vec<String> = off.map(|name| format!("--{name}=0")).collect();
@@ -76,7 +76,7 @@ fn alone(effect: &str) -> Vec<String> {
     options
 }
 
-/// What is rendered by the path tracer, and what by the distribution tracer, nested and paired.
+/// Returns the options of the path tracer, and of the distribution tracer, nested and paired.
 fn methods(effort: Effort, effect: Option<&str>) -> [Vec<String>; 3] {
     let words = |text: String| text.split(' ').map(String::from).collect::<Vec<_>>();
     let distribution = |n: u32, combine: &str| {
@@ -96,14 +96,14 @@ fn methods(effort: Effort, effect: Option<&str>) -> [Vec<String>; 3] {
     all
 }
 
-/// By how much each channel's tiles differ, at its share of the level; the error is a sentence.
+/// Compares the tiles of each channel at its share of the level; the error is a sentence.
 fn compare(a: &Measured, b: &Measured, tile: usize) -> Result<(), String> {
     let channel =
         |picture: &Image, c: usize| -> Vec<f64> { picture.pixels.iter().map(|p| f64::from(p[c])).collect() };
     for c in [0, 2] {
         let sides = [a, b].map(|side| {
             let mean = channel(&side.mean, c);
-            // Sums in f32 along a path are good to about this.
+            // Sums in f32 along a path are accurate to about this.
             let rounding = mean.iter().map(|m| 1e-10 * m * m);
             let variance: Vec<f64> =
                 channel(&side.variance, c).iter().zip(rounding).map(|(v, r)| v + r).collect();

@@ -1,4 +1,4 @@
-//! The commands that check this build, and the ledger of what alters an estimate.
+//! The commands that check this build, and the bias report.
 
 mod dapple;
 
@@ -21,7 +21,7 @@ fn chosen_cases_come_as_a_table_as_json_and_as_a_page() {
     }
     assert!(of("C12")["passed"].is_null() && of("C12")["pending"].as_str().unwrap().contains("multiple"));
     let page = std::fs::read_to_string(folder.path().join("out/stress.html")).unwrap();
-    assert!(page.contains("B16") && !page.contains("http"), "one file that needs no other");
+    assert!(page.contains("B16") && !page.contains("http"), "a self-contained file");
     assert_eq!(
         std::fs::read_dir(folder.path().join("out")).unwrap().count(),
         1,
@@ -66,7 +66,7 @@ fn what_is_taken_away_is_written_down() {
         clamped["clamped"]["count"].as_u64() > Some(0) && clamped["clamped"]["energy"].as_f64() > Some(0.0)
     );
     let cut = ledger(&["--max-bounces", "2"]);
-    // Most paths scatter a third time, and each would carry no more than it brought.
+    // Most paths scatter a third time, and each would return at most its own throughput.
     let (count, energy) =
         (cut["depth_cut"]["count"].as_f64().unwrap(), cut["depth_cut"]["energy"].as_f64().unwrap());
     assert!(count > 2000.0 && energy > 0.0 && energy < count, "{count} {energy}");

@@ -1,4 +1,4 @@
-//! Where the picture is seen from: views of one's own, frames that fit, and every command that has one.
+//! Camera placement: cameras given by options, automatic framing, and all commands that take a view.
 
 mod dapple;
 
@@ -14,7 +14,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// Object ids of a render of 32 × 16 pixels, unless another size is asked for.
+/// Returns the object ids of a render of 32 × 16 pixels, unless another size is requested.
 fn objects(folder: &Path, more: &[&str]) -> Vec<f32> {
     let size: &[&str] = if more.contains(&"--size") { &[] } else { &["--size", "32x16"] };
     let fixed = ["render", "t.gltf", "--spp", "1", "--pattern", "grid", "--aov", "object", "-o", "o.exr"];
@@ -70,21 +70,21 @@ fn an_orbit_shows_everything_and_backs_as_asked() {
         }
         assert!(seen(&shown) > 10, "{size}");
     }
-    assert_eq!(all("180,0", &[]), 0, "only its back, which is not shown");
+    assert_eq!(all("180,0", &[]), 0, "only the back face, which is not shown");
     assert_eq!(all("180,0", &["--backfaces", "culled"]), 0);
     assert_eq!(all("180,0", &["--cull-backfaces"]), 0);
     assert_eq!(all("180,0", &["--backfaces", "shown"]), front);
     assert_eq!(all("180,0", &["--cull-backfaces=false"]), front);
 }
 
-/// The triangle spans 0.3 of the frame, which is twice as wide as high, in every size.
+/// The triangle spans 0.3 of the frame, which is twice as wide as high, at every size.
 #[test]
 fn sizes_show_the_whole_frame_and_more() {
     let folder = folder();
     for (width, height) in [(64, 32), (32, 32), (16, 64), (128, 16)] {
         let objects = objects(folder.path(), &["--size", &format!("{width}x{height}")]);
         let base = (0..width).filter(|x| (0..height).any(|y| objects[y * width + x] > 0.0)).count();
-        // Half its width over half the frame's: 1/(4·2·tan 0.4), or less where the picture is wider.
+        // Half its width over half the frame's: 1/(4·2·tan 0.4), or less for a wider image.
         let frame = 1.0 / (8.0 * 0.4f64.tan());
         let expected = frame * (width as f64).min(2.0 * height as f64);
         assert!((base as f64 - expected).abs() <= 2.0, "{width}x{height}: {base}, not {expected}");
@@ -148,7 +148,7 @@ fn wrong_views_are_refused_in_one_line() {
     assert!(refused.code == 2 && refused.err.contains("--orbit"), "{}", refused.err);
 }
 
-/// What comes with the scene gives way to what is typed, as a whole.
+/// View options of a sidecar are replaced as a whole by those on the command line.
 #[test]
 fn settings_files_place_cameras_too() {
     let folder = folder();
@@ -162,7 +162,7 @@ fn settings_files_place_cameras_too() {
     assert_eq!(objects(folder.path(), &["--backfaces", "shown", "--env-nearest"]), file);
 }
 
-/// A sky of two texels: interpolated, it has no edge; nearest texels do.
+/// A sky of two texels: interpolated, it has no edge; with nearest texels it does.
 #[test]
 fn environment_pictures_are_interpolated_unless_told() {
     let folder = folder();

@@ -1,9 +1,9 @@
-//! Other names of values: what other renderers and papers call the same thing. Letters may be large or small.
+//! Alternative names of option values, from other renderers and papers. Upper and lower case are equivalent.
 
 use std::fmt::Display;
 use std::str::FromStr;
 
-/// Names beside the one that messages use.
+/// Pairs of an alias and the canonical name, which messages use.
 pub type Aliases = &'static [(&'static str, &'static str)];
 
 pub const PATTERNS: Aliases = &[
@@ -28,7 +28,7 @@ pub const METHODS: Aliases = &[
     ("drt", "distribution"),
 ];
 
-/// `standard` is Blender's name.
+/// Alternative names of tone curves; `standard` is Blender's.
 pub const TONES: Aliases = &[
     ("standard", "srgb"),
     ("khronos", "neutral"),
@@ -78,13 +78,13 @@ pub const EFFECTS: Aliases = &[
 
 pub const NONE: Aliases = &[];
 
-/// The name that is meant: small letters, hyphens, no alias.
+/// Returns the canonical name of a value: lower case, with hyphens, and aliases resolved.
 pub fn canonical(said: &str, aliases: Aliases) -> String {
     let plain = said.trim().to_ascii_lowercase().replace(['_', ' '], "-");
     aliases.iter().find(|(alias, _)| *alias == plain).map_or(plain, |(_, name)| (*name).into())
 }
 
-/// A reader of values by any of their names; what is wrong is said of the value as it was written.
+/// Builds a parser that accepts any name of a value; error messages quote the value as it was written.
 pub fn named<T>(aliases: Aliases) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
 where
     T: FromStr + Send + Sync + Clone + 'static,
@@ -96,7 +96,7 @@ where
     }
 }
 
-/// A plan, whose points may be called by any name of their pattern: `4X4:jittered`.
+/// Parses a sample set, whose pattern may be given by any of its names: `4X4:jittered`.
 pub fn plan(said: &str) -> Result<dapple_integrator::sampling::SampleSet, String> {
     let plain = said.trim().to_ascii_lowercase().replace('×', "x");
     let meant = match plain.split_once(':') {
@@ -127,19 +127,19 @@ mod tests {
         ] {
             assert_eq!(pattern(said), Ok(meant), "{said}");
         }
-        // A sequence of its own, which is not there.
+        // A different sequence, which is not available.
         assert!(pattern("Halton").unwrap_err().contains("'Halton'"));
         assert_eq!(plan("4X4:Jittered"), "4x4:stratified".parse().map_err(|_| String::new()));
         assert!(plan("4x:jittered").unwrap_err().contains("4x:jittered"));
     }
 
-    /// An alias stands for a name, and is none itself.
+    /// Every alias stands for a canonical name and is not one itself.
     #[test]
     fn aliases_mean_names() {
         fn check<T>(aliases: Aliases, read: impl Fn(&str) -> Option<T>) {
             for (alias, name) in aliases {
-                assert!(read(name).is_some(), "{alias}: {name} is no name");
-                assert!(read(alias).is_none(), "{alias} is a name");
+                assert!(read(name).is_some(), "{alias}: {name} is not a canonical name");
+                assert!(read(alias).is_none(), "{alias} is a canonical name");
             }
         }
         check(PATTERNS, |s| s.parse::<Pattern>().ok());

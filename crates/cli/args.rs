@@ -1,4 +1,4 @@
-//! What can be typed: the commands and their arguments. The options of a render are in [`crate::options`].
+//! The command line: the commands and their arguments. The options of a render are in [`crate::options`].
 
 #[cfg(feature = "manual")]
 pub mod manual;
@@ -18,8 +18,8 @@ pub struct Cli {
     pub command: Option<Command>,
 }
 
-/// Everything that can be typed. `replay` names a place with `--pixel`, so the render's option of that name is called
-/// `--pixel-plan` there.
+/// Builds the complete command line. `replay` selects a pixel with `--pixel`, so the render option of that name is
+/// called `--pixel-plan` there.
 pub fn command() -> clap::Command {
     let command =
         Cli::command().mut_subcommand("replay", |replay| replay.mut_arg("pixel", |a| a.long(PIXEL_PLAN)));
@@ -28,35 +28,35 @@ pub fn command() -> clap::Command {
     help::shaped(command)
 }
 
-/// What `replay` calls the render's `--pixel`.
+/// Name that `replay` gives to the render option `--pixel`.
 pub const PIXEL_PLAN: &str = "pixel-plan";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Render a scene to pictures
+    /// Render a scene to image files
     Render(RenderArgs),
-    /// Say what is in a scene file and what a render of it with these options would say
+    /// Print what a scene file contains and the warnings that a render with these options would give
     Info(InfoArgs),
-    /// Say what a render of a scene needs, what is left out and why
-    SampleSet(PlanArgs),
+    /// Print which features a render of a scene uses and omits, with reasons
+    Plan(PlanArgs),
     /// Trace one sample again and print the vertices of its path
     Replay(ReplayArgs),
-    /// Say how many rays a pixel takes, by effect and depth, without rendering
+    /// Print the number of rays per pixel, by effect and depth, without rendering
     Rays(RaysArgs),
     #[cfg(feature = "report")]
     #[command(flatten)]
     Study(study::Study),
-    /// Print the completions of a shell
+    /// Print a completion script for a shell
     #[cfg(feature = "manual")]
     Completions(manual::CompletionsArgs),
-    /// Print a manual page, or write all of them into a folder
+    /// Print a manual page, or write all manual pages into a folder
     #[cfg(feature = "manual")]
     Man(manual::ManArgs),
 }
 
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// A .gltf or .glb file, or builtin:NAME; without it the built-in Cornell box
+    /// A .gltf or .glb file, or builtin:NAME; default: the built-in Cornell box
     pub scene: Option<String>,
     #[command(flatten)]
     pub options: RenderOptions,
@@ -74,7 +74,7 @@ pub struct InfoArgs {
 pub struct PlanArgs {
     /// A .gltf or .glb file, or builtin:NAME
     pub scene: String,
-    /// Time the plan against the general one, in interleaved runs
+    /// Compare the time of this plan with that of the general plan, in interleaved runs
     #[arg(long)]
     pub measure: bool,
     #[command(flatten)]
@@ -85,10 +85,10 @@ pub struct PlanArgs {
 pub struct ReplayArgs {
     /// A .gltf or .glb file, or builtin:NAME
     pub scene: String,
-    /// The pixel, counted from the top left
+    /// Pixel coordinates, counted from the top left
     #[arg(id = "place", long = "pixel", value_name = "X,Y", allow_hyphen_values = true)]
     pub pixel: Pixel,
-    /// Which of the pixel's samples, counted from 0
+    /// Index of the sample within the pixel, counted from 0
     #[arg(long, value_name = "I")]
     pub sample: u32,
     #[command(flatten)]

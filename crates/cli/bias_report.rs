@@ -1,11 +1,11 @@
-//! What a render's report says of everything that altered its estimate.
+//! The bias report of a render: counts every deliberate bias of its estimate.
 
 use dapple_integrator::bias_report::Entry;
 use dapple_integrator::{Settings, Stats};
 use glam::Vec3;
 use serde::Serialize;
 
-/// Events, and mean energy of the channels that they removed; see [`dapple_integrator::bias_report::Entry`] for its meaning.
+/// Count of events and mean energy over the channels that they removed; see [`dapple_integrator::bias_report::Entry`].
 #[derive(Serialize)]
 pub struct Line {
     count: u64,
@@ -18,36 +18,36 @@ impl From<Entry> for Line {
     }
 }
 
-/// All that could have been done to the estimate; nothing was done in a clean render.
+/// All deliberate biases; a clean render has none.
 #[derive(Serialize)]
 pub struct BiasReport {
     clean: bool,
     /// Radiance removed from samples by `--clamp`, summed over samples.
     clamped: Line,
-    /// Samples that were not finite and count as black; what they were worth is not known.
+    /// Samples that were not finite and count as black; their energy is unknown.
     not_finite: Line,
-    /// Paths cut at `--max-bounces`: throughput, what would have arrived being unknown.
+    /// Paths cut at `--max-bounces`; energy is throughput, because the missing radiance is unknown.
     depth_cut: Line,
-    /// Paths ended because they carried less than 1e-30: throughput.
+    /// Paths ended because their throughput fell below 1e-30; energy is throughput.
     faint: Line,
-    /// Without roulette paths end at `--max-bounces` alone.
+    /// Whether Russian roulette is off; paths then end only at `--max-bounces`.
     roulette_off: bool,
-    /// `--ambient` stands in for interreflection.
+    /// Whether `--ambient` replaces interreflection.
     ambient: bool,
-    /// Bodies forgotten where more than 16 lie within each other: throughput of the paths.
+    /// Media dropped where more than 16 solids are nested; energy is the throughput of the paths.
     nested: Line,
-    /// Shadow rays lost among more than 256 clear surfaces: radiance.
+    /// Shadow rays dropped after more than 256 transparent surfaces; energy is radiance.
     panes: Line,
-    /// `--transparent-shadows` lets shadow rays pass smooth solid matter straight on.
+    /// Whether `--transparent-shadows` lets shadow rays pass straight through smooth solid media.
     transparent_shadows: bool,
-    /// Point, spot and distant lights whose light a mirror or refraction sends on: that part of it nothing finds.
+    /// Point, spot and distant lights whose specular caustics no sampling strategy can find.
     lights_unreachable: u64,
-    /// Lights that shine but are neither aimed at nor met by rays.
+    /// Lights that emit but are neither sampled nor hit by rays.
     lights_culled: u64,
 }
 
 impl BiasReport {
-    /// Of a finished render.
+    /// Creates the report of a finished render.
     pub fn new(settings: &Settings, stats: &Stats) -> Self {
         let ambient = settings.ambient != Vec3::ZERO;
         Self {
@@ -69,29 +69,32 @@ impl BiasReport {
         }
     }
 
-    /// Lines for people about what is not as the light would have it.
+    /// Formats the biases for people.
     pub fn summary(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if let Line { count: count @ 1.., energy } = self.clamped {
-            let took = energy.map_or(String::new(), |e| format!(", which took away radiance {e:.3e} in sum"));
+            let took =
+                energy.map_or(String::new(), |e| format!(", which removed a total radiance of {e:.3e}"));
             lines.push(format!("clamped: {count} samples{took}"));
         }
         if self.transparent_shadows {
             lines.push(
-                "transparent shadows: shadow rays pass smooth glass straight on, an approximation".into(),
+                "transparent shadows: shadow rays pass straight through smooth glass, an approximation"
+                    .into(),
             );
         }
         if self.lights_unreachable > 0 {
             let count = self.lights_unreachable;
             lines.push(format!(
-                "light left out: {count} point, spot or distant lights shine on mirrors or through glass, if at all, where nothing finds what these send on"
+                "missing caustics: light of {count} point, spot or distant lights via mirrors or glass, if any, \
+                 cannot be sampled"
             ));
         }
         if let Line { count: count @ 1.., .. } = self.nested {
-            lines.push(format!("bodies forgotten: {count} times more than 16 lay within each other"));
+            lines.push(format!("nested media dropped: {count} times more than 16 solids were nested"));
         }
         if let Line { count: count @ 1.., .. } = self.panes {
-            lines.push(format!("shadow rays lost: {count} met more than 256 clear surfaces"));
+            lines.push(format!("shadow rays dropped: {count} crossed more than 256 transparent surfaces"));
         }
         lines
     }

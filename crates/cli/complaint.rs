@@ -1,11 +1,11 @@
-//! Clap's errors as one line that says what is wrong and what to type instead.
+//! One-line error messages for clap's errors: what is wrong, and what to type instead.
 
 use crate::error::Failure;
 use crate::{args, error, standard_output, suggest};
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 
-/// Help and version are no errors: they are printed, and the command is done.
+/// Handles an error of clap. Help and version are not errors: they are printed, and the command is finished.
 pub fn arguments(error: Error) -> Result<(), Failure> {
     use ErrorKind::{DisplayHelp, DisplayVersion};
     if matches!(error.kind(), DisplayHelp | DisplayVersion) {
@@ -15,7 +15,7 @@ pub fn arguments(error: Error) -> Result<(), Failure> {
     Err(Failure::Arguments(line(&error)))
 }
 
-/// The line about arguments that were typed.
+/// Builds the error message for the arguments of a command line.
 pub fn line(error: &Error) -> String {
     let all = args::command();
     let sub = subcommand(error, &all);
@@ -37,8 +37,8 @@ pub fn line(error: &Error) -> String {
     said.unwrap_or_else(|| error::clap_line(error))
 }
 
-/// The command that was typed, as the usage names it or, where the error has none, the command line; empty without one.
-/// Options on their own are a render's.
+/// Returns the command that was typed, from the usage text or, if the error has none, from the command line; empty if
+/// there is none. Options without a command belong to `render`.
 fn subcommand(error: &Error, all: &Command) -> String {
     let usage = text(error, ContextKind::Usage);
     if usage.is_empty() {
@@ -66,21 +66,21 @@ fn unknown(error: &Error, all: &Command, sub: &str) -> Option<String> {
     }
     let remedy = match word.as_str() {
         "true" | "false" | "yes" | "no" => {
-            "the value of a flag is written with '=', as in --half=false".to_string()
+            "the value of a flag is given with '=', as in --half=false".to_string()
         }
         _ => see,
     };
     Some(format!("unexpected argument '{quoted}'; {remedy}"))
 }
 
-/// The missing arguments, each with what it is.
+/// Names the missing arguments, each with its description.
 fn missing(error: &Error, all: &Command, sub: &str) -> String {
     let names = texts(error, ContextKind::InvalidArg);
     let all = names.iter().map(|name| format!("{name}{}", described(all, sub, name)));
     format!("dapple {sub} needs {}", all.collect::<Vec<_>>().join(" and "))
 }
 
-/// What an argument is, in parentheses.
+/// Returns the description of an argument, in parentheses.
 fn described(all: &Command, sub: &str, name: &str) -> String {
     let mut built = all.find_subcommand(sub).cloned().unwrap_or_default();
     built.build();
@@ -95,12 +95,12 @@ fn conflict(error: &Error) -> Option<String> {
         return None;
     }
     Some(match others.iter().all(|other| *other == one) {
-        true => format!("{one} is given more than once; give it once"),
-        false => format!("{one} cannot go with {}; leave out one of them", others.join(", ")),
+        true => format!("{one} is given more than once; give it only once"),
+        false => format!("{one} cannot be combined with {}; remove one of them", others.join(", ")),
     })
 }
 
-/// A value that is none of a fixed list, or none at all.
+/// Builds the message for a value that is missing or not one of a fixed list.
 fn invalid(error: &Error, all: &Command, sub: &str) -> String {
     let (name, value) = (text(error, ContextKind::InvalidArg), text(error, ContextKind::InvalidValue));
     let valid = texts(error, ContextKind::ValidValue);
@@ -113,7 +113,7 @@ fn invalid(error: &Error, all: &Command, sub: &str) -> String {
     format!("invalid value '{quoted}' for '{name}': choose from {}{meant}", valid.join(", "))
 }
 
-/// What the standard library says of numbers, in words.
+/// Error messages of the standard library's number parsers, each with its replacement.
 const NUMBERS: [(&str, &str); 4] = [
     ("invalid digit found in string", "expected a whole number"),
     ("cannot parse integer from empty string", "expected a whole number"),
@@ -121,7 +121,7 @@ const NUMBERS: [(&str, &str); 4] = [
     ("number too small to fit in target type", "the number is too small"),
 ];
 
-/// A value that its option refused, with the option that takes such values where there is one.
+/// Builds the message for a value that its parser rejected, with the option that takes such values if there is one.
 fn validation(error: &Error) -> String {
     let (name, value) = (text(error, ContextKind::InvalidArg), text(error, ContextKind::InvalidValue));
     let mut line = error::clap_line(error);
@@ -130,7 +130,7 @@ fn validation(error: &Error) -> String {
         line = line.replace(said, plain);
     }
     if name.starts_with("--time ") && crate::values::duration(&value).is_ok() {
-        line += "; to stop after a time see --time-limit";
+        line += "; to stop after a time, use --time-limit";
     }
     line
 }

@@ -1,7 +1,7 @@
-//! How much work may a file beside a scene ask for? What ends within reason; the user's own word goes further.
+//! Limits on the work that a settings file beside a scene (a sidecar) may request without the user's consent.
 //!
-//! A sidecar may set how a scene is sampled ([`crate::settings_file`]), so without bounds of its own it could make a
-//! render go on without end. What the user says of the same option, or `--yes`, counts in its place.
+//! A sidecar may set how a scene is sampled ([`crate::settings_file`]), so without limits of its own it could make a
+//! render run without end. The same option on the command line, or `--yes`, lifts the limit.
 
 use crate::error::Failure;
 use crate::options::{OfScene, RenderOptions};
@@ -12,16 +12,16 @@ use dapple_integrator::scene::Scene;
 use dapple_integrator::{MethodKind, Settings, forecast};
 use std::time::Duration;
 
-/// Most time that a sidecar may ask for.
+/// Longest time that a sidecar may request.
 const LONGEST: Duration = Duration::from_secs(3600);
 
-/// Most scattering events that a sidecar may ask for.
+/// Most scattering events that a sidecar may request.
 const MANY_BOUNCES: u32 = 1 << 16;
 
-/// Most rays, by the forecast's upper bound, of a picture whose size or samples a sidecar sets: some hours.
+/// Most rays, by the forecast's upper bound, of an image whose size or samples a sidecar sets: some hours of rendering.
 const MANY_RAYS: f64 = 1e11;
 
-/// Keys that the number of rays depends on.
+/// Keys that affect the number of rays.
 const OF_RAYS: [&str; 13] = [
     "spp",
     "size",
@@ -45,14 +45,15 @@ impl OfScene {
         let yes = if uses::serves(&self.command, "yes") { ", or confirm with --yes" } else { "" };
         let (path, key) = (self.file.clone(), named(""));
         let reason = format!(
-            "{why}, more than a file beside the scene can ask for; say it on the command line ({}){yes}",
+            "{why}, more than a settings file beside the scene may request; set it on the command line ({}){yes}",
             named("--")
         );
         Failure::SettingsKey { path, key, reason }
     }
 }
 
-/// Refuses values of the sidecar that no render needs, and ends within [`LONGEST`] what only an error ends.
+/// Refuses values of the sidecar beyond the limits, and sets [`LONGEST`] as the time limit of a render that only a
+/// sidecar's error limit would end.
 pub fn of_values(options: &mut RenderOptions) -> Result<(), Failure> {
     let (scene, renders) = (&options.of_scene, ["render", "budget", "sheet", "converge"]);
     if RenderOptions::is(options.effects.yes) || !renders.contains(&scene.command.as_str()) {
@@ -60,16 +61,16 @@ pub fn of_values(options: &mut RenderOptions) -> Result<(), Failure> {
     }
     let longest = LONGEST.as_secs();
     if let Some(limit) = options.time_limit.filter(|limit| scene.set("time-limit") && *limit > LONGEST) {
-        return Err(scene.refuse(&["time-limit"], &format!("{} s are over {longest} s", limit.as_secs())));
+        return Err(scene.refuse(&["time-limit"], &format!("{} s exceeds {longest} s", limit.as_secs())));
     }
     if let Some(n) = options.max_bounces.filter(|n| scene.set("max-bounces") && *n > MANY_BOUNCES) {
-        return Err(scene.refuse(&["max-bounces"], &format!("{n} is over {MANY_BOUNCES}")));
+        return Err(scene.refuse(&["max-bounces"], &format!("{n} exceeds {MANY_BOUNCES}")));
     }
     let is_endless = options.spp.is_none() && options.time_limit.is_none();
     if scene.command == "render" && scene.set("error-limit") && is_endless {
         say(&format!(
-            "note: {}: error-limit: the render ends after {longest} s at the latest; --error-limit, --time-limit or --yes on \
-             the command line goes further",
+            "note: {}: error-limit: the render ends after {longest} s at the latest; set --error-limit, --time-limit \
+             or --yes on the command line to go further",
             scene.file.display()
         ));
         options.time_limit = Some(LONGEST);
@@ -77,7 +78,7 @@ pub fn of_values(options: &mut RenderOptions) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses a picture that takes too many rays by the sidecar's word.
+/// Refuses an image that takes too many rays because of the sidecar's settings.
 pub fn of_rays(
     options: &RenderOptions,
     settings: &Settings,
@@ -96,17 +97,17 @@ pub fn of_rays(
         MethodKind::Distribution => (forecast(scene, camera, settings).total() * pixels, 0.0),
     };
     match rays > MANY_RAYS.max(own) {
-        true => Err(file.refuse(&keys, &format!("the picture takes up to {rays:.0e} rays"))),
+        true => Err(file.refuse(&keys, &format!("the image takes up to {rays:.0e} rays"))),
         false => Ok(()),
     }
 }
 
-/// Rays of the path tracer at most: at every vertex one goes on and one goes to a light.
+/// Upper bound of the path tracer's rays: at every vertex one continuation ray and one shadow ray.
 fn path_rays(pixels: f64, settings: &Settings) -> f64 {
     pixels * f64::from(settings.spp().unwrap_or(0)) * 2.0 * (1.0 + f64::from(settings.max_bounces))
 }
 
-/// As [`path_rays`], with the defaults in place of what the sidecar says: what the user asked for.
+/// As [`path_rays`], with the defaults in place of the sidecar's values: the work that the user requested.
 fn own_rays(pixels: f64, file: &OfScene, settings: &Settings) -> f64 {
     let default = Settings::default();
     let spp = if file.set("spp") { Some(64) } else { settings.spp() };

@@ -1,14 +1,15 @@
-//! Does the file's own light show what is in it?
+//! Decides whether the lights of a file illuminate enough of it, or a default studio environment is needed.
 //!
-//! A file may hold a light and still leave its picture black: a few texels of an emissive texture on an object that nothing
-//! else lights. The rule: **a studio environment is added when, in a small render, less than a quarter of the pixels that
-//! show a surface are lit, and less than an eighth by light that the surface reflects; lit means at least 1/256 of the
-//! luminance that 99 % of the pixels stay below.** The share, not the brightness, decides: whatever is lit is exposed to be
-//! seen, and would be a few bright spots on black. The render is always the same for a scene and a view. A glance comes
-//! first: where direct light alone already shows most of the surfaces, nothing more is asked.
+//! A file may contain a light and still leave its image black: a few texels of an emissive texture on an object that
+//! nothing else lights. The rule: **a studio environment is added when, in a small render, less than a quarter of the
+//! pixels that show a surface are lit, and less than an eighth by light that the surface reflects; lit means at least
+//! 1/256 of the 99th percentile of the pixels' luminance.** The criterion is the lit fraction, not the brightness: the
+//! exposure is chosen for whatever is lit, which would be a few bright spots on black. The render is always the same
+//! for a scene and a view. A coarser render comes first: if direct lighting alone already lights most of the surfaces,
+//! the rule is not evaluated.
 //!
-//! So a planet in the sun stays dark on its far side, a room with one candle stays dim, and panels that glow by themselves
-//! are left alone.
+//! So a planet in sunlight keeps its dark side, a room with one candle stays dim, and self-luminous panels are left
+//! alone.
 
 use crate::interrupt;
 use dapple_integrator::camera::{Camera, Projection};
@@ -22,14 +23,15 @@ use std::ops::ControlFlow;
 const SIZE: (u32, u32) = (48, 36);
 const SAMPLES: u32 = 8;
 
-/// The glance: its size, at one sample per pixel, and the share of the surfaces that it has to find lit.
+/// Size of the coarse first render, at one sample per pixel, and the lit fraction of surface pixels above which it
+/// suffices.
 const GLANCE: (u32, u32) = (16, 12);
 const CLEARLY: f64 = 0.4;
 
-/// How finely is looked for a surface: the side of the picture, were it a square, and samples per pixel.
+/// Resolutions of the search for a surface: the side of the image if it were square, and samples per pixel.
 const PROBES: [(f64, u32); 3] = [(14.0, 1), (64.0, 1), (384.0, 2)];
 
-/// Right and up of the views onto the sides of a cube around the camera, and the pixels along an edge.
+/// Right and up vectors of the six views from the camera onto the sides of a cube, and the pixels along an edge.
 const AROUND: [(Vec3, Vec3); 6] = [
     (Vec3::X, Vec3::Y),
     (Vec3::NEG_X, Vec3::Y),
@@ -40,18 +42,18 @@ const AROUND: [(Vec3, Vec3); 6] = [
 ];
 const WALL: u32 = 24;
 
-/// Albedo of a surface that is black, light or not.
+/// Albedo below which a surface appears black under any light.
 const BLACK: f32 = 1.0 / 256.0;
 
-/// Shares of the pixels that show a surface: lit at all, and by light that it reflects.
+/// Thresholds on the fractions of surface pixels that are lit at all, and lit by reflected light.
 const LIT: f64 = 0.25;
 const REFLECTING: f64 = 0.125;
-/// Part of the picture's brightness: less is below one step of an 8-bit image.
+/// Relative luminance below which a pixel is not lit: one step of an 8-bit image.
 const SEEN: f64 = 1.0 / 256.0;
-/// Which brightness is the picture's: that of the pixel that so large a share are not brighter than.
+/// Percentile of the luminance that counts as the brightness of the image.
 const PERCENTILE: f64 = 0.99;
 
-/// A scene and how it is looked at.
+/// A scene and the view of it.
 #[derive(Clone, Copy)]
 pub struct Look<'a> {
     pub scene: &'a Scene,
@@ -59,8 +61,8 @@ pub struct Look<'a> {
     pub backfaces: Backfaces,
 }
 
-/// A small render: the picture, the objects that it shows + 1 (0 where there is none), and their albedo.
-struct Seen {
+/// A small render: the image, the ids of the visible objects + 1 (0 where there is none), and their albedo.
+struct Preview {
     picture: Image,
     surfaces: Image,
     albedo: Image,
@@ -79,7 +81,7 @@ impl Look<'_> {
         .with_spp(spp)
     }
 
-    fn at(&self, settings: &Settings) -> Seen {
+    fn at(&self, settings: &Settings) -> Preview {
         let progress =
             |_| if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
         let outcome = render(self.scene, self.camera, settings, &progress);
@@ -88,10 +90,10 @@ impl Look<'_> {
             layer.unwrap_or_else(|| Image::filled(0, 0, Vec3::ZERO))
         };
         let (surfaces, albedo) = (layer(Aov::ObjectId), layer(Aov::Albedo));
-        Seen { picture: outcome.film.mean(), surfaces, albedo }
+        Preview { picture: outcome.film.mean(), surfaces, albedo }
     }
 
-    /// Whether next to nothing of what is seen is lit, by the light that there is.
+    /// Whether almost none of the visible surfaces are lit by the existing lights.
     pub fn is_nearly_black(&self) -> bool {
         let glance = self.at(&self.settings(GLANCE, 1, 1));
         let black = Image::filled(glance.picture.width, glance.picture.height, Vec3::ZERO);
@@ -103,7 +105,7 @@ impl Look<'_> {
         is_dark(&whole.picture, &emitted.picture, &emitted.surfaces)
     }
 
-    /// Whether next to nothing of what is seen would reflect light.
+    /// Whether almost none of the visible surfaces reflect light.
     pub fn is_of_black_surfaces(&self) -> bool {
         let seen = self.at(&Settings { picture: false, ..self.settings(SIZE, SAMPLES, 0) });
         let pairs = seen.albedo.pixels.iter().zip(&seen.surfaces.pixels);
@@ -115,8 +117,8 @@ impl Look<'_> {
         f64::from(shown - black) < LIT * f64::from(shown)
     }
 
-    /// Whether a camera ray meets a surface: of those of [`PROBES`], each of which is asked only where those before it met
-    /// none. The picture has this width and height.
+    /// Whether any camera ray hits a surface. The resolutions of [`PROBES`] are tried in turn until one finds a hit.
+    /// `size` is the width and height of the image.
     pub fn shows_a_surface(&self, size: (u32, u32)) -> bool {
         let aspect = (f64::from(size.0.max(1)) / f64::from(size.1.max(1))).sqrt();
         PROBES.iter().any(|&(side, spp)| {
@@ -126,7 +128,7 @@ impl Look<'_> {
         })
     }
 
-    /// Whether the camera stands in a space that is closed on all sides: every ray from its place meets a surface.
+    /// Whether the camera is enclosed on all sides: every ray from its position hits a surface.
     pub fn is_enclosed(&self) -> bool {
         AROUND.iter().all(|(right, up)| {
             let camera = Camera {
@@ -145,7 +147,7 @@ impl Look<'_> {
         })
     }
 
-    /// Of each pixel whether its first ray meets a surface.
+    /// Returns for each pixel whether its camera ray hits a surface.
     fn meets(&self, settings: &Settings) -> impl Iterator<Item = bool> {
         let aovs = vec![Aov::ObjectId];
         let seen = self.at(&Settings { picture: false, aovs, ..settings.clone() });
@@ -153,12 +155,13 @@ impl Look<'_> {
     }
 }
 
-/// The rule, for the picture, the light in it that surfaces emit, and the mask.
+/// Evaluates the rule for the image, the emitted part of its light, and the mask of surfaces.
 fn is_dark(all: &Image, emitted: &Image, surfaces: &Image) -> bool {
     shares(all, emitted, surfaces).is_some_and(|(lit, reflecting)| lit < LIT && reflecting < REFLECTING)
 }
 
-/// Of the pixels that show a surface, the shares that are lit, and that reflect light; None if there are none.
+/// Returns the fractions of the surface pixels that are lit, and that reflect light; `None` if no pixel shows a
+/// surface.
 fn shares(all: &Image, emitted: &Image, surfaces: &Image) -> Option<(f64, f64)> {
     let luminance = |p: &Image| -> Vec<f64> {
         p.pixels.iter().map(|p| f64::from(color::luminance(*p)).max(0.0)).collect()
@@ -181,7 +184,7 @@ fn shares(all: &Image, emitted: &Image, surfaces: &Image) -> Option<(f64, f64)> 
 mod tests {
     use super::*;
 
-    /// 1000 pixels, of which so many glow, so many reflect, and the rest is black; all show a surface.
+    /// Evaluates the rule on 1000 surface pixels: `glowing` emit, the next `reflecting` reflect, and the rest is black.
     fn dark(glowing: usize, reflecting: usize, reflected: f32) -> bool {
         let pixels = |reflected: f32| -> Image {
             let value = |i: usize| match i {
@@ -197,12 +200,12 @@ mod tests {
 
     #[test]
     fn the_rule() {
-        assert!(dark(0, 0, 0.0) && dark(100, 0, 0.0) && dark(240, 0, 0.0), "next to nothing is lit");
-        assert!(!dark(260, 0, 0.0), "what glows is the picture");
-        assert!(dark(30, 80, 1.0) && !dark(30, 140, 1.0), "what is lit is the picture");
-        assert!(dark(0, 100, 1e-9), "a rim that stray light reaches, however bright beside the rest");
+        assert!(dark(0, 0, 0.0) && dark(100, 0, 0.0) && dark(240, 0, 0.0), "almost nothing is lit");
+        assert!(!dark(260, 0, 0.0), "emitters fill enough of the image");
+        assert!(dark(30, 80, 1.0) && !dark(30, 140, 1.0), "lit surfaces fill enough of the image");
+        assert!(dark(0, 100, 1e-9), "a rim lit by stray light, however bright relative to the rest");
         assert!(dark(30, 900, 1e-3) && !dark(30, 900, 5e-3), "steps of an 8-bit image");
         let nothing = Image::filled(10, 1, Vec3::ZERO);
-        assert!(!is_dark(&nothing, &nothing, &nothing), "no surface is in the picture");
+        assert!(!is_dark(&nothing, &nothing, &nothing), "no surface is visible");
     }
 }

@@ -1,4 +1,4 @@
-//! From the options about effects to plans and a lens, with a note about each that has nothing to do.
+//! Conversion of the effect options to sample sets and a lens, with notes about options without effect.
 
 use crate::error::Failure;
 use crate::idle;
@@ -11,14 +11,14 @@ use dapple_integrator::scene::Scene;
 use dapple_integrator::{Combine, Effect, MethodKind, SampleSets, Settings, forecast};
 use std::io::{BufRead, IsTerminal};
 
-/// Scattering events that the distribution tracer follows, where the path tracer follows more.
+/// Maximum number of scattering events of the distribution tracer; the path tracer follows more.
 pub const DISTRIBUTION_BOUNCES: u32 = 5;
 
-/// More rays per pixel than this are a question.
+/// Rays per pixel above which the user has to confirm.
 const MANY_RAYS: f64 = 1e5;
 
 impl EffectOptions {
-    /// What was said about an effect.
+    /// Returns the sample set given for an effect.
     fn plan(&self, effect: Effect) -> Option<SampleSet> {
         match effect {
             Effect::Pixel => self.pixel,
@@ -31,7 +31,7 @@ impl EffectOptions {
         }
     }
 
-    /// What was said about an effect, to be changed.
+    /// Returns the sample set given for an effect, mutably.
     pub fn plan_mut(&mut self, effect: Effect) -> &mut Option<SampleSet> {
         match effect {
             Effect::Pixel => &mut self.pixel,
@@ -45,7 +45,7 @@ impl EffectOptions {
     }
 }
 
-/// The camera with the lens asked for; without a focus distance what the picture's centre shows is sharp.
+/// Adds the requested lens to a camera; without a focus distance, the surface at the image centre is in focus.
 pub fn with_lens(mut camera: Camera, scene: &Scene, options: &RenderOptions) -> Camera {
     let backfaces = options.backfaces();
     let options = &options.effects;
@@ -57,7 +57,7 @@ pub fn with_lens(mut camera: Camera, scene: &Scene, options: &RenderOptions) -> 
     let focus = focus.unwrap_or_else(|| {
         let distance = centre_depth(scene, &camera, backfaces).unwrap_or(f32::INFINITY);
         say(&format!(
-            "note: focus at {:.4}, the centre of the picture",
+            "note: focus distance {:.4}, at the image centre",
             f64::from(distance) / scene.space.scale
         ));
         distance
@@ -70,7 +70,7 @@ pub fn with_lens(mut camera: Camera, scene: &Scene, options: &RenderOptions) -> 
     camera
 }
 
-/// Lays plans, combination and ambient light over `settings`.
+/// Applies the sample sets, their combination and the ambient light to `settings`.
 pub fn apply(options: &RenderOptions, settings: &mut Settings) {
     let effects = &options.effects;
     let mut plans = SampleSets::default();
@@ -102,10 +102,10 @@ pub fn apply(options: &RenderOptions, settings: &mut Settings) {
     }
 }
 
-/// Says what was asked for and has nothing to do.
+/// Prints a note about each given option without effect.
 pub fn note_idle(options: &RenderOptions, settings: &Settings, scene: &Scene, camera: &Camera) {
     let effects = &options.effects;
-    let note = |what: &str, why: &str| say(&format!("note: {what} is left out: {why}"));
+    let note = |what: &str, why: &str| say(&format!("note: {what} is ignored: {why}"));
     let present = dapple_integrator::forecast::present_in(scene, camera, settings);
     let path = settings.kind() == MethodKind::Path;
     for (effect, name) in Effect::ALL {
@@ -115,32 +115,32 @@ pub fn note_idle(options: &RenderOptions, settings: &Settings, scene: &Scene, ca
                 note(&format!("--{name}"), "the scene has no such effect")
             }
             Some(plan) if path && plan.count() > 0 => {
-                note(&format!("--{name}"), "the path tracer randomises all effects at once; see --spp");
+                note(&format!("--{name}"), "the path tracer samples all effects together; see --spp");
             }
             Some(_) => {}
         }
     }
     if effects.light.is_some_and(|plan| plan.count() == 0) && scene.environment.is_some() {
-        say("note: --light 0 leaves the environment as it is");
+        say("note: --light 0 does not affect the environment");
     }
     if effects.ambient.is_some() && !settings.plans.is_off(Effect::Diffuse) {
-        note("--ambient", "it stands in for interreflection, which is on; see --diffuse 0");
+        note("--ambient", "it replaces interreflection, which is on; see --diffuse 0");
     }
     if !path && options.spp.is_some() && effects.pixel.is_some() {
-        note("--spp", "--pixel says how many samples a pixel has");
+        note("--spp", "--pixel sets the samples per pixel");
     }
     if !path && options.pattern.is_some() {
-        note("--pattern", "each integral names its own, as in --pixel 4x4:sobol");
+        note("--pattern", "each effect sets its own pattern, as in --pixel 4x4:sobol");
     }
     if options.effects.aperture_radius.unwrap_or(0.0) == 0.0
         && (effects.focus_distance.is_some() || effects.aperture_shape.is_some())
     {
-        say("note: the lens has no radius, so everything is sharp; see --aperture-radius");
+        say("note: the lens has no radius, so everything is in focus; see --aperture-radius");
     }
     idle::of_render(options, settings, scene).iter().for_each(|(what, why)| note(what, why));
 }
 
-/// Says how many rays a pixel takes at most; many need a yes.
+/// Prints the maximum number of rays per pixel; a large number needs the user's confirmation.
 pub fn confirm(
     options: &RenderOptions,
     settings: &Settings,
@@ -158,7 +158,7 @@ pub fn confirm(
         return Ok(());
     }
     if std::io::stdin().is_terminal() && std::io::stderr().is_terminal() {
-        say("that is a lot; render all the same? [y/N]");
+        say("this is a large number; render anyway? [y/N]");
         let mut answer = String::new();
         let read = std::io::stdin().lock().read_line(&mut answer);
         if read.is_ok() && answer.trim().eq_ignore_ascii_case("y") {

@@ -1,4 +1,4 @@
-//! How a render ended: what is said about it, and with which code.
+//! Outcome of a render: the message about an early end, and the exit code.
 
 use crate::known::Known;
 use crate::options::RenderOptions;
@@ -6,40 +6,40 @@ use dapple_integrator::camera::Film;
 use dapple_integrator::{Outcome, Settings};
 use std::process::ExitCode;
 
-/// Exit code of a render that was stopped early, or did not reach what was asked for.
+/// Exit code of a render that was stopped early or did not reach its error limit.
 const STOPPED: u8 = 3;
 
-/// Most ranges of rows that are named.
+/// Maximum number of row ranges that a message lists.
 const RANGES: usize = 4;
 
-/// The end of a render.
+/// Outcome of a render.
 pub struct Ending {
-    /// Why the pictures are less than what was asked for, if they are.
+    /// Message about an early end, if the image has less than what was requested.
     early: Option<String>,
     /// Pixels without any sample.
     pub unsampled: usize,
 }
 
 impl Ending {
-    /// Of a render by `settings`; `known`: its error by its own account.
+    /// Determines the outcome of a render with `settings`; `known` is its error estimate.
     pub fn of(options: &RenderOptions, settings: &Settings, outcome: &Outcome, known: &Known) -> Self {
         let stats = &outcome.stats;
         let by = if stats.stopped { "stopped early" } else { "stopped early by --time-limit" };
         let early = match options.error_limit.filter(|limit| known.bound.is_none_or(|bound| bound > *limit)) {
             _ if stats.spp == 0 => Some(format!("{by}: {}", some_pixels(settings, &outcome.film))),
             Some(limit) if stats.timed_out => Some(format!(
-                "{by}: the pictures hold {} samples of every pixel, and their error is {}",
+                "{by}: the image has {} samples in every pixel, and its error is {}",
                 stats.spp,
                 above(limit, known)
             )),
             Some(limit) if !stats.stopped => Some(format!(
-                "--error-limit is not reached after {} samples of every pixel: the error is {}",
+                "--error-limit is not reached after {} samples in every pixel: the error is {}",
                 stats.spp,
                 above(limit, known)
             )),
             _ if stats.stopped || (stats.timed_out && settings.samples().is_some()) => {
                 let of = settings.samples().map_or(String::new(), |asked| format!(" of {asked}"));
-                Some(format!("{by}: the pictures hold {}{of} samples of every pixel", stats.spp))
+                Some(format!("{by}: the image has {}{of} samples in every pixel", stats.spp))
             }
             _ => None,
         };
@@ -48,22 +48,22 @@ impl Ending {
         Self { early, unsampled }
     }
 
-    /// Whether the pictures are less than what was asked for.
+    /// Whether the image has less than what was requested.
     pub fn is_early(&self) -> bool {
         self.early.is_some()
     }
 
-    /// The line that says so.
+    /// Returns the message about an early end.
     pub fn line(&self) -> Option<&str> {
         self.early.as_deref()
     }
 
-    /// What a picture says about itself where not all of its pixels have samples.
+    /// Returns the comment for image metadata if some pixels have no samples.
     pub fn comment(&self) -> Option<&str> {
         self.line().filter(|_| self.unsampled > 0)
     }
 
-    /// The process's.
+    /// Returns the exit code of the process.
     pub fn code(&self) -> ExitCode {
         if self.is_early() { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS }
     }
@@ -72,12 +72,12 @@ impl Ending {
 fn above(limit: f64, known: &Known) -> String {
     let limit = 100.0 * limit;
     match known.bound {
-        Some(bound) => format!("below {:.2} %, not {limit:.2} %", 100.0 * bound),
+        Some(bound) => format!("bounded by {:.2} %, above the limit of {limit:.2} %", 100.0 * bound),
         None => format!("not known to be below {limit:.2} % ({})", known.why),
     }
 }
 
-/// Which pixels have samples, where not all have what a round gives them.
+/// Describes which pixels have samples if the first round was not finished.
 fn some_pixels(settings: &Settings, film: &Film) -> String {
     let rect = film.rect();
     let sampled = |y: u32| (rect.x0..rect.x1).filter(|x| film.count(*x, y) > 0).count();
@@ -87,15 +87,13 @@ fn some_pixels(settings: &Settings, film: &Film) -> String {
         n => format!("its {n} samples"),
     };
     let some = match counts.iter().sum::<usize>() {
-        0 => "none has any".into(),
-        n => format!("{n} of {} have some, {}", rect.area(), rows(rect.y0, &counts)),
+        0 => "no pixel has a sample".into(),
+        n => format!("{n} of {} pixels have samples, {}", rect.area(), rows(rect.y0, &counts)),
     };
-    format!(
-        "not every pixel has {whole}; {some}; the others are black, and an EXR's layer 'samples' says which"
-    )
+    format!("not every pixel has {whole}; {some}; the others are black; the EXR layer 'samples' shows which")
 }
 
-/// The rows in which a pixel has samples, as ranges.
+/// Lists the rows in which a pixel has samples, as ranges.
 fn rows(first: u32, counts: &[usize]) -> String {
     let mut ranges: Vec<[u32; 2]> = Vec::new();
     for (y, _) in (first..).zip(counts).filter(|(_, n)| **n > 0) {

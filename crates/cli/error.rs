@@ -1,4 +1,4 @@
-//! What can go wrong, in one line each, and the exit code it gives.
+//! Errors of the commands, each with a one-line message, and their exit codes.
 
 use dapple_integrator::imaging::{ImageError, Window};
 use dapple_integrator::scene::SceneError;
@@ -6,16 +6,16 @@ use dapple_integrator::scene::error::shortened;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Why a command did not do what it was asked for.
+/// An error that ends a command.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// Something on the command line, already worded.
+    /// An invalid command line, with the complete message.
     #[error("{0}")]
     Arguments(String),
     /// A scene that cannot be read or built.
     #[error("{0}")]
     Scene(#[from] SceneError),
-    /// A picture that cannot be read or written.
+    /// An image that cannot be read or written.
     #[error("{0}")]
     Image(#[from] ImageError),
     /// A settings file that cannot be read.
@@ -24,42 +24,42 @@ pub enum Failure {
     /// A key of a settings file that is unknown or has a wrong value.
     #[error("{path}: key '{key}': {reason}", path = .path.display())]
     SettingsKey { path: PathBuf, key: String, reason: String },
-    /// Pictures that cannot be compared.
+    /// Images that cannot be compared.
     #[cfg(feature = "report")]
     #[error("{0}")]
     Size(#[from] dapple_analysis::metrics::SizeMismatch),
-    /// Crops of one picture that have no pixel in common.
+    /// Crops of one image that have no pixel in common.
     #[error(
-        "{}, {}: have no pixel in common: one holds {}, the other {}; render the same --crop",
+        "{}, {}: have no pixel in common: one covers {}, the other {}; render the same --crop",
         .image.display(), .other.display(), .windows[0], .windows[1]
     )]
     NoOverlap { image: PathBuf, other: PathBuf, windows: Box<[Window; 2]> },
-    /// A check that was asked for and did not hold.
+    /// A check that was requested and failed.
     #[error("{0}")]
     Check(String),
-    /// An environment picture with a value that is no radiance.
+    /// An environment map with a value that is not a valid radiance.
     #[error("{path}: {reason}", path = .path.display())]
     Environment { path: PathBuf, reason: String },
 }
 
 impl Failure {
-    /// 2 for bad input and bad arguments (1 is for checks that fail, 3 for renders that were stopped early, 4 for outputs
-    /// that were not all written).
+    /// Returns the exit code: 1 for failed checks, 2 for bad input and bad arguments (3 is for renders that were
+    /// stopped early, 4 for outputs that were not all written).
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(if matches!(self, Self::Check(_)) { 1 } else { 2 })
     }
 }
 
-/// A message as one line, whatever its parts were and however long the values that it quotes.
+/// Joins the lines of a message into one, and shortens long values that it quotes.
 pub fn one_line(message: &str) -> String {
     let message = shortened(message);
     message.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
 }
 
-/// The beginning of a value, as messages repeat it.
+/// Shortens a value for quoting in messages.
 pub use dapple_integrator::scene::error::quoted as short;
 
-/// The part of clap's message that says what is wrong, without the usage that follows it.
+/// Returns the part of clap's message that says what is wrong, without the usage that follows it.
 pub fn clap_line(error: &clap::Error) -> String {
     let text = error.to_string();
     let said = text

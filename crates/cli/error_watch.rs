@@ -1,4 +1,4 @@
-//! What a render says about its own error: while it runs, in a log, and when it is enough.
+//! Estimates the error of a running render: for the progress bar, the log, and the stopping rule of `--error-limit`.
 
 use crate::error::Failure;
 use crate::interrupt;
@@ -22,29 +22,29 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// No render stops for its error before it has so many samples per pixel: with fewer, rare bright ones may be unseen.
+/// Fewest samples per pixel at which the error can stop a render: with fewer, rare bright samples may be missing.
 const FEWEST: u32 = 64;
 
-/// A guess so much above the limit leaves no hope that the error is below it.
+/// An estimate above the limit by more than this factor rules out that the error is below the limit.
 const HOPE: f64 = 1.5;
 
-/// The next look is where the bound is expected to be this part of the limit: chance may make it larger.
+/// The next check is scheduled where the bound is expected to reach this fraction of the limit, as a margin for chance.
 const AIM: f64 = 0.95;
 
-/// But not before the samples are so many times as many: each look costs time and confidence.
+/// Minimum growth factor of the samples between two checks: each check costs time and confidence.
 const STEP: f64 = 1.125;
 
-/// And not so far on that what is met until then would have allowed to stop long before.
+/// Maximum growth factor, so that samples taken in between which already suffice do not go unnoticed for long.
 const LEAP: f64 = 4.0;
 
-/// Where nothing else ends a render whose bound cannot be relied on: so many times the samples at which the limit would
-/// have been called reached, and so many at least.
+/// Cap on a render whose bound is not reliable and that has no other limit: a multiple of the samples at which the
+/// limit would have been reached, and a minimum number of samples.
 const CAP: (u32, u32) = (16, 4096);
 
-/// Points of the path tracer in sets of their own come in so many.
+/// Number of samples in each independent set of the path tracer.
 const WHOLE: u32 = 16;
 
-/// Looks at a render while its samples double, and between where that is worth it.
+/// Checks a render at each doubling of its samples, and in between where that is worthwhile.
 pub struct ErrorWatch<'a> {
     scene: &'a Scene,
     camera: &'a Camera,
@@ -53,41 +53,42 @@ pub struct ErrorWatch<'a> {
     doublings: Option<Doublings>,
     confidence: f64,
     limit: Option<f64>,
-    /// Neither a number of samples nor a time ends the render.
+    /// Whether neither a sample count nor a time limit ends the render.
     is_endless: bool,
-    /// Samples at which the bound was below the limit for the first time, whether it could be relied on or not.
+    /// Samples at which the bound first fell below the limit, whether reliable or not.
     reached: Option<u32>,
-    /// The cap ended the render.
+    /// Whether the cap ended the render.
     is_capped: bool,
-    /// How bright a sample can be.
+    /// Upper bound of a sample's radiance.
     peak: OnceCell<Peak>,
-    /// How often it was looked whether the limit holds.
+    /// Number of checks of the limit so far.
     looks: i32,
-    /// Samples before which it is not worth looking again.
+    /// Samples at which the next check is due.
     next: Option<u32>,
     log: Option<(PathBuf, File)>,
     bar: &'a Bar,
-    /// What was found when the limit held.
+    /// Verdict of the check that found the limit reached.
     held: Option<Verdict>,
     /// Whether the last line of the log has an error.
     told: bool,
-    /// What measuring took so far, beside rendering.
+    /// Seconds spent on measuring the error, apart from rendering.
     seconds: Cell<f64>,
-    /// When it has to be done, if time is limited.
+    /// Deadline of the command, if time is limited.
     deadline: Option<Instant>,
 }
 
-/// Where more than this of a picture would have to be rendered again, no time is set aside for it.
+/// Fraction of an image to render again above which no time is reserved for it.
 const WORTH: f64 = 0.5;
 
 impl<'a> ErrorWatch<'a> {
-    /// The part of a limited time that is needed to measure the error of the finished picture.
+    /// Returns the fraction of the time limit that is needed to measure the error of the finished image.
     pub fn share_of_time(settings: &Settings) -> f64 {
         let again = 1.1 * replicated_share(settings.rect());
         if Way::of(settings) == Way::Replicate && again <= WORTH { again / (1.0 + again) } else { 0.0 }
     }
 
-    /// For a render of `settings`; fails if the log cannot be written or the error limit has no meaning.
+    /// Creates the watch of a render with `settings`; fails if the log cannot be written or the error limit has no
+    /// meaning.
     pub fn new(
         (scene, camera, settings): (&'a Scene, &'a Camera, &'a Settings),
         options: &RenderOptions,
@@ -95,8 +96,8 @@ impl<'a> ErrorWatch<'a> {
     ) -> Result<Self, Failure> {
         let (way, doublings) = (Way::of(settings), Doublings::new(settings));
         if options.error_limit.is_some() && (way == Way::None || doublings.is_none()) {
-            let said = "the error of these points is not known while they are taken; use --pattern sobol or random, \
-                        leave out --spp with stratified, and use no grid";
+            let said = "the error cannot be estimated during the render with these samples; use --pattern sobol or \
+                        random, omit --spp with stratified, and do not use grid";
             return Err(Failure::Arguments(format!("--error-limit: {said}")));
         }
         let open = |path: &PathBuf| match File::create(path) {
@@ -126,14 +127,14 @@ impl<'a> ErrorWatch<'a> {
         })
     }
 
-    /// Takes a checkpoint in; breaks when the error is small enough.
+    /// Processes a snapshot; breaks when the error is small enough.
     pub fn look(&mut self, at: &Snapshot<'_>) -> ControlFlow<()> {
         let known = self.guess(at);
         self.write((at.seconds, at.spp, at.rays()), known.as_ref());
         if self.held.is_some() || self.is_capped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// The error by how the picture changed; measured where it may be below the limit.
+    /// Estimates the error from the change of the image; measures it where it may be below the limit.
     fn guess(&mut self, at: &Snapshot<'_>) -> Option<Verdict> {
         let doublings = self.doublings.as_mut()?;
         let film = at.film();
@@ -152,7 +153,7 @@ impl<'a> ErrorWatch<'a> {
         Some(self.examine(at, &film, (guess, rate), limit))
     }
 
-    /// Whether the limit holds, and when to look again if it does not.
+    /// Checks whether the limit is reached, and schedules the next check if it is not.
     fn examine(
         &mut self,
         at: &Snapshot<'_>,
@@ -166,7 +167,7 @@ impl<'a> ErrorWatch<'a> {
         }
         let doubt = self.judge(guess, (film, &tail), self.confidence(self.looks + 1));
         let (found, verdict) = if doubt.unseen > SHARE * limit {
-            // It cannot hold, so that nothing has to be measured, and no chance to be wrong is used up.
+            // The limit cannot be reached yet: skip the measurement, which would spend part of the confidence.
             (guess, doubt)
         } else {
             self.looks += 1;
@@ -182,13 +183,13 @@ impl<'a> ErrorWatch<'a> {
         verdict
     }
 
-    /// The samples at which a render ends though its bound cannot be relied on.
+    /// Returns the samples at which a render ends even though its bound is not reliable.
     fn cap(&self) -> u32 {
         let reached = self.reached.filter(|_| self.is_endless);
         reached.map_or(u32::MAX, |spp| spp.saturating_mul(CAP.0).max(CAP.1))
     }
 
-    /// An error, with what no sample has seen.
+    /// Combines an error estimate with the possible contribution of light that no sample has found.
     fn judge(&self, found: Estimate, (film, tail): (&Film, &Tail), confidence: f64) -> Verdict {
         let start = Instant::now();
         let peak = self.peak.get_or_init(|| peak(self.scene, self.camera, self.settings));
@@ -197,8 +198,8 @@ impl<'a> ErrorWatch<'a> {
         verdict
     }
 
-    /// The samples at which a bound of the next look's confidence is likely to be below the limit and reliable, when `spp`
-    /// samples had the error `found` and its square falls by `rate`; whole sets of points.
+    /// Returns the samples at which the next check's bound is likely to be below the limit and reliable, given that
+    /// `spp` samples had the error `found` and that its square falls by `rate`; a multiple of whole sample sets.
     fn worth(&self, spp: u32, (found, verdict): (Estimate, &Verdict), limit: f64, rate: f64) -> u32 {
         let of = [0, 1].map(|more| self.confidence(self.looks + more));
         let more = verdict.growth(found.bound_of(of), AIM * limit, rate, LEAP).max(STEP);
@@ -206,14 +207,14 @@ impl<'a> ErrorWatch<'a> {
         (samples as u32).checked_next_multiple_of(WHOLE).unwrap_or(u32::MAX)
     }
 
-    /// Whoever looks again and again, and stops when a bound happens to be small, is wrong more often than each bound is.
-    /// So of the chance to be wrong the first look gets half, the next one half of what is left: all together stay below
-    /// it (Boole's inequality).
+    /// Confidence of each bound, corrected for repeated checks: stopping when one of many bounds happens to be small is
+    /// wrong more often than each bound alone. The first check gets half of the permitted probability of error, the
+    /// next one half of the remainder, so that the sum stays below it (Boole's inequality).
     fn confidence(&self, looks: i32) -> f64 {
         1.0 - (1.0 - self.confidence) * 0.5f64.powi(looks)
     }
 
-    /// The error of a picture of `spp` samples; renders a small part of it again where that is the only way.
+    /// Measures the error of an image of `spp` samples; renders a small part of it again where no other way exists.
     fn measure(&self, film: &Film, spp: u32, allocation: Option<&Arc<SampleAllocation>>) -> Option<Estimate> {
         let start = Instant::now();
         let found = match self.way {
@@ -231,7 +232,8 @@ impl<'a> ErrorWatch<'a> {
         found
     }
 
-    /// Part of the distribution tracer's points is not the picture: cells come in order.
+    /// Whether `spp` completes a round. An incomplete round of the distribution tracer is no estimate: cells come in
+    /// order.
     fn is_whole(&self, spp: u32) -> bool {
         spp.is_multiple_of(self.settings.round())
     }
@@ -243,14 +245,17 @@ impl<'a> ErrorWatch<'a> {
         let line = json!({ "seconds": seconds, "spp": spp, "rays": rays, "error": error, "bound": bound });
         if let Err(e) = writeln!(file, "{line}") {
             saving::lose();
-            let said = format!("error: --log {}: cannot be written: {e}; the render goes on", path.display());
+            let said = format!(
+                "error: --log {}: cannot be written: {e}; the render continues without it",
+                path.display()
+            );
             self.bar.say(&said);
             self.log = None;
         }
     }
 
-    /// The error of the finished picture, and the seconds that it took to find out. The log gets it too, if its last
-    /// line has none.
+    /// Returns the error of the finished image, and the seconds spent on measuring it. It is appended to the log as
+    /// well if the last line has none.
     pub fn finish(mut self, outcome: &Outcome) -> Known {
         let stats = &outcome.stats;
         let measured = || self.measure(&outcome.film, stats.spp, outcome.allocation.as_ref());
@@ -259,14 +264,14 @@ impl<'a> ErrorWatch<'a> {
             let found = measured().or_else(guessed)?;
             Some(self.judge(found, (&outcome.film, &outcome.tail), self.confidence))
         };
-        // Without one whole round there is nothing to measure, however long that would take.
+        // Without one whole round there is no estimate, and no need to spend time on one.
         let found = if stats.spp > 0 { self.held.clone().or_else(judged) } else { None };
         if found.is_some() && !self.told {
             self.write((stats.seconds, stats.spp, stats.rays), found.as_ref());
         }
         let unknown = || match self.way {
-            Way::None => "the error of these points is no chance: they are the same for every seed".into(),
-            _ => "too few samples to know the error".into(),
+            Way::None => "the error of these samples is not random: they are the same for every seed".into(),
+            _ => "too few samples to estimate the error".into(),
         };
         Known {
             error: found.as_ref().map(|v| v.error),
@@ -278,7 +283,7 @@ impl<'a> ErrorWatch<'a> {
     }
 }
 
-/// Whether time is up.
+/// Whether the deadline has passed.
 fn late(deadline: Option<Instant>) -> bool {
     deadline.is_some_and(|deadline| Instant::now() >= deadline)
 }

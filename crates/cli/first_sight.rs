@@ -1,5 +1,5 @@
-//! A picture is never black without a word: a default light where the file's own is too little, and one line where even that
-//! shows nothing.
+//! Checks against black images: adds a default light if the file's own lights are too dim, and warns if the image stays
+//! dark.
 
 use crate::default_light::Look;
 use crate::error;
@@ -10,21 +10,21 @@ use dapple_integrator::scene::studio::{self, STUDIO};
 use dapple_integrator::scene::{NamedCamera, Scene, Warning};
 use glam::Vec3;
 
-/// Where else to look.
+/// Advice about views that show more.
 const ELSEWHERE: &str = "--orbit 30,20 looks at the whole scene, --camera and --look-at choose another view";
 
-/// What may be done about a dark picture.
+/// What may be done about a dark image.
 pub struct Bounds {
-    /// In pixels.
+    /// Size of the image in pixels.
     pub size: (u32, u32),
     pub backfaces: Backfaces,
-    /// The scene has no other light than its own, and may get some.
+    /// Whether the scene has only its own lights, so that a default light may be added.
     pub may_light: bool,
-    /// Light is followed, so that there is something to be dark.
+    /// Whether the render computes lighting, so that the image can be dark.
     pub follows_light: bool,
 }
 
-/// Lights a scene that would be nearly black, and says what keeps its picture dark all the same.
+/// Adds a default light to a scene that would be nearly black, and warns if its image stays dark.
 pub fn settle(scene: &mut Scene, view: &NamedCamera, bounds: &Bounds) {
     let Bounds { size, backfaces, may_light, follows_light } = *bounds;
     if !look(scene, view, backfaces).shows_a_surface(size) {
@@ -39,11 +39,11 @@ pub fn settle(scene: &mut Scene, view: &NamedCamera, bounds: &Bounds) {
         && look(scene, view, backfaces).is_nearly_black()
     {
         scene.surround(studio::studio());
-        scene.warnings.push(Warning(format!("the scene's own light leaves it nearly black: {STUDIO}")));
+        scene.warnings.push(Warning(format!("the lights of the scene leave it nearly black: {STUDIO}")));
     }
     if is_surrounded_by_light(scene) && look(scene, view, backfaces).is_nearly_black() {
         let why = why_dark(&look(scene, view, backfaces), view);
-        // It does not light what is seen.
+        // The studio does not light any visible surface.
         scene.warnings.retain(|w| !w.0.contains(STUDIO));
         scene.warnings.push(Warning(why));
     }
@@ -65,31 +65,33 @@ fn say_nothing_is_seen(scene: &mut Scene, view: &NamedCamera, may_light: bool) {
     let is_studio = may_light || scene.warnings.iter().any(|w| w.0.contains(STUDIO));
     scene.warnings.retain(|w| !w.0.contains(STUDIO));
     let shown = match (is_studio, scene.environment.is_some()) {
-        (true, _) => "the picture shows a soft studio environment alone (--env none leaves it out)",
-        (false, true) => "the picture shows the environment alone",
-        (false, false) => "the picture is black",
+        (true, _) => "the image shows only a soft studio environment (--env none removes it)",
+        (false, true) => "the image shows only the environment",
+        (false, false) => "the image is black",
     };
     let said = match scene.objects.is_empty() {
-        true => format!("there is no surface in the scene: {shown}"),
+        true => format!("the scene has no surfaces: {shown}"),
         false => format!("{} sees no surface: {shown}; {ELSEWHERE}", called(view)),
     };
     scene.warnings.push(Warning(said));
 }
 
-/// Why the light that is all around does not light what is seen, and what helps.
+/// Returns why the surrounding light does not reach the visible surfaces, and a remedy.
 fn why_dark(look: &Look<'_>, view: &NamedCamera) -> String {
     let camera = called(view);
     if look.is_of_black_surfaces() {
-        return format!("what {camera} sees reflects next to no light: the picture is nearly black");
+        return format!("the surfaces that {camera} sees reflect almost no light: the image is nearly black");
     }
     if !look.is_enclosed() {
         let shown = Look { backfaces: Backfaces::Shown, ..*look };
         let helps = if look.backfaces == Backfaces::Shown || shown.is_nearly_black() {
             ELSEWHERE
         } else {
-            "--backfaces shown shows the backs of walls that it looks through"
+            "--backfaces shown renders the back faces that the camera sees through"
         };
-        return format!("next to no light reaches what {camera} sees: the picture is nearly black; {helps}");
+        return format!(
+            "almost no light reaches the surfaces that {camera} sees: the image is nearly black; {helps}"
+        );
     }
     let culled = Look { backfaces: Backfaces::Culled, ..*look };
     let opens = match culled.is_nearly_black() || !culled.shows_a_surface((1, 1)) {
@@ -97,7 +99,7 @@ fn why_dark(look: &Look<'_>, view: &NamedCamera) -> String {
         false => ", --backfaces culled opens single-sided walls",
     };
     format!(
-        "{camera} stands in a closed space that no light gets into: the picture is nearly black; --orbit 30,20 looks at it from \
+        "{camera} is in a closed space that no light enters: the image is nearly black; --orbit 30,20 looks at it from \
          outside{opens}"
     )
 }
@@ -106,7 +108,7 @@ fn called(view: &NamedCamera) -> String {
     format!("camera '{}'", error::short(&view.name))
 }
 
-/// What may be done by these options.
+/// Determines what these options permit.
 pub fn bounds(options: &RenderOptions, size: (u32, u32), may_light: bool) -> Bounds {
     let follows_light = options.reads().light;
     Bounds { size, backfaces: options.backfaces(), may_light: may_light && follows_light, follows_light }

@@ -1,4 +1,4 @@
-//! What a command line without a command means: a file stands for its render, nothing for a greeting.
+//! Command lines without a command: a file name is rendered, and an empty command line prints a greeting.
 
 use crate::args;
 use crate::standard_output;
@@ -6,11 +6,11 @@ use clap::Command;
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-/// The command that stands for a file.
+/// The command that a file name stands for.
 const RENDER: &str = "render";
 
-/// The words of a command line, with `render` before a file that stands where a command is expected. A word that is a
-/// command stays one, whatever files there are.
+/// Returns the words of a command line, with `render` inserted before a file that is in the place of the command. A
+/// word that names a command stays a command, whatever files exist.
 pub fn completed(command: &Command, words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut words: Vec<OsString> = words.into_iter().collect();
     if words.get(1).is_some_and(|first| !is_command(command, first) && is_scene(first)) {
@@ -24,14 +24,14 @@ fn is_command(command: &Command, word: &OsStr) -> bool {
     word == "help" || command.get_subcommands().any(is)
 }
 
-/// A path, a built-in scene or a file that is there; what is none of these may be a command that was misspelt.
+/// Whether a word is a path, a built-in scene or an existing file; any other word may be a misspelt command.
 fn is_scene(word: &OsStr) -> bool {
     let text = word.to_string_lossy();
     let reads_like_one = text.contains(['.', '/', '\\']) || text.starts_with("builtin:");
     !text.starts_with('-') && !text.is_empty() && (reads_like_one || Path::new(word).exists())
 }
 
-/// Help, and the one command to try.
+/// Prints the help and an example command.
 pub fn greet() {
     standard_output::print(|| args::command().print_help());
     standard_output::result(

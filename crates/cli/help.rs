@@ -1,10 +1,10 @@
-//! How the commands present themselves: what they use and no more, a short help for newcomers, built-in scenes by name.
+//! Help texts: each command lists only the options it uses, `-h` is short, and built-in scenes are listed by name.
 
 use crate::{options, uses};
 use clap::{Arg, Command};
 use dapple_integrator::scene::builtin;
 
-/// Options of a render that the short help shows; all others are under `--help`.
+/// Render options that the short help shows; `--help` shows all.
 const NEWCOMERS: [&str; 15] = [
     "output",
     "size",
@@ -23,18 +23,18 @@ const NEWCOMERS: [&str; 15] = [
     "quiet",
 ];
 
-/// Other names of options that were there first, and stay accepted.
+/// Older names of options, which stay accepted but are hidden.
 const OLDER: [&str; 2] = ["cull-backfaces", "env-smooth"];
 
-/// What is said below the full help of a command that renders.
+/// Text below the full help of commands that render.
 const MORE: &str = "\
-A flag is taken back by =false, as in --half=false. Every option is also a key of settings files: SCENE.toml beside the scene \
-(for how it looks and is sampled) and --settings FILE.
+A flag is reset by =false, as in --half=false. Every option is also a key of settings files: SCENE.toml beside the \
+scene (for appearance and sampling) and --settings FILE.
 
-Exit codes: 0 done, 1 a check failed, 2 bad input or arguments, 3 stopped early or a goal not met, 4 rendered but not \
-everything written.";
+Exit codes: 0 done, 1 a check failed, 2 bad input or arguments, 3 stopped early or a limit not reached, 4 rendered but \
+not every output written.";
 
-/// The commands, each with the options that it uses.
+/// Adapts the help of every command to the options that it uses.
 pub fn shaped(mut command: Command) -> Command {
     let names: Vec<String> = command.get_subcommands().map(|sub| sub.get_name().to_string()).collect();
     for name in names {
@@ -62,7 +62,7 @@ fn subcommand(sub: Command, name: &str) -> Command {
     .after_long_help(MORE)
 }
 
-/// An argument that takes a scene, with the names of those that need no file.
+/// Adds the names of the built-in scenes to an argument that takes a scene.
 fn with_builtins(arg: Arg) -> Arg {
     let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
     if !help.contains("builtin:NAME") {
@@ -76,7 +76,7 @@ fn with_builtins(arg: Arg) -> Arg {
     arg.help(short).long_help(format!("{help}:\n{lines}"))
 }
 
-/// The commands with nothing hidden in them, for generators that would name what is not used.
+/// Returns the commands without hidden arguments, for generators that would otherwise list them.
 #[cfg(feature = "manual")]
 pub fn visible(command: &Command) -> Command {
     let mut seen = Command::new(command.get_name().to_string());

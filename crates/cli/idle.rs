@@ -1,5 +1,5 @@
-//! Options that change nothing for the chosen method, pattern, outputs or scene. They are no error, for they may come from
-//! a settings file or a script that serves many scenes, but each gets a note.
+//! Detection of options without effect for the chosen method, pattern, outputs or scene. These are not errors, because
+//! they may come from a settings file or a script that serves many scenes, but each produces a note.
 
 use crate::options::{NO_ENVIRONMENT, RenderOptions};
 use dapple_integrator::lights::Light;
@@ -7,10 +7,10 @@ use dapple_integrator::scene::Scene;
 use dapple_integrator::{Combine, Effect, MethodKind, Settings};
 use std::path::Path;
 
-/// What has nothing to do, each with why.
+/// Options without effect, each with the reason.
 pub type Idle = Vec<(&'static str, String)>;
 
-/// The options that have nothing to do in a render with these settings.
+/// Returns the options that have no effect in a render with these settings.
 pub fn of_render(options: &RenderOptions, settings: &Settings, scene: &Scene) -> Idle {
     let mut idle = of_outputs(options);
     idle.extend(of_method(options, settings));
@@ -19,7 +19,7 @@ pub fn of_render(options: &RenderOptions, settings: &Settings, scene: &Scene) ->
     idle
 }
 
-/// Options about files of a kind that is not written.
+/// Returns options of file formats that are not written.
 pub fn of_outputs(options: &RenderOptions) -> Idle {
     let writes = |extension: &str| match &options.output {
         None => extension == "exr" || (extension == "png" && options.shows_picture()),
@@ -45,7 +45,7 @@ fn is(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
 }
 
-/// Options of the other tracer, and of other ways to use this one.
+/// Returns options of the other tracer, or of a mode of this tracer that is not used.
 fn of_method(options: &RenderOptions, settings: &Settings) -> Idle {
     let mut idle = Idle::new();
     let mut say = |is_idle: bool, name, why: &str| {
@@ -56,34 +56,34 @@ fn of_method(options: &RenderOptions, settings: &Settings) -> Idle {
     let effects = &options.effects;
     match settings.kind() {
         MethodKind::Path => {
-            let why = "the path tracer has one plan for all effects; see --method distribution";
+            let why = "the path tracer samples all effects together; see --method distribution";
             say(effects.combine.is_some(), "--combine", why);
             say(effects.secondary.is_some(), "--secondary", why);
         }
         MethodKind::Distribution => {
-            let why = "the distribution tracer follows all of its rays; see --max-bounces";
+            let why = "the distribution tracer uses no Russian roulette; see --max-bounces";
             say(RenderOptions::is(options.no_roulette), "--no-roulette", why);
             let paired = settings.combine() == Combine::Paired;
-            let why = "paired, every integral has one point per pixel sample";
+            let why = "with --combine paired, every integral has one sample per pixel sample";
             say(effects.secondary.is_some() && paired, "--secondary", why);
         }
     }
     let centre = settings.plans.is_off(Effect::Pixel);
-    say(options.filter.is_some() && centre, "--filter", "--pixel 0 looks at pixel centres alone");
+    say(options.filter.is_some() && centre, "--filter", "--pixel 0 samples only pixel centres");
     let limited = options.max_bounces == Some(0) && settings.kind() == MethodKind::Path;
-    say(RenderOptions::is(options.no_roulette) && limited, "--no-roulette", "no path is followed");
+    say(RenderOptions::is(options.no_roulette) && limited, "--no-roulette", "no path is continued");
     idle
 }
 
-/// Options about an environment that is not there.
+/// Returns options of an environment that does not exist.
 fn of_environment(options: &RenderOptions) -> Idle {
     let none = Path::new(NO_ENVIRONMENT);
     let picture = options.env.as_deref().is_some_and(|env| env != none);
     let color = options.env_color.is_some();
     let mut idle = Idle::new();
     let why = match color {
-        true => "--env-color is the same from all sides",
-        false => "there is no environment picture; see --env",
+        true => "--env-color is the same in all directions",
+        false => "there is no environment map; see --env",
     };
     if !picture && options.env_rotation.is_some() {
         idle.push(("--env-rotation", why.into()));
@@ -100,11 +100,11 @@ fn of_environment(options: &RenderOptions) -> Idle {
     idle
 }
 
-/// Options about motion and matter that the scene does not have.
+/// Returns options about motion, materials and lights that the scene does not have.
 fn of_scene(options: &RenderOptions, scene: &Scene) -> Idle {
     let mut idle = Idle::new();
     if options.shutter.is_some_and(|s| s.close > s.open) && !scene.survey.has_motion {
-        idle.push(("--shutter", "nothing moves while it is open".into()));
+        idle.push(("--shutter", "nothing moves during the shutter interval".into()));
     }
     if RenderOptions::is(options.transparent_shadows) && !scene.survey.has_transmission {
         idle.push(("--transparent-shadows", "the scene has no glass".into()));

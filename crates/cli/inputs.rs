@@ -1,4 +1,4 @@
-//! No command overwrites what it reads: outputs are held against every input before work begins.
+//! Protection of input files: outputs are compared with every input before work begins, so that none is overwritten.
 
 use crate::error::Failure;
 use crate::load::Source;
@@ -7,19 +7,19 @@ use crate::settings_file;
 use same_file::Handle;
 use std::path::{Path, PathBuf};
 
-/// Files that a command reads, each with the word for it.
+/// Files that a command reads, each with a description for messages.
 #[derive(Clone, Debug, Default)]
 pub struct Inputs(Vec<(&'static str, PathBuf)>);
 
 impl Inputs {
-    /// What a render of `source` with `options` reads, before the scene has been opened.
+    /// Returns the inputs of a render of `source` with `options`, before the scene is opened.
     pub fn of_render(source: &Source, options: &RenderOptions) -> Self {
         let mut inputs = Self::default();
         inputs.add_render(source, options);
         inputs
     }
 
-    /// What a render reads, beside what is there.
+    /// Adds the inputs of a render.
     pub fn add_render(&mut self, source: &Source, options: &RenderOptions) {
         if let Some(scene) = source.path() {
             self.add("the scene", scene);
@@ -31,29 +31,29 @@ impl Inputs {
             self.add("the settings file", settings);
         }
         if let Some(environment) = options.env.as_ref().filter(|env| env.as_os_str() != NO_ENVIRONMENT) {
-            self.add("the environment picture", environment);
+            self.add("the environment map", environment);
         }
     }
 
-    /// One more file.
+    /// Adds a file.
     pub fn add(&mut self, what: &'static str, path: &Path) {
         self.0.push((what, path.to_path_buf()));
     }
 
-    /// The files that the scene names: buffers and images, read or not.
+    /// Adds the files that the scene refers to: buffers and images, whether read or not.
     pub fn add_scene_files(&mut self, files: &[PathBuf]) {
         self.0.extend(files.iter().map(|path| ("a file of the scene", path.clone())));
     }
 
-    /// Refuses an output that is one of the inputs, whatever it is called: by another path, a symbolic or a hard link, or in
-    /// other letters where the file system does not tell them apart.
+    /// Rejects an output that is one of the inputs, however its path is written: by another path, a symbolic or hard
+    /// link, or in other letter case on a case-insensitive file system.
     pub fn spare<'a>(&self, outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
         for output in outputs {
             let Some(there) = handle(output) else { continue };
             let same = |(_, input): &&(&str, PathBuf)| handle(input).is_some_and(|at| at == there);
             if let Some((what, input)) = self.0.iter().find(same) {
                 let said = format!(
-                    "{}: is {what} ({}); it would be overwritten, so choose another output",
+                    "{}: is {what} ({}), which would be overwritten; choose another output",
                     output.display(),
                     input.display()
                 );
@@ -64,8 +64,8 @@ impl Inputs {
     }
 }
 
-/// Which file a path leads to. None for what is not there or cannot be opened, which holds nothing to lose, and for what is
-/// no plain file: opening a pipe would wait for its other end.
+/// Identifies the file that a path leads to. None for a missing or unreadable file, which has nothing to lose, and for
+/// anything but a regular file: opening a pipe would wait for its other end.
 fn handle(path: &Path) -> Option<Handle> {
     path.metadata().ok().filter(|at| at.is_file())?;
     Handle::from_path(path).ok()

@@ -1,33 +1,33 @@
-//! What is known of a picture's error when it is done.
+//! Estimated error of a finished image.
 
-/// By the picture's own account.
+/// Error estimate of an image, from its own samples.
 #[derive(Clone, Debug, Default)]
 pub struct Known {
-    /// Expected relative RMSE; none where it cannot be known or nobody asked.
+    /// Expected relative RMSE; none if it cannot be estimated or was not requested.
     pub error: Option<f64>,
-    /// What the true one is not above; none where that cannot be relied on.
+    /// Upper bound of the true error; none if no bound is reliable.
     pub bound: Option<f64>,
-    /// Whether a bound can be stated.
+    /// Whether a reliable bound exists.
     pub reliable: bool,
-    /// Why, or why not.
+    /// Reason why there is a bound, or why there is none.
     pub why: String,
-    /// Wall time of finding out, beside rendering.
+    /// Wall-clock time spent on the estimate, apart from rendering.
     pub seconds: f64,
 }
 
 impl Known {
-    /// Nobody asked.
+    /// The result when no error estimate was requested.
     pub fn unasked() -> Self {
-        Self { why: "nobody asked".into(), ..Self::default() }
+        Self { why: "not requested".into(), ..Self::default() }
     }
 
-    /// For people.
+    /// Formats the estimate for the summary line.
     pub fn summary(&self) -> String {
         match (self.error, self.bound) {
             (Some(e), Some(b)) => format!("; error about {:.2} %, below {:.2} %", 100.0 * e, 100.0 * b),
             (Some(e), None) => {
                 format!(
-                    "; error about {:.2} % by what was seen, no bound is known\nno bound: {}",
+                    "; error about {:.2} % from the samples so far, no reliable bound\nno bound: {}",
                     100.0 * e,
                     self.why
                 )

@@ -1,4 +1,4 @@
-//! Options as they would be typed, parsed by themselves and laid over others: what settings files and plans of runs say.
+//! Parsing of option layers other than the command line: settings files and run specifications.
 
 use crate::complaint;
 use crate::error::Failure;
@@ -6,14 +6,14 @@ use crate::options::{self, RenderOptions};
 use clap::ArgMatches;
 use std::ffi::OsString;
 
-/// Options alone, as they would be typed.
+/// Parses options without a command, as they would be typed.
 pub fn parsed(arguments: &[OsString]) -> Result<ArgMatches, Failure> {
     options::command().try_get_matches_from(arguments).map_err(|e| Failure::Arguments(complaint::line(&e)))
 }
 
 impl RenderOptions {
-    /// Lays the given arguments over what is there.
+    /// Overrides options with the given arguments.
     pub fn apply(&mut self, arguments: &[OsString]) -> Result<(), Failure> {
-        self.lay_matches(&parsed(arguments)?)
+        self.apply_matches(&parsed(arguments)?)
     }
 }

@@ -1,4 +1,4 @@
-//! From what was typed to a checked scene: the file or built-in scene, its environment, the camera and the size.
+//! Loading: reads the file or built-in scene, and determines its environment, camera and image size.
 
 use crate::effects;
 use crate::error::{self, Failure};
@@ -18,15 +18,15 @@ use dapple_integrator::scene::{NamedCamera, Scene, SceneBuilder, builtin};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Height of a picture whose size was not given.
+/// Height of an image whose size is not given.
 const DEFAULT_HEIGHT: u32 = 512;
 
-/// Bytes per pixel at the peak: films of the tiles and of the picture, layers, the file being written.
+/// Bytes per pixel at peak memory use: the films of the tiles and of the image, layers, the file being written.
 const PIXEL_BYTES: u64 = 180;
-/// More per extra layer.
+/// Additional bytes per pixel for each extra layer.
 const LAYER_BYTES: u64 = 60;
 
-/// Where a scene comes from.
+/// Source of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     Builtin(String),
@@ -34,7 +34,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// `builtin:NAME` or a path; nothing means the Cornell box.
+    /// Parses `builtin:NAME` or a path; `None` means the Cornell box.
     pub fn new(scene: Option<&str>) -> Self {
         let scene = scene.unwrap_or("builtin:cornell");
         match scene.strip_prefix("builtin:") {
@@ -43,7 +43,7 @@ impl Source {
         }
     }
 
-    /// The file, if it is one.
+    /// Returns the path of a scene file; none for built-in scenes.
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::File(path) => Some(path),
@@ -51,7 +51,7 @@ impl Source {
         }
     }
 
-    /// What pictures of it are called.
+    /// Returns the name of the scene, from which default output names are derived.
     pub fn name(&self) -> String {
         match self {
             Self::Builtin(name) => name.clone(),
@@ -59,7 +59,8 @@ impl Source {
         }
     }
 
-    /// The files of the scene, named and not: what must not be written over. Meshes and images are not read.
+    /// Returns the scene file and the files that it refers to, which must not be overwritten. Meshes and images are not
+    /// read.
     pub fn files(&self, options: &RenderOptions) -> Result<Vec<PathBuf>, Failure> {
         match self {
             Self::Builtin(_) => Ok(Vec::new()),
@@ -67,7 +68,7 @@ impl Source {
         }
     }
 
-    /// Parts of the scene, to which an environment may still be added.
+    /// Reads the parts of the scene, to which an environment may still be added.
     pub fn read(&self, options: &RenderOptions) -> Result<SceneBuilder, Failure> {
         match self {
             Self::Builtin(name) => {
@@ -86,7 +87,7 @@ fn read_file(path: &Path, options: &RenderOptions) -> Result<SceneBuilder, Failu
     Ok(dapple_integrator::scene::gltf::read(path, &reader_options(options))?)
 }
 
-/// How a file is read.
+/// Converts the options for the glTF reader.
 #[cfg(feature = "gltf")]
 pub fn reader_options(options: &RenderOptions) -> dapple_integrator::scene::gltf::Options {
     let (at, shutter) = (options.at.unwrap_or(0.0), options.exposure());
@@ -134,18 +135,18 @@ fn unknown_builtin(name: &str) -> Failure {
     ))
 }
 
-/// A scene ready to be rendered, and what it took.
+/// A scene ready for rendering, and the time it took to load.
 pub struct Loaded {
     pub scene: Scene,
-    /// What else the file could show, for people.
+    /// Notes for the user about further contents of the file.
     pub notes: Vec<String>,
-    /// Reading and decoding files.
+    /// Seconds for reading and decoding files.
     pub load_seconds: f64,
-    /// Checking, trees and light tables.
+    /// Seconds for validation and for building the acceleration structures and light tables.
     pub build_seconds: f64,
 }
 
-/// Reads the scene, adds the environment, builds.
+/// Reads the scene, adds the environment and builds the scene.
 pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure> {
     let start = Instant::now();
     let mut builder = source.read(options)?;
@@ -186,13 +187,13 @@ fn environment(options: &RenderOptions) -> Result<Option<Environment>, Failure> 
     let rotation = options.env_rotation.unwrap_or(0.0).to_radians();
     let smooth = options.is_env_smooth();
     let environment = Environment::picture(picture, rotation, intensity, smooth).map_err(|bad| {
-        let reason = format!("texel ({}, {}) is {}, which is no radiance", bad.x, bad.y, bad.value);
+        let reason = format!("texel ({}, {}) is {}, which is not a valid radiance", bad.x, bad.y, bad.value);
         Failure::Environment { path: path.clone(), reason }
     })?;
     Ok(Some(environment))
 }
 
-/// The camera asked for, with its lens.
+/// Returns the requested camera, with its lens.
 pub fn camera(scene: &Scene, options: &RenderOptions) -> Result<NamedCamera, Failure> {
     let mut named = view::view(scene, options)?;
     view::note_held(scene, options);
@@ -200,39 +201,41 @@ pub fn camera(scene: &Scene, options: &RenderOptions) -> Result<NamedCamera, Fai
     Ok(named)
 }
 
-/// The size asked for, else 512 pixels high and as wide as the camera asks for.
+/// Returns the requested image size, or a height of 512 pixels with the aspect ratio of the camera.
 pub fn size(options: &RenderOptions, camera: &NamedCamera) -> Size {
     options.size.unwrap_or_else(|| default_size(camera, DEFAULT_HEIGHT))
 }
 
-/// So high, and as wide as the camera asks for.
+/// Returns the image size of the given height with the aspect ratio of the camera.
 pub fn default_size(camera: &NamedCamera, height: u32) -> Size {
     let aspect = camera.aspect.filter(|a| a.is_finite() && *a > 0.0).unwrap_or(1.5);
     let width = (height as f32 * aspect.clamp(1.0 / 64.0, 64.0)).round().max(1.0) as u32;
     Size { width, height }
 }
 
-/// The part to render, checked against the picture's size and against memory.
+/// Returns the region to render, checked against the image size and the available memory.
 pub fn rect(options: &RenderOptions, size: Size) -> Result<Option<PixelRect>, Failure> {
     let full = PixelRect { x0: 0, y0: 0, x1: size.width, y1: size.height };
     let rect = options.crop.map_or(full, |c| c.0);
     if rect.x1 > full.x1 || rect.y1 > full.y1 {
         let (w, h) = (size.width, size.height);
-        return Err(Failure::Arguments(format!("--crop: it reaches outside the picture, which is {w}x{h}")));
+        return Err(Failure::Arguments(format!(
+            "--crop: the region extends outside the image, which is {w}x{h}"
+        )));
     }
     let pixels = u64::from(rect.x1 - rect.x0) * u64::from(rect.y1 - rect.y0);
     let needed = pixels.saturating_mul(pixel_bytes(options));
     memory::left(options.memory_limit).admit(needed, None).map_err(|overrun| {
         Failure::Arguments(format!(
-            "--size: a picture of {pixels} pixels {overrun}, or render it in parts with --crop"
+            "--size: an image of {pixels} pixels {overrun}, or render it in parts with --crop"
         ))
     })?;
     Ok(options.crop.map(|c| c.0))
 }
 
-/// Memory that a pixel takes at the peak, in bytes.
+/// Returns the memory per pixel at peak use, in bytes.
 pub fn pixel_bytes(options: &RenderOptions) -> u64 {
-    // Cryptomatte is six layers of four channels, and what lies behind each pixel meanwhile.
+    // Cryptomatte has six layers of four channels, and intermediate data of each pixel.
     let layers = |aov: &Aov| if *aov == Aov::Cryptomatte { 6 } else { 1 };
     PIXEL_BYTES + LAYER_BYTES * options.layers().iter().map(layers).sum::<u64>()
 }

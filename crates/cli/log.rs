@@ -1,4 +1,4 @@
-//! The file of `--log`, before rendering begins: it can be written, and it is none of the pictures.
+//! Checks of the `--log` file before rendering begins: it must be writable and must not be one of the images.
 
 use crate::error::Failure;
 use crate::options::RenderOptions;
@@ -6,13 +6,14 @@ use crate::output::Outputs;
 use std::fs::{self, OpenOptions};
 use std::path::Path;
 
-/// Fails early where the log cannot be written or would be written over. What is there stays until rendering begins.
+/// Fails if the log cannot be written or would be overwritten by an image. An existing file stays unchanged until
+/// rendering begins.
 pub fn check(options: &RenderOptions, outputs: &Outputs) -> Result<(), Failure> {
     let Some(path) = &options.log else { return Ok(()) };
-    // A link may lead to what is not there yet.
+    // A link may lead to a missing file.
     let is_new = !path.exists();
     let opened = OpenOptions::new().append(true).create(true).open(path);
-    // While the file is there, every name of it leads to it, whatever the file system takes for the same name.
+    // While the file exists, all its names lead to it, whatever names the file system treats as equal.
     let picture = outputs.paths().find(|output| is_same(path, output));
     if is_new && opened.is_ok() {
         let _ = fs::remove_file(path.canonicalize().as_deref().unwrap_or(path));
@@ -20,7 +21,7 @@ pub fn check(options: &RenderOptions, outputs: &Outputs) -> Result<(), Failure> 
     opened.map_err(|e| Failure::Arguments(format!("--log {}: cannot be written: {e}", path.display())))?;
     match picture {
         Some(picture) => Err(Failure::Arguments(format!(
-            "--log {}: is the same file as the picture {}; choose another name for one of them",
+            "--log {}: is the same file as the image {}; choose another name for one of them",
             path.display(),
             picture.display()
         ))),
@@ -28,7 +29,7 @@ pub fn check(options: &RenderOptions, outputs: &Outputs) -> Result<(), Failure> 
     }
 }
 
-/// Whether both lead to one plain file. Devices such as `/dev/null` take any number of writers.
+/// Whether both paths lead to the same regular file. Devices such as `/dev/null` accept any number of writers.
 fn is_same(log: &Path, output: &Path) -> bool {
     log.is_file() && same_file::is_same_file(log, output).unwrap_or(false)
 }
@@ -51,7 +52,7 @@ mod tests {
         assert!(refused("new.png", "new.png") && refused("new.png", "sub/../new.png"));
         assert!(!refused("new.png", "other.png") && !refused("a.jsonl", "a.png"));
         let names = || fs::read_dir(folder.path()).unwrap().count();
-        assert_eq!(names(), 1, "looking leaves nothing behind");
+        assert_eq!(names(), 1, "the check leaves no file behind");
         #[cfg(unix)]
         {
             std::os::unix::fs::symlink(at("new.png"), at("soft.jsonl")).unwrap();

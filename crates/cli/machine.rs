@@ -1,10 +1,10 @@
-//! What the machine grants and what it gave.
+//! Resources of the machine: threads, memory and processor time.
 
 mod control_groups;
 
 use std::path::Path;
 
-/// Worker threads to use: what was asked for, else what the batch scheduler allotted, else what the system grants.
+/// Returns the number of worker threads: the requested count, else the batch scheduler's allotment, else the system's.
 pub fn threads(asked: Option<u32>) -> usize {
     let allotted = || std::env::var("SLURM_CPUS_PER_TASK").ok()?.trim().parse::<usize>().ok();
     let granted = || std::thread::available_parallelism().map_or(1, usize::from);
@@ -14,8 +14,9 @@ pub fn threads(asked: Option<u32>) -> usize {
         .unwrap_or_else(granted)
 }
 
-/// Memory that this process can still get, in bytes: the least of what the machine, its control groups (containers, batch
-/// jobs) and the process's own limits leave. `None` where the system does not say (it is read from Linux).
+/// Returns the memory still available to this process, in bytes: the minimum over the machine, its control groups
+/// (containers, batch jobs) and the limits of the process. `None` where the system does not report it (read from
+/// Linux).
 pub fn free_memory_bytes() -> Option<u64> {
     let machine = kilobytes("/proc/meminfo", "MemAvailable:");
     let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
@@ -26,7 +27,7 @@ pub fn free_memory_bytes() -> Option<u64> {
         .min()
 }
 
-/// What the limits of address space and of data (`ulimit -v`, `ulimit -d`) leave to this process.
+/// Returns what the limits of address space and data (`ulimit -v`, `ulimit -d`) leave to this process.
 fn unlimited() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
     let left = |name: &str, held: &str| {
@@ -38,43 +39,45 @@ fn unlimited() -> Option<u64> {
     all.into_iter().flatten().min()
 }
 
-/// The most memory this process ever held, in bytes; 0 where the system does not say (it is read from Linux).
+/// Returns the peak memory use of this process, in bytes; 0 where the system does not report it (read from Linux).
 pub fn peak_memory_bytes() -> u64 {
     kilobytes("/proc/self/status", "VmHWM:").unwrap_or(0)
 }
 
-/// The memory this process holds now, in bytes; 0 where the system does not say (it is read from Linux).
+/// Returns the current memory use of this process, in bytes; 0 where the system does not report it (read from Linux).
 pub fn resident_memory_bytes() -> u64 {
     kilobytes("/proc/self/status", "VmRSS:").unwrap_or(0)
 }
 
-/// All memory of the machine, in bytes; 0 where the system does not say (it is read from Linux).
+/// Returns the total memory of the machine, in bytes; 0 where the system does not report it (read from Linux).
 pub fn memory_bytes() -> u64 {
     kilobytes("/proc/meminfo", "MemTotal:").unwrap_or(0)
 }
 
-/// The processor's name; "unknown processor" where the system does not say (it is read from Linux).
+/// Returns the name of the processor; "unknown processor" where the system does not report it (read from Linux).
 pub fn cpu() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     name.map_or_else(|| "unknown processor".into(), |(_, name)| name.trim().into())
 }
 
-/// Processor seconds that all threads of this process took; 0 where the system does not say (other than Unix).
+/// Returns the processor seconds of all threads of this process; 0 where the system does not report them (other than
+/// Unix).
 #[cfg(all(unix, feature = "report"))]
 pub fn cpu_seconds() -> f64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
 }
 
-/// Processor seconds that all threads of this process took; 0 where the system does not say (other than Unix).
+/// Returns the processor seconds of all threads of this process; 0 where the system does not report them (other than
+/// Unix).
 #[cfg(not(all(unix, feature = "report")))]
 pub fn cpu_seconds() -> f64 {
     0.0
 }
 
-/// Processor seconds of all processes that this one started and that have ended, and of theirs, in steps of a hundredth;
-/// 0 where the system does not say (it is read from Linux).
+/// Returns the processor seconds of all finished child processes and their descendants, in steps of 1/100 s; 0 where
+/// the system does not report them (read from Linux).
 pub fn children_cpu_seconds() -> f64 {
     // After the name in parentheses: user and system time of children waited for are fields 16 and 17, in 1/100 s.
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
@@ -82,7 +85,7 @@ pub fn children_cpu_seconds() -> f64 {
     fields.skip(13).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
-/// The value of a line such as `VmHWM:  1234 kB`, in bytes.
+/// Returns the value of a line such as `VmHWM:  1234 kB`, in bytes.
 fn kilobytes(file: &str, key: &str) -> Option<u64> {
     let text = std::fs::read_to_string(file).ok()?;
     let value = text.lines().find_map(|line| line.strip_prefix(key))?;

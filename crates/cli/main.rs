@@ -1,15 +1,14 @@
 //! `dapple`: renders glTF 2.0 scenes on the CPU from the command line.
 //!
-//! This file answers one question: which command runs, and with which code the process ends
-//! (0 done · 1 a check failed · 2 bad input or arguments · 3 stopped early, with pictures of what was done · 4 computed, but
-//! not all of it written where it was asked for).
-//! Results go to standard output, everything said to a person to standard error.
+//! This file dispatches to the commands and maps their results to exit codes: 0 done · 1 a check failed · 2 bad input
+//! or arguments · 3 stopped early, with the images rendered so far written · 4 rendered, but not every output was
+//! written where it was requested. Results go to standard output; messages for people go to standard error.
 //!
-//! The files stand in layers, and each uses lower ones alone: what is said and what goes wrong (`say`, `saving`,
-//! `standard_output`, `error`); values and their names (`values`, `aliases`); `options`; what can be typed (`args`, `help`,
-//! `complaint`, `layer`, `settings_file`); loading (`load`, `view`, `effects`); `commands`.
+//! The modules form layers, and each uses only lower ones: messages and errors (`say`, `saving`, `standard_output`,
+//! `error`); values and their names (`values`, `aliases`); `options`; the command line (`args`, `help`, `complaint`,
+//! `layer`, `settings_file`); loading (`load`, `view`, `effects`); `commands`.
 #![deny(unsafe_code)]
-#![cfg_attr(not(feature = "report"), allow(dead_code, reason = "some parts serve studies alone"))]
+#![cfg_attr(not(feature = "report"), allow(dead_code, reason = "some parts serve only the study commands"))]
 
 mod aliases;
 mod args;
@@ -91,7 +90,7 @@ fn run() -> Result<ExitCode, Failure> {
         }
         Some(Command::Render(a)) => commands::render::run(a.scene.as_deref(), subcommand(&matches)),
         Some(Command::Info(a)) => commands::info::run(&a, subcommand(&matches)).map(done),
-        Some(Command::SampleSet(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
+        Some(Command::Plan(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
         Some(Command::Rays(a)) => commands::rays::run(&a.scene, subcommand(&matches)).map(done),
         #[cfg(feature = "manual")]
@@ -107,7 +106,7 @@ fn done((): ()) -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// The matches of the chosen subcommand, which say what was given on the command line and what was not.
+/// Returns the matches of the chosen subcommand, which record the options that were given on the command line.
 fn subcommand(matches: &clap::ArgMatches) -> &clap::ArgMatches {
     matches.subcommand().map_or(matches, |(_, sub)| sub)
 }

@@ -1,4 +1,5 @@
-//! The chosen plan against the general one on the user's own scene: paired runs, interleaved, as ratios.
+//! Comparison of the chosen plan with the general one on the user's scene: paired, interleaved runs, reported as
+//! ratios.
 
 use crate::commands::render;
 use crate::error::Failure;
@@ -9,23 +10,23 @@ use dapple_integrator::{Settings, plan, render as draw};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
-/// Pairs of runs.
+/// Number of pairs of runs.
 const PAIRS: usize = 7;
-/// Samples per pixel of each, unless the options say fewer.
+/// Samples per pixel of each run, unless the options set fewer.
 const SPP: u32 = 4;
 /// Two-sided 95 % quantile of Student's t with PAIRS − 1 degrees of freedom.
 const T: f64 = 2.447;
 
-/// Chosen over general: below 1 is saved.
+/// Measurements of the chosen and the general plan; ratios below 1 are savings of the chosen plan.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Measured {
     pub seconds: f64,
     pub general_seconds: f64,
-    /// Geometric mean of the ratios of the pairs, with its 95 % interval.
+    /// Geometric mean of the time ratios of the pairs; `time_ratio_low` and `time_ratio_high` are its 95 % interval.
     pub time_ratio: f64,
     pub time_ratio_low: f64,
     pub time_ratio_high: f64,
-    /// Scene, film and layers.
+    /// Memory of the scene, film and layers.
     pub bytes: usize,
     pub general_bytes: usize,
     pub load_seconds: f64,
@@ -33,12 +34,13 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Two lines for people.
+    /// Formats the measurements for people.
     pub fn as_text(&self) -> String {
         let bytes = self.bytes as f64 / self.general_bytes.max(1) as f64;
         format!(
-            "measured against the general plan, {PAIRS} interleaved pairs\n  time        {:.3} of it ({:.3} to {:.3}): {:.3} s \
-             against {:.3} s\n  memory      {:.3} of it: {:.2} MB against {:.2} MB\n  loading     {:.3} s against {:.3} s",
+            "compared with the general plan, {PAIRS} interleaved pairs\n  time        ratio {:.3} ({:.3} to {:.3}): \
+             {:.3} s against {:.3} s\n  memory      ratio {:.3}: {:.2} MB against {:.2} MB\n  loading     {:.3} s \
+             against {:.3} s",
             self.time_ratio,
             self.time_ratio_low,
             self.time_ratio_high,
@@ -53,7 +55,7 @@ impl Measured {
     }
 }
 
-/// Renders the same picture by both plans, turn by turn.
+/// Renders the same image with both plans alternately.
 pub fn against_general(source: &Source, options: &RenderOptions) -> Result<Measured, Failure> {
     let general = RenderOptions { plan: Some(crate::values::PlanKind::General), ..options.clone() };
     let mut setups: Vec<Setup> = Vec::new();
@@ -72,7 +74,7 @@ pub fn against_general(source: &Source, options: &RenderOptions) -> Result<Measu
             seconds.push(outcome.stats.seconds);
         }
     }
-    // The first pair warms the machine up.
+    // The first pair is a warm-up and is not counted.
     let logs: Vec<f64> = (1..=PAIRS).map(|i| ln(seconds[0][i] / seconds[1][i].max(1e-9))).collect();
     let mean = logs.iter().sum::<f64>() / PAIRS as f64;
     let variance = logs.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (PAIRS - 1) as f64;
@@ -97,7 +99,7 @@ pub fn against_general(source: &Source, options: &RenderOptions) -> Result<Measu
 
 type Setup = (load::Loaded, NamedCamera, Settings);
 
-/// What scene and film take, by the plan's own account.
+/// Returns the memory of scene and film, as computed by the plan.
 fn bytes((loaded, view, settings): &Setup) -> usize {
     let plan = plan(&loaded.scene, &view.camera, settings);
     plan.scene_bytes + plan.bytes_per_pixel * settings.rect().area()

@@ -1,9 +1,9 @@
-//! How much memory may a command take? What `--memory-limit` says, else what the machine or its container has free.
+//! Memory limit of a command: that of `--memory-limit`, else the free memory of the machine or its container.
 
 use crate::machine;
 use dapple_integrator::imaging::MemoryLimit;
 
-/// The limit for what is read: `asked` is the user's own word.
+/// Returns the limit for data that is read; `asked` is the value of `--memory-limit`.
 pub fn limit(asked: Option<u64>) -> MemoryLimit {
     match asked {
         Some(bytes) => MemoryLimit::asked(bytes),
@@ -11,7 +11,7 @@ pub fn limit(asked: Option<u64>) -> MemoryLimit {
     }
 }
 
-/// The limit for what is taken beside what the process holds already.
+/// Returns the limit for memory in addition to what the process already uses.
 pub fn left(asked: Option<u64>) -> MemoryLimit {
     match asked {
         Some(bytes) => MemoryLimit::asked(bytes).less(machine::resident_memory_bytes()),
@@ -19,5 +19,5 @@ pub fn left(asked: Option<u64>) -> MemoryLimit {
     }
 }
 
-/// Taken to be free where the system does not say: 16 GiB.
+/// Assumed free memory where the system does not report it: 16 GiB.
 const UNKNOWN: u64 = 1 << 34;

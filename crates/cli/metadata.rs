@@ -1,7 +1,7 @@
-//! What an EXR says about how it was made: enough to make it again, nothing about where, when or how fast.
+//! EXR metadata: everything needed to reproduce the image, and nothing about where, when or how fast it was made.
 //!
 //! Matrices are OpenEXR's standard attributes, for row vectors (`v · M`, translation in the last row). Camera space is
-//! glTF's: the camera looks along −z, +y is up. NDC runs from (0,0) at the top left of the full picture to (1,1).
+//! glTF's: the camera looks along −z, +y is up. NDC runs from (0,0) at the top left of the full image to (1,1).
 
 use crate::options::RenderOptions;
 use crate::values;
@@ -12,7 +12,7 @@ use dapple_integrator::scene::{NamedCamera, Scene, Space};
 use dapple_integrator::{Combine, Effect, MethodKind, Settings, Stats};
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
-/// All attributes of a render.
+/// Returns all attributes of a render.
 pub fn attributes(
     options: &RenderOptions,
     settings: &Settings,
@@ -34,7 +34,7 @@ pub fn attributes(
     ]
 }
 
-/// The lines of a settings file that would give the picture again; a picture of the environment stands beside it.
+/// Returns the lines of a settings file that reproduces the image; an environment map has to lie beside it.
 fn settings_text(
     options: &RenderOptions,
     settings: &Settings,
@@ -54,13 +54,13 @@ fn settings_text(
     ];
     lines.extend(options.choice.given().map(|(key, value)| format!("{key} = {}", quoted(value))));
     if !options.view.places_camera() {
-        // As it was asked for: several may have one name.
+        // As it was requested: several cameras may share a name.
         lines.push(format!("camera = {}", quoted(options.camera.as_deref().unwrap_or(&view.name))));
     }
     lines.extend(options.view.lines());
     match settings.kind() {
         MethodKind::Path => {
-            // Of a first round that was not finished: the samples that some pixels have.
+            // If the first round was not finished: the samples that some pixels have.
             lines.push(format!("spp = {}", stats.spp.max(1)));
             lines.push(format!("pattern = \"{}\"", settings.pattern));
             lines.push(format!("adaptive = {}", settings.adaptive()));
@@ -84,7 +84,7 @@ fn settings_text(
     lines.join("\n")
 }
 
-/// What differs from the defaults of the estimator.
+/// Returns the settings of the estimator that differ from the defaults.
 fn estimator_lines(settings: &Settings) -> Vec<String> {
     let mut lines = Vec::new();
     if !settings.soft_terminator {
@@ -106,7 +106,7 @@ fn estimator_lines(settings: &Settings) -> Vec<String> {
     lines
 }
 
-/// Lens, shutter and crop.
+/// Returns the lens, the shutter and the crop.
 fn exposure_lines(settings: &Settings, view: &NamedCamera, scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
     lines.extend(view.camera.lens.iter().flat_map(|lens| {
@@ -130,10 +130,10 @@ fn exposure_lines(settings: &Settings, view: &NamedCamera, scene: &Scene) -> Vec
     lines
 }
 
-/// The environment that was asked for; the scene's own comes with the scene.
+/// Returns the requested environment; the scene's own is part of the scene.
 fn environment_lines(options: &RenderOptions) -> Vec<String> {
     let mut lines = Vec::new();
-    // Without its folder: that is where, not how.
+    // Without its folder, which says where the file is and not how the image was made.
     if let Some(name) = options.env.as_ref().and_then(|path| path.file_name()) {
         lines.push(format!("env = {}", quoted(&name.to_string_lossy())));
         lines.extend(options.env_rotation.map(|degrees| format!("env-rotation = {degrees}")));
@@ -148,26 +148,26 @@ fn environment_lines(options: &RenderOptions) -> Vec<String> {
     lines
 }
 
-/// What the intensities of punctual lights were taken as, where it is not what they are without a word.
+/// Returns the interpretation of the intensities of punctual lights, where it differs from the default.
 fn light_unit_line(options: &RenderOptions, scene: &Scene) -> Option<String> {
     let taken = scene.light_unit.as_ref()?;
     let is_said = taken.is_photometric || options.light_unit.is_some();
     is_said.then(|| format!("light-unit = \"{}\"", taken.unit()))
 }
 
-/// As TOML writes it.
+/// Quotes text as TOML does.
 fn quoted(text: &str) -> String {
     toml::Value::String(text.into()).to_string()
 }
 
-/// The plan as the render ran it: paired, every integral has as many points as the pixel.
+/// Returns the sample set that the render used: paired, every integral has as many samples as the pixel.
 fn plan_of(settings: &Settings, effect: Effect) -> SampleSet {
     let (plan, n) = (settings.plans.of(effect), settings.plans.pixel.count().max(1));
     let paired = settings.kind() == MethodKind::Distribution && settings.combine() == Combine::Paired;
     if paired && plan.count() > 0 && plan.count() != n { SampleSet::new(n, plan.pattern) } else { plan }
 }
 
-/// World to camera space, both in scene units; column vectors.
+/// Returns the matrix from world to camera space, both in scene units; column vectors.
 fn world_to_camera(camera: &Camera, space: &Space) -> DMat4 {
     let origin = space.to_world(camera.origin);
     let row = |axis: glam::Vec3| {
@@ -177,7 +177,7 @@ fn world_to_camera(camera: &Camera, space: &Space) -> DMat4 {
     DMat4::from_cols(row(camera.right), row(camera.up), row(camera.backward), DVec4::W).transpose()
 }
 
-/// Camera space to NDC, y down, depth kept so that the matrix can be inverted; column vectors.
+/// Returns the matrix from camera space to NDC, y down; depth is kept so that the matrix is invertible; column vectors.
 fn camera_to_ndc(camera: &Camera, space: &Space, size: (u32, u32)) -> DMat4 {
     let aspect = f64::from(size.0) / f64::from(size.1);
     let rows = match camera.projection {
@@ -204,7 +204,7 @@ fn camera_to_ndc(camera: &Camera, space: &Space, size: (u32, u32)) -> DMat4 {
     DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose()
 }
 
-/// Row-vector order: the columns of the column-vector matrix, one after another.
+/// Converts to row-vector order: the columns of the column-vector matrix, one after another.
 fn matrix(m: DMat4) -> MetaValue {
     MetaValue::Matrix(m.as_mat4().to_cols_array())
 }
@@ -234,7 +234,7 @@ mod tests {
         {
             let camera = camera(projection);
             let m = camera_to_ndc(&camera, &space, (20, 10)) * world_to_camera(&camera, &space);
-            // One scene unit (two render units) high and two wide, two scene units before the camera.
+            // One scene unit (two render units) high and two wide, two scene units in front of the camera.
             let half = 1.0;
             let centre = space.to_world(camera.origin) - camera.backward.as_dvec3() * 2.0;
             for (x, y, ndc) in [(-1.0, 1.0, (0.0, 0.0)), (1.0, -1.0, (1.0, 1.0)), (0.0, 0.0, (0.5, 0.5))] {

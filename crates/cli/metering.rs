@@ -1,8 +1,8 @@
-//! The exposure of PNG pictures when none is given: metered on a small render of the whole frame.
+//! Automatic exposure of PNG output: metered on a small render of the whole frame if none is given.
 //!
-//! The render is always the same for a scene, a view and the settings that change the light: it depends on no crop, sample
-//! count, seed, sampling pattern or thread count, so that all parts of a picture and all frames of a study get one
-//! exposure.
+//! The render is always the same for a scene, a view and the settings that change the light: it does not depend on the
+//! crop, sample count, seed, sampling pattern or thread count, so that all parts of an image and all frames of a study
+//! get the same exposure.
 
 use crate::interrupt;
 use crate::options::RenderOptions;
@@ -14,12 +14,12 @@ use dapple_integrator::scene::Scene;
 use dapple_integrator::{MethodKind, Settings, render};
 use std::ops::ControlFlow;
 
-/// The longer side of the metered picture, in pixels, and its samples per pixel.
+/// Longer side of the metered image, in pixels, and its samples per pixel.
 const SIDE: f64 = 32.0;
 const SAMPLES: u32 = 16;
 
-/// Exposure in stops for pictures of `camera` in `scene` with `settings`. The colours of unlit surfaces are meant to be shown
-/// as they are: 0 where there are no others, and not above 0 where there are some.
+/// Returns the exposure in stops for images of `camera` in `scene` with `settings`. Unlit surfaces should keep their
+/// colours: the exposure is 0 if all surfaces are unlit, and at most 0 if some are.
 pub fn exposure(scene: &Scene, camera: &Camera, settings: &Settings) -> f32 {
     let mut unlit = scene.objects.iter().map(|o| scene.materials[o.material as usize].unlit);
     if unlit.clone().all(|unlit| unlit) {
@@ -31,7 +31,8 @@ pub fn exposure(scene: &Scene, camera: &Camera, settings: &Settings) -> f32 {
     metering::exposure(&outcome.film.mean()).min(most)
 }
 
-/// The exposure that was asked for, else the metered one of all pictures of `camera`, which is said once: `what` is exposed.
+/// Returns the requested exposure, else the metered one for all images of `camera`, which is printed once; `what` names
+/// the exposed images in the message.
 pub fn for_all(
     what: &str,
     options: &RenderOptions,
@@ -40,7 +41,7 @@ pub fn for_all(
     options.exposure.unwrap_or_else(|| metered(what, options, (scene, camera, settings)))
 }
 
-/// As [`exposure`], and says so.
+/// Returns [`exposure`] and prints it.
 pub fn metered(
     what: &str,
     options: &RenderOptions,
@@ -53,7 +54,7 @@ pub fn metered(
     stops
 }
 
-/// The same light on fewer pixels, with samples that are always the same.
+/// Returns settings with the same lighting, fewer pixels, and fixed samples.
 fn small(settings: &Settings) -> Settings {
     let (width, height) = (f64::from(settings.size.0), f64::from(settings.size.1));
     let scale = SIDE / width.max(height);
@@ -80,7 +81,7 @@ mod tests {
     use super::*;
     use dapple_integrator::scene::builtin;
 
-    /// A dim room with an unlit sign in it: the sign keeps its colour, the room stays dim.
+    /// A dim room with an unlit sign: the sign keeps its colour and the room stays dim.
     #[test]
     fn unlit_colours_are_not_raised() {
         let mut scene = builtin::builtin("cornell").unwrap().build().unwrap();

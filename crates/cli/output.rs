@@ -1,4 +1,4 @@
-//! Where pictures go: the extension decides the format, and everything is checked before rendering starts.
+//! Output files: the extension selects the format, and everything is checked before rendering starts.
 
 use crate::error::Failure;
 use crate::options::RenderOptions;
@@ -9,7 +9,7 @@ use dapple_integrator::imaging::write::{self, Depth, PngDepth, PngOptions};
 use dapple_integrator::imaging::{Image, ImageError, Tone};
 use std::path::{Path, PathBuf};
 
-/// Formats by extension.
+/// Image formats, selected by extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Exr,
@@ -17,30 +17,31 @@ enum Format {
     Hdr,
 }
 
-/// The files to write and how.
+/// The files to write, with their formats and settings.
 #[derive(Debug)]
 pub struct Outputs {
     files: Vec<(PathBuf, Format)>,
     depth: Depth,
     png_depth: PngDepth,
     tone: Tone,
-    /// Stops; None until it is metered.
+    /// Exposure in stops; none until it is metered.
     exposure: Option<f32>,
 }
 
-/// Refuses a name that nobody typed where it is a symbolic link: whoever made the folder would choose what is written over.
+/// Rejects a default file name that is a symbolic link: whoever created the link would choose the file to overwrite.
 pub fn refuse_link(path: &Path) -> Result<(), Failure> {
     if !path.is_symlink() {
         return Ok(());
     }
     Err(Failure::Arguments(format!(
-        "{}: is a symbolic link, and pictures are written over what it leads to only where -o asks for it",
+        "{}: is a symbolic link; name the file with -o to overwrite its target",
         path.display()
     )))
 }
 
 impl Outputs {
-    /// The files asked for, or `NAME.exr` and, of a picture, `NAME.png` in the current folder; fails if one cannot be written.
+    /// Returns the requested files, or `NAME.exr` and, if the image is shown, `NAME.png` in the current folder; fails
+    /// if a file cannot be written.
     pub fn plan(options: &RenderOptions, name: &str) -> Result<Self, Failure> {
         let formats = if options.shows_picture() { &["exr", "png"][..] } else { &["exr"] };
         let default = || formats.iter().map(|format| PathBuf::from(format!("{name}.{format}"))).collect();
@@ -58,7 +59,7 @@ impl Outputs {
         Ok(Self { files, depth, png_depth, tone, exposure })
     }
 
-    /// Writes them all, whichever of them fail; a PNG says `comment` about itself.
+    /// Writes all files, even if some fail; `comment` goes into the PNG metadata.
     pub fn write(&self, outcome: &Outcome, picture: &Image, comment: Option<&str>) -> Written {
         let mut written = Written::default();
         for (path, format) in &self.files {
@@ -106,35 +107,35 @@ impl Outputs {
         write::png_with(path, picture, &options)
     }
 
-    /// Whether a file is asked for that cannot hold alpha.
+    /// Whether one of the formats cannot store alpha.
     pub fn drops_alpha(&self) -> bool {
         self.files.iter().any(|(_, format)| *format == Format::Hdr)
     }
 
-    /// Sets the exposure by `meter` if a picture needs one and none was given.
+    /// Sets the exposure by `meter` if a PNG needs one and none was given.
     pub fn expose(&mut self, meter: impl FnOnce() -> f32) {
         if self.exposure.is_none() && self.files.iter().any(|(_, format)| *format == Format::Png) {
             self.exposure = Some(meter());
         }
     }
 
-    /// Exposure of the PNG pictures in stops, if there are any.
+    /// Returns the exposure of PNG output in stops; none if no PNG is written.
     pub fn exposure(&self) -> Option<f32> {
         self.exposure.filter(|_| self.files.iter().any(|(_, format)| *format == Format::Png))
     }
 
-    /// Their paths.
+    /// Returns the paths of the files.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         self.files.iter().map(|(path, _)| path.as_path())
     }
 }
 
-/// What became of the files.
+/// Result of writing the files.
 #[derive(Debug, Default)]
 pub struct Written {
-    /// Where the pictures are.
+    /// Paths of the written images.
     pub paths: Vec<PathBuf>,
-    /// Where they were asked for and are not.
+    /// Requested paths at which nothing was written.
     pub failed: Vec<PathBuf>,
 }
 
@@ -145,7 +146,7 @@ fn with_format(path: PathBuf) -> Result<(PathBuf, Format), Failure> {
         Some("png") => Ok((path, Format::Png)),
         Some("hdr") => Ok((path, Format::Hdr)),
         _ => Err(Failure::Arguments(format!(
-            "{}: the extension decides the format; use .exr, .png or .hdr",
+            "{}: unknown image format; the extension selects it: use .exr, .png or .hdr",
             path.display()
         ))),
     }

@@ -1,7 +1,7 @@
-//! The progress bar: on standard error, and only where a person may be looking.
+//! The progress bar: on standard error, and only if that is a terminal.
 //!
-//! It is one line that fits the terminal: where there is little room the less important parts are left out, and the bar
-//! itself takes what the words leave.
+//! The bar is one line that fits the terminal: on narrow terminals the less important parts are omitted, and the bar
+//! itself takes the remaining width.
 
 use crate::say::say;
 use console::{Term, measure_text_width};
@@ -11,24 +11,24 @@ use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// Widths of the bar itself, in columns: at least, or it is left out, and at most.
+/// Minimum and maximum width of the bar itself, in columns; a narrower bar is omitted.
 const BAR: (usize, usize) = (6, 24);
 
-/// Parts of a higher rank make way for the bar.
+/// Parts of a higher rank are omitted before the bar is.
 const RANK: u8 = 3;
 
-/// Columns where the terminal does not say how many it has.
+/// Assumed width of a terminal that does not report its width, in columns.
 const COLUMNS: usize = 80;
 
-/// A bar, or nothing.
+/// A progress bar, or nothing.
 pub struct Bar {
     bar: Option<ProgressBar>,
-    /// The bits of what is known of the error; NaN = nothing.
+    /// Bits of the current error estimate; NaN = unknown.
     error: AtomicU64,
 }
 
 impl Bar {
-    /// Hidden when asked to be quiet, and when standard error is not a terminal.
+    /// Creates a bar; hidden if `quiet` is set or standard error is not a terminal.
     pub fn new(quiet: bool) -> Self {
         let error = AtomicU64::new(f64::NAN.to_bits());
         if quiet || !std::io::stderr().is_terminal() {
@@ -40,13 +40,13 @@ impl Bar {
         Self { bar: Some(bar), error }
     }
 
-    /// Shows how far things are.
+    /// Shows the progress of a render.
     pub fn show(&self, progress: &Progress) {
         let error = f64::from_bits(self.error.load(Ordering::Relaxed));
         self.draw(progress.fraction, || parts(progress, error));
     }
 
-    /// Shows how far a longer task is, `seconds` after its start.
+    /// Shows the progress of a longer task, `seconds` after its start.
     pub fn show_task(&self, fraction: f64, seconds: f64, what: &str) {
         self.draw(fraction, || vec![(1, what.into()), (2, left(fraction.clamp(0.0, 1.0), seconds))]);
     }
@@ -54,23 +54,23 @@ impl Bar {
     fn draw(&self, fraction: f64, parts: impl FnOnce() -> Vec<(u8, String)>) {
         if let Some(bar) = &self.bar {
             let columns = Term::stderr().size_checked().map_or(COLUMNS, |(_, columns)| usize::from(columns));
-            // The last column is left free: some terminals go to the next line when it is written.
+            // The last column stays free: some terminals wrap to the next line when it is written.
             bar.set_message(line(columns.saturating_sub(1), fraction, parts()));
             bar.tick();
         }
     }
 
-    /// A line to standard error, above the bar.
+    /// Prints a line to standard error, above the bar.
     pub fn say(&self, line: &str) {
         self.aside(|| say(line));
     }
 
-    /// Whether anyone sees it.
+    /// Whether the bar is visible.
     pub fn is_shown(&self) -> bool {
         self.bar.is_some()
     }
 
-    /// Does what writes to the terminal, above the bar.
+    /// Runs a function that writes to the terminal, above the bar.
     pub fn aside(&self, write: impl FnOnce()) {
         match &self.bar {
             Some(bar) => bar.suspend(write),
@@ -78,12 +78,12 @@ impl Bar {
         }
     }
 
-    /// The error to be shown from now on, if it is known.
+    /// Sets the error estimate to show; `None` if it is unknown.
     pub fn set_error(&self, error: Option<f64>) {
         self.error.store(error.unwrap_or(f64::NAN).to_bits(), Ordering::Relaxed);
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
@@ -91,7 +91,7 @@ impl Bar {
     }
 }
 
-/// What is said beside the bar, in order, each with its rank: 1 stays longest.
+/// Returns the texts beside the bar, in order, each with its rank: rank 1 is omitted last.
 fn parts(progress: &Progress, error: f64) -> Vec<(u8, String)> {
     let seconds = progress.elapsed.as_secs_f64();
     let mrays = progress.rays as f64 / 1e6 / seconds.max(1e-9);
@@ -110,17 +110,17 @@ fn left(fraction: f64, seconds: f64) -> String {
     format!("{} left", if left.is_finite() { clock(left) } else { "?".into() })
 }
 
-/// One line of at most `columns`: the percentage, a bar, and as many of the parts as there is room for.
+/// Formats one line of at most `columns`: the percentage, a bar, and as many of the parts as fit.
 fn line(columns: usize, fraction: f64, mut parts: Vec<(u8, String)>) -> String {
     let fraction = if fraction.is_nan() { 0.0 } else { fraction.clamp(0.0, 1.0) };
     let percent = format!("{:>3.0}%", (100.0 * fraction).floor());
     let free = columns.saturating_sub(percent.len());
-    // Before each part a space, or a dot between two.
+    // A space precedes each part, or a dot between two parts.
     let width = |parts: &[(u8, String)]| {
         let words: usize = parts.iter().map(|(_, part)| measure_text_width(part)).sum();
         words + (3 * parts.len()).saturating_sub(2)
     };
-    // The bar is worth more than the parts that go first.
+    // Parts of a higher rank are less important than the bar.
     let wanted = |parts: &[(u8, String)]| {
         let spare = if parts.iter().any(|(rank, _)| *rank > RANK) { BAR.0 + 1 } else { 0 };
         width(parts) + spare
@@ -165,7 +165,7 @@ mod tests {
         assert_eq!(clock(3725.0), "1:02:05");
     }
 
-    /// However narrow the terminal is and however large the numbers are; the time that is left stays longest.
+    /// The line fits however narrow the terminal and however large the numbers are; the remaining time is omitted last.
     #[test]
     fn the_line_fits_the_terminal() {
         let small = || at(0.5, 8, 1_000_000, 2, f64::NAN);

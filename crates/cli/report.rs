@@ -1,4 +1,4 @@
-//! What a finished render has to say: a JSON object for programs, and a summary for people.
+//! Report of a finished render: a JSON object for programs, and a summary for people.
 
 use crate::bias_report::BiasReport;
 use crate::known::Known;
@@ -20,7 +20,7 @@ pub struct Report {
     pub mrays_per_second: f64,
     pub peak_memory_bytes: u64,
     pub bad_samples: u64,
-    /// What altered the estimate.
+    /// Deliberate biases of the estimate.
     pub bias: BiasReport,
     pub triangles: usize,
     pub lights: usize,
@@ -28,47 +28,48 @@ pub struct Report {
     pub width: u32,
     pub height: u32,
     pub spp: u32,
-    /// Before it had all that was asked for.
+    /// Whether the render ended before it had all requested samples.
     pub stopped: bool,
-    /// Pixels without any sample, where time or an interrupt ended the first round.
+    /// Pixels without any sample, if time or an interrupt ended the first round.
     pub unsampled_pixels: usize,
-    /// Expected relative RMSE of the picture; null where it cannot be known.
+    /// Expected relative RMSE of the image; null if it cannot be estimated.
     pub error_estimate: Option<f64>,
-    /// Upper bound of the relative RMSE; null where it cannot be relied on.
+    /// Upper bound of the relative RMSE; null if no bound is reliable.
     pub error_bound: Option<f64>,
-    /// Whether a bound can be stated.
+    /// Whether a reliable bound exists.
     pub error_reliable: bool,
-    /// Why, or why not.
+    /// Reason why there is a bound, or why there is none.
     pub error_why: String,
     #[serde(skip)]
     pub error_summary: String,
-    /// Wall time of finding that out, beside `render_seconds`.
+    /// Wall-clock time spent on the error estimate, in addition to `render_seconds`.
     pub error_seconds: f64,
     pub seed: u64,
     pub threads: usize,
     pub method: &'static str,
-    /// How points are laid out: the path tracer's pattern.
+    /// Sampling pattern of the path tracer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<String>,
-    /// How integrals are put together, and the points of each: the distribution tracer's.
+    /// Combination of the integrals of the distribution tracer; `plans` holds the sample set of each.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub combine: Option<String>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub plans: BTreeMap<String, String>,
     pub version: &'static str,
-    /// Of PNG pictures, in stops; null without any.
+    /// Exposure of PNG output, in stops; null if none is written.
     pub exposure: Option<f32>,
-    /// `radiometric`, or `photometric` where they were divided by 683 lm/W; null without punctual lights of a file.
+    /// `radiometric`, or `photometric` if intensities were divided by 683 lm/W; null without punctual lights from a
+    /// file.
     pub light_unit: Option<String>,
-    /// Where the pictures are.
+    /// Paths of the written images.
     pub outputs: Vec<String>,
-    /// Outputs that could not be written where they were asked for.
+    /// Outputs that could not be written where they were requested.
     pub not_written: Vec<String>,
     pub warnings: Vec<String>,
 }
 
 impl Report {
-    /// Gathers what a finished render has to say.
+    /// Collects the results of a finished render.
     pub fn new(
         loaded: &Loaded,
         settings: &Settings,
@@ -119,7 +120,7 @@ impl Report {
         }
     }
 
-    /// Two lines for people.
+    /// Formats the summary for people, in two lines.
     pub fn summary(&self) -> String {
         let error = &self.error_summary;
         format!(

@@ -1,10 +1,10 @@
-//! The command that traces one sample of a render again.
+//! Command line that traces one sample of a render again.
 
 use crate::{args, options, uses};
 use clap::ArgMatches;
 use clap::parser::ValueSource;
 
-/// Options that change no path, and need not be repeated.
+/// Options that change no path and need not be repeated.
 const IRRELEVANT: [&str; 14] = [
     "plan",
     "clamp",
@@ -22,8 +22,8 @@ const IRRELEVANT: [&str; 14] = [
     "confidence",
 ];
 
-/// `dapple replay SCENE --pixel X,Y --sample I` with what was typed for the render and matters to the path; settings
-/// files are read again by themselves.
+/// Returns `dapple replay SCENE --pixel X,Y --sample I` with the typed options that affect the path; settings files are
+/// read again by the command itself.
 pub fn command(scene: Option<&str>, pixel: (u32, u32), sample: u32, typed: &ArgMatches) -> String {
     let mut words = vec![
         "dapple".to_string(),
@@ -45,7 +45,7 @@ pub fn command(scene: Option<&str>, pixel: (u32, u32), sample: u32, typed: &ArgM
     words.join(" ")
 }
 
-/// As a shell would need it.
+/// Quotes a word for the shell.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_=./:,+".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

@@ -1,5 +1,5 @@
-//! One failed output does not lose the others: every output is tried, what fails is told at once and saved elsewhere, and
-//! the process ends with a code of its own.
+//! Saving of outputs such that one failure does not lose the others: every output is tried, failures are reported at
+//! once and saved elsewhere, and the process ends with a separate exit code.
 
 use crate::say::say;
 use dapple_integrator::imaging::ImageError;
@@ -9,23 +9,23 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Exit code where everything was computed, but not all of it was written where it was asked for.
+/// Exit code when everything was rendered but not every output was written where it was requested.
 const NOT_WRITTEN: u8 = 4;
 
-/// Whether something was not written where it was asked for.
+/// Whether an output was not written where it was requested.
 static LOST: AtomicBool = AtomicBool::new(false);
 
-/// Remembers that something was not written where it was asked for.
+/// Records that an output was not written where it was requested.
 pub fn lose() {
     LOST.store(true, Ordering::Relaxed);
 }
 
-/// The process's exit code, which would be `code` if all was written.
+/// Returns the exit code of the process: `code` if everything was written.
 pub fn code(code: ExitCode) -> ExitCode {
     if LOST.load(Ordering::Relaxed) { ExitCode::from(NOT_WRITTEN) } else { code }
 }
 
-/// Writes a file, or else saves it elsewhere; returns where it is.
+/// Writes a file, or else saves it elsewhere; returns the path of the written file.
 pub fn save(path: &Path, write: impl Fn(&Path) -> Result<(), ImageError>) -> Option<PathBuf> {
     match write(path) {
         Ok(()) => Some(path.to_path_buf()),
@@ -36,7 +36,7 @@ pub fn save(path: &Path, write: impl Fn(&Path) -> Result<(), ImageError>) -> Opt
     }
 }
 
-/// Saves elsewhere what could not be written for `error`, and says where.
+/// Saves an output elsewhere after it failed with `error`, and prints where.
 pub fn rescue(
     path: &Path,
     error: &ImageError,
@@ -48,13 +48,13 @@ pub fn rescue(
             Some(at)
         }
         Err(again) => {
-            say(&format!("error: {error}; it is lost, for it could not be saved elsewhere ({again})"));
+            say(&format!("error: {error}; it is lost, because it could not be saved elsewhere ({again})"));
             None
         }
     }
 }
 
-/// Says, once, that standard output does not take what was written to it.
+/// Prints, once, that standard output cannot be written.
 pub fn lose_standard_output(error: &io::Error) {
     static TOLD: AtomicBool = AtomicBool::new(false);
     lose();

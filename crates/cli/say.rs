@@ -1,15 +1,15 @@
-//! What is said to a person, on standard error: text that cannot act on the terminal.
+//! Messages on standard error, without characters that control the terminal.
 
 use std::borrow::Cow;
 use std::io::Write;
 
-/// A line to standard error.
+/// Prints a line to standard error.
 pub fn say(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{}", printable(line));
 }
 
-/// Text that does to a terminal what its letters say and nothing else: names and paths come from files, and control
-/// characters in them could move the cursor, change colours or reorder a line. They become U+FFFD; line breaks stay.
+/// Replaces control characters by U+FFFD; line breaks stay. Names and paths come from files, and control characters in
+/// them could move the cursor, change colours or reorder a line.
 pub fn printable(text: &str) -> Cow<'_, str> {
     let acts = |c: char| (c.is_control() && c != '\n') || reorders(c);
     match text.contains(acts) {
@@ -18,7 +18,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Characters that change the direction of the text after them (Unicode Bidirectional Algorithm, UAX #9, §2).
+/// Whether a character changes the direction of the following text (Unicode Bidirectional Algorithm, UAX #9, §2).
 fn reorders(c: char) -> bool {
     matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }

@@ -1,12 +1,12 @@
 //! Settings in TOML: the sidecar `SCENE-STEM.toml` beside a scene, and `--settings FILE`.
 //!
-//! Keys are the options' long names, values what the option takes (a list stands for a comma-separated value).
-//! `env` is relative to the file's own folder, `output` to the current one.
+//! Keys are the options' long names, values those of the options (a list stands for a comma-separated value).
+//! `env` is relative to the folder of the file, `output` to the current folder.
 //!
-//! A sidecar comes with a scene that may come from anywhere, so it can change how the scene looks and nothing else:
-//! the keys in [`SIDECAR_KEYS`] are read, all others are ignored with a warning. It writes no file, reads none outside
-//! the scene's folder (symbolic links are resolved first), cannot give the user's consent (`yes`, `allow-path`), and asks for
-//! no more work than [`crate::consent`] grants it.
+//! A sidecar comes with a scene that may come from an untrusted source, so it can change only how the scene looks: the
+//! keys in [`SIDECAR_KEYS`] are read, all others are ignored with a warning. A sidecar causes no file to be written,
+//! reads no file outside the scene's folder (symbolic links are resolved first), cannot give the user's consent (`yes`,
+//! `allow-path`), and is subject to the work limits of [`crate::consent`].
 
 use crate::consent;
 use crate::error::{self, Failure};
@@ -17,12 +17,12 @@ use clap::ArgMatches;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// Who wrote the file, and so what it may set.
+/// Author of a settings file, which determines what it may set.
 #[derive(Clone, Copy, PartialEq)]
 enum Trust {
-    /// Whoever made the scene; `anywhere` if the user lets the scene name files outside its folder.
+    /// The author of the scene; `anywhere` if the user allows the scene to refer to files outside its folder.
     Scene { anywhere: bool },
-    /// The user, who named the file.
+    /// The user, who named the file on the command line.
     User,
 }
 
@@ -83,7 +83,7 @@ const SIDECAR_KEYS: [&str; 53] = [
     "aov",
 ];
 
-/// Options that only the user can set: what is written, what is said, what the machine is used for, and consent.
+/// Options that only the user can set: outputs, messages, use of the machine, and consent.
 #[cfg(test)]
 const USER_KEYS: [&str; 14] = [
     "output",
@@ -102,7 +102,8 @@ const USER_KEYS: [&str; 14] = [
     "yes",
 ];
 
-/// All layers: the sidecar of `scene`, then `--settings`, then what was typed. What `command` does not use is passed over.
+/// Combines all layers: the sidecar of `scene`, then `--settings`, then the typed options. Options that `command` does
+/// not use are skipped.
 pub fn layered(scene: Option<&Path>, typed: &ArgMatches, command: &str) -> Result<RenderOptions, Failure> {
     let (mut options, warning) = layers(scene, typed, command)?;
     consent::of_values(&mut options)?;
@@ -110,7 +111,7 @@ pub fn layered(scene: Option<&Path>, typed: &ArgMatches, command: &str) -> Resul
     Ok(options)
 }
 
-/// Keys as a warning names them: not too many, and not too much of each.
+/// Lists keys for a warning: not too many, and each shortened.
 fn listed(keys: &[String]) -> String {
     const NAMED: usize = 12;
     let mut named: Vec<String> = keys.iter().take(NAMED).map(|key| error::short(key)).collect();
@@ -120,7 +121,7 @@ fn listed(keys: &[String]) -> String {
     named.join(", ")
 }
 
-/// As [`layered`], with the warning instead of saying it.
+/// Does the work of [`layered`], but returns the warning instead of printing it.
 pub fn layers(
     scene: Option<&Path>,
     typed: &ArgMatches,
@@ -128,7 +129,7 @@ pub fn layers(
 ) -> Result<(RenderOptions, Option<String>), Failure> {
     let mut warning = None;
     let mut command_line = RenderOptions::default();
-    command_line.lay_matches(typed)?;
+    command_line.apply_matches(typed)?;
     let mut options = RenderOptions::default();
     if let Some(sidecar) = scene.and_then(sidecar) {
         let anywhere = RenderOptions::is(command_line.allow_path);
@@ -136,7 +137,8 @@ pub fn layers(
         if !ignored.is_empty() {
             let keys = listed(&ignored);
             warning = Some(format!(
-                "{}: ignored {keys}; a file beside the scene cannot set these (name it with --settings to use it as your own)",
+                "{}: ignored {keys}; a settings file beside the scene cannot set these (use --settings to \
+                 apply it as your own)",
                 sidecar.display()
             ));
         }
@@ -144,16 +146,16 @@ pub fn layers(
     if let Some(path) = &command_line.settings {
         apply_file(&mut options, path, Trust::User, command)?;
     }
-    options.lay_matches(typed)?;
+    options.apply_matches(typed)?;
     Ok((options, warning))
 }
 
-/// The settings file that comes with a scene, if there is one.
+/// Returns the settings file beside a scene, if it exists.
 pub fn sidecar(scene: &Path) -> Option<PathBuf> {
     Some(scene.with_extension("toml")).filter(|path| path.is_file())
 }
 
-/// Applies the file; returns the keys that it had no right to set.
+/// Applies the file; returns the keys that it is not allowed to set.
 fn apply_file(
     options: &mut RenderOptions,
     path: &Path,
@@ -173,7 +175,7 @@ fn apply_file(
         let wrong =
             |reason: String| Failure::SettingsKey { path: path.into(), key: error::short(key), reason };
         let given = argument(key, value, path, trust).map_err(wrong)?;
-        // Alone first, so that the complaint names this key.
+        // Each key is parsed alone first, so that the error message names it.
         RenderOptions::default().apply(&given).map_err(|e| wrong(e.to_string()))?;
         if uses::serves(command, key) {
             arguments.extend(given);
@@ -184,7 +186,7 @@ fn apply_file(
     }
     if !idle.is_empty() {
         let (file, keys) = (path.display(), idle.join(", "));
-        say(&format!("note: {file}: {keys}: left out, for dapple {command} does not use it"));
+        say(&format!("note: {file}: {keys}: ignored, because dapple {command} does not use it"));
     }
     options.apply(&arguments).map_err(|e| broken(e.to_string()))?;
     if trust != Trust::User {
@@ -193,7 +195,7 @@ fn apply_file(
     Ok(ignored)
 }
 
-/// Largest settings file that is read, in bytes.
+/// Maximum size of a settings file, in bytes.
 const MAX_FILE: u64 = 1 << 20;
 
 fn read_text(path: &Path) -> std::io::Result<String> {
@@ -201,12 +203,12 @@ fn read_text(path: &Path) -> std::io::Result<String> {
     let mut text = String::new();
     std::fs::File::open(path)?.take(MAX_FILE + 1).read_to_string(&mut text)?;
     if text.len() as u64 > MAX_FILE {
-        return Err(std::io::Error::other("it is larger than 1 MiB, which no settings file is"));
+        return Err(std::io::Error::other("it is larger than 1 MiB, the maximum for a settings file"));
     }
     Ok(text)
 }
 
-/// A key and its value as they would be typed.
+/// Converts a key and its value to arguments, as they would be typed.
 fn argument(key: &str, value: &toml::Value, file: &Path, trust: Trust) -> Result<Vec<OsString>, String> {
     if !options::names().iter().any(|name| name == key) {
         let said = "unknown; the keys are the options of dapple render, without the leading dashes";
@@ -214,7 +216,7 @@ fn argument(key: &str, value: &toml::Value, file: &Path, trust: Trust) -> Result
         return Err(format!("{said}{}", meant.unwrap_or_default()));
     }
     if key == "settings" {
-        return Err("only the command line can say this".into());
+        return Err("can be set only on the command line".into());
     }
     let mut values: Vec<String> = match value {
         toml::Value::Array(items) => items.iter().map(scalar).collect::<Result<_, _>>()?,
@@ -235,11 +237,11 @@ fn scalar(value: &toml::Value) -> Result<String, String> {
         toml::Value::Integer(i) => Ok(i.to_string()),
         toml::Value::Float(x) => Ok(x.to_string()),
         toml::Value::Boolean(b) => Ok(b.to_string()),
-        other => Err(format!("a {} is no value for it", other.type_str())),
+        other => Err(format!("a {} is not a valid value", other.type_str())),
     }
 }
 
-/// A path as seen from the settings file.
+/// Resolves a path relative to the settings file.
 fn beside(file: &Path, value: &str, trust: Trust) -> Result<String, String> {
     let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let path: PathBuf = file.parent().unwrap_or(Path::new("")).join(value);
@@ -257,7 +259,7 @@ fn beside(file: &Path, value: &str, trust: Trust) -> Result<String, String> {
     path.into_os_string().into_string().map_err(|_| "the folder's name is not Unicode".into())
 }
 
-/// What is wrong with the TOML, with its line.
+/// Describes an error in the TOML, with its line number.
 fn toml_line(text: &str, error: &toml::de::Error) -> String {
     let line = error.span().map(|s| 1 + text[..s.start.min(text.len())].matches('\n').count());
     match line {

@@ -1,4 +1,4 @@
-//! Standard output: what is written to it arrives, or is told as an error of its own (exit code 4).
+//! Standard output: output that cannot be written is reported as an error with its own exit code (4).
 
 use crate::saving;
 use crate::say::{printable, say};
@@ -6,16 +6,16 @@ use serde::Serialize;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether the process was started without a standard output. The standard library opens `/dev/null` in its place before
-/// `main` runs, where everything written is lost without an error.
+/// Whether the process was started without a standard output. The standard library then opens `/dev/null` in its place
+/// before `main` runs, where all output is lost without an error.
 static CLOSED: AtomicBool = AtomicBool::new(false);
 
-/// Writes all of it; what fails is told once.
+/// Writes all bytes; the first failure is reported.
 pub fn write(bytes: &[u8]) {
     print(|| io::stdout().write_all(bytes));
 }
 
-/// As [`write()`], by a printer of its own.
+/// Writes to standard output with the given function; see [`write()`].
 pub fn print(print: impl FnOnce() -> io::Result<()>) {
     let printed = match CLOSED.load(Ordering::Relaxed) {
         true => Err(io::Error::other("it is closed")),
@@ -26,12 +26,12 @@ pub fn print(print: impl FnOnce() -> io::Result<()>) {
     }
 }
 
-/// A line to standard output.
+/// Prints a line to standard output.
 pub fn result(line: &str) {
     write(format!("{}\n", printable(line)).as_bytes());
 }
 
-/// One JSON object, on a line of its own.
+/// Prints one JSON object on a line of its own.
 pub fn json(value: &impl Serialize) {
     match serde_json::to_string(value) {
         Ok(line) => result(&line),
@@ -39,7 +39,7 @@ pub fn json(value: &impl Serialize) {
     }
 }
 
-/// Looks at the descriptor before the standard library does.
+/// Checks the descriptor before the standard library replaces it.
 #[cfg(any(target_os = "linux", target_os = "macos"))]
 mod at_start {
     use std::os::fd::AsFd;
@@ -51,10 +51,10 @@ mod at_start {
         crate::standard_output::CLOSED.store(!open, Ordering::Relaxed);
     }
 
-    /// The loader calls what stands in this section before `main`, once and with no other thread there.
-    // Safety: the section holds pointers to functions that take what the loader gives and return nothing; `look` ignores
-    // its arguments, unwinds not, and uses nothing of the standard library that `main` has to set up.
-    #[allow(unsafe_code, reason = "a section of functions that run before main has no other name")]
+    /// Function that the loader calls before `main`, once and while no other thread exists.
+    // Safety: the section holds pointers to functions that take the loader's arguments and return nothing; `look`
+    // ignores its arguments, does not unwind, and uses nothing of the standard library that `main` has to set up.
+    #[allow(unsafe_code, reason = "functions that run before main require a link section")]
     #[used]
     #[cfg_attr(target_os = "linux", unsafe(link_section = ".init_array"))]
     #[cfg_attr(target_os = "macos", unsafe(link_section = "__DATA,__mod_init_func"))]

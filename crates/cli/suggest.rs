@@ -1,8 +1,8 @@
-//! What was probably meant: other renderers' names of options and commands, and slips of the finger.
+//! Suggestions for unknown options and commands: names that other renderers use, and misspellings.
 
 use clap::Command;
 
-/// What other programs call an option, and what it is called here.
+/// Names that other programs use for an option, each with the option's name here.
 const OPTIONS: &[(&str, &str)] = &[
     ("samples", "spp"),
     ("sample", "spp"),
@@ -136,36 +136,37 @@ const OPTIONS: &[(&str, &str)] = &[
     ("runs", "run"),
 ];
 
-/// Options that are told apart by more than a name: how one is written in place of several.
+/// Text that follows the suggested option where its value is written differently, such as one size for two options.
 const WRITTEN: &[(&str, &str)] = &[
     ("width", ", as WIDTHxHEIGHT such as 640x480"),
     ("height", ", as WIDTHxHEIGHT such as 640x480"),
-    ("f-stop", ", the radius of the lens in scene units"),
-    ("fstop", ", the radius of the lens in scene units"),
+    ("f-stop", ", the lens radius in scene units"),
+    ("fstop", ", the lens radius in scene units"),
     ("frame", ", in seconds"),
     ("no-env", " none"),
     ("no-environment", " none"),
-    ("position", ", the camera's place as X,Y,Z"),
-    ("camera-position", ", the camera's place as X,Y,Z"),
+    ("position", ", the camera position as X,Y,Z"),
+    ("camera-position", ", the camera position as X,Y,Z"),
 ];
 
-/// Options of other programs that there are none like, and what serves instead.
+/// Options of other programs that have no counterpart here, each with the alternative.
 const ABSENT: &[(&str, &str)] = &[
     ("denoise", NO_DENOISER),
     ("denoiser", NO_DENOISER),
     ("oidn", NO_DENOISER),
-    ("gpu", "pictures are rendered on the processor; see --threads"),
-    ("device", "pictures are rendered on the processor; see --threads"),
+    ("gpu", "dapple renders on the CPU; see --threads"),
+    ("device", "dapple renders on the CPU; see --threads"),
     ("list", LISTS),
     ("list-cameras", LISTS),
     ("list-scenes", LISTS),
 ];
 
 const NO_DENOISER: &str =
-    "there is no denoiser; --spp N takes more samples, --error-limit X as many as the picture needs";
-const LISTS: &str = "dapple info SCENE lists what is in a scene, dapple render --help the built-in scenes";
+    "there is no denoiser; --spp N takes more samples, --error-limit X as many as the image needs";
+const LISTS: &str =
+    "dapple info SCENE lists the contents of a scene, dapple render --help the built-in scenes";
 
-/// What other programs call a command.
+/// Names that other programs use for a command.
 const COMMANDS: &[(&str, &str)] = &[
     ("trace", "render"),
     ("raytrace", "render"),
@@ -189,11 +190,11 @@ const COMMANDS: &[(&str, &str)] = &[
     ("manual", "man"),
 ];
 
-/// Below this similarity (1 = the same) a word is no slip of another.
+/// Lowest similarity (1 = equal) at which a word counts as a misspelling of another.
 const LIKE: f64 = 0.6;
 
-/// The one of `names` that `word` is likely to be a slip of: the only one that it begins, the only one that it is a part of,
-/// or the nearest.
+/// Returns the name that `word` most likely means: the only one that it is a prefix of, the only one that it is a part
+/// of, or the most similar one.
 pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let word = word.to_ascii_lowercase();
     let names: Vec<&str> = names.into_iter().collect();
@@ -210,7 +211,7 @@ pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Opti
     best.filter(|name| likeness(name) >= LIKE)
 }
 
-/// What to type in place of an unknown option of `sub`, one of `all`'s commands: `did you mean --spp?`
+/// Returns a suggestion for an unknown option of `sub`, one of `all`'s commands: `did you mean --spp?`
 pub fn option(all: &Command, sub: &str, word: &str) -> Option<String> {
     let plain = word.trim_start_matches('-').to_ascii_lowercase().replace('_', "-");
     let own = all.find_subcommand(sub).map(longs).unwrap_or_default();
@@ -226,18 +227,18 @@ pub fn option(all: &Command, sub: &str, word: &str) -> Option<String> {
         return Some(format!("did you mean --{plain}?"));
     }
     if let Some(flag) = plain.strip_prefix("no-").filter(|flag| own.iter().any(|own| own == flag)) {
-        return Some(format!("a flag is taken back by --{flag}=false"));
+        return Some(format!("a flag is reset by --{flag}=false"));
     }
     let others = all.get_subcommands().filter(|other| longs(other).contains(&plain));
     let others: Vec<&str> = others.map(Command::get_name).collect();
     match others[..] {
         [] => slip(&plain, &own).map(|name| format!("did you mean --{name}?")),
         _ if sub.is_empty() => Some(format!("it is an option of dapple {}", others.join(", "))),
-        _ => Some(format!("not with {sub}: it is an option of {}", others.join(", "))),
+        _ => Some(format!("not available for {sub}; it is an option of {}", others.join(", "))),
     }
 }
 
-/// What to type in place of an unknown command.
+/// Returns a suggestion for an unknown command.
 pub fn command(all: &Command, word: &str) -> Option<String> {
     let plain = word.to_ascii_lowercase();
     let names: Vec<&str> =
@@ -246,7 +247,7 @@ pub fn command(all: &Command, word: &str) -> Option<String> {
     meant.or_else(|| nearest(&plain, names)).map(|name| format!("did you mean dapple {name}?"))
 }
 
-/// What to write in place of an unknown key of a settings file.
+/// Returns a suggestion for an unknown key of a settings file.
 pub fn key(word: &str, keys: &[String]) -> Option<String> {
     let plain = word.trim_start_matches('-').to_ascii_lowercase().replace('_', "-");
     if let Some(instead) = alias(ABSENT, &plain) {
@@ -258,7 +259,7 @@ pub fn key(word: &str, keys: &[String]) -> Option<String> {
     meant.map(|name| format!("did you mean {name}?"))
 }
 
-/// The one of `names` that a word is a slip of, in our words or in those of others.
+/// Returns the name that a word misspells, either directly or through another program's name for it.
 fn slip<'a>(word: &str, names: &'a [String]) -> Option<&'a str> {
     let named = |meant: &str| names.iter().map(String::as_str).find(|name| *name == meant);
     let ours = nearest(word, names.iter().map(String::as_str));
@@ -270,7 +271,7 @@ fn alias(table: &[(&str, &'static str)], word: &str) -> Option<&'static str> {
     table.iter().find(|(other, _)| *other == word).map(|(_, name)| *name)
 }
 
-/// The long names of the options that a command uses.
+/// Returns the long names of the options that a command uses.
 fn longs(command: &Command) -> Vec<String> {
     let shown = command.get_arguments().filter(|arg| !arg.is_hide_set());
     shown.filter_map(|arg| arg.get_long().map(String::from)).collect()
@@ -301,7 +302,7 @@ mod tests {
         }
     }
 
-    /// An alias that is an option of the render itself would never be reached.
+    /// An alias that is itself an option of the render would never be reached.
     #[test]
     fn aliases_are_no_options() {
         let render = longs(args::command().find_subcommand("render").unwrap());

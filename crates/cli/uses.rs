@@ -1,18 +1,18 @@
-//! Which option serves which command: what a command does not use it does not show, and does not take.
+//! Table of the options that each command uses; other options are hidden and rejected.
 //!
-//! A render's options are one struct ([`crate::options::RenderOptions`]) that several commands share. An option stands here
-//! once, with the commands whose results can depend on it; typed for another command it is refused, in a settings file it
-//! is passed over with a note, and neither help nor completions name it there.
+//! The render options are one struct ([`crate::options::RenderOptions`]) that several commands share. Each option is
+//! listed once, with the commands whose results can depend on it. For other commands it is an error on the command
+//! line, is skipped with a note in a settings file, and appears neither in help nor in completions.
 
 use crate::error::Failure;
 use crate::options;
 use clap::ArgMatches;
 use clap::parser::ValueSource;
 
-/// The commands that take options of a render.
+/// The commands that take render options.
 pub const COMMANDS: [&str; 8] = ["render", "info", "plan", "replay", "rays", "budget", "sheet", "converge"];
 
-/// Options of everything that loads a scene: what is seen, by which light, and what is said.
+/// Options of every command that loads a scene: view, lighting and messages.
 #[cfg(test)]
 const OF_ALL: &[&str] = &[
     "size",
@@ -57,7 +57,7 @@ const OF_ALL: &[&str] = &[
     "verbose",
 ];
 
-/// The others, each with the commands that it serves.
+/// The other options, each with the commands that use it.
 const OF_SOME: &[(&str, &[&str])] = &[
     ("output", &["render", "plan", "rays", "sheet", "converge"]),
     ("half", &["render"]),
@@ -88,26 +88,26 @@ const OF_SOME: &[(&str, &[&str])] = &[
     ("quiet", &["render", "budget", "sheet", "converge"]),
 ];
 
-/// Why an option is refused, where more can be said than that it changes nothing.
+/// Specific reasons for rejecting an option, beyond that it has no effect.
 const WHY: &[(&str, &str, &str)] = &[
-    ("converge", "spp", "the counts grow while the budget lasts"),
+    ("converge", "spp", "the sample counts grow until --budget is used up"),
     ("converge", "time-limit", "see --budget"),
-    ("converge", "error-limit", "errors are what is measured; see --budget"),
-    ("converge", "aov", "only the picture itself is compared"),
-    ("converge", "crop", "whole pictures are compared; see --size"),
+    ("converge", "error-limit", "the errors are measured; see --budget"),
+    ("converge", "aov", "only the image itself is compared"),
+    ("converge", "crop", "whole images are compared; see --size"),
     ("sheet", "pattern", "the rows are --estimators"),
     ("sheet", "method", "a sheet is rendered by the distribution tracer"),
     ("sheet", "error-limit", "see --time-limit"),
-    ("budget", "spp", "the samples are what is predicted"),
+    ("budget", "spp", "the sample count is predicted"),
 ];
 
-/// Whether the result of `command` can depend on the option. What is no option of a render is no matter of this table.
+/// Whether the result of `command` can depend on the option. Returns true for names that are not render options.
 pub fn serves(command: &str, option: &str) -> bool {
     let listed = OF_SOME.iter().find(|(name, _)| *name == option);
     !COMMANDS.contains(&command) || listed.is_none_or(|(_, commands)| commands.contains(&command))
 }
 
-/// Refuses typed options that do nothing for the command.
+/// Rejects typed options that have no effect on the command.
 pub fn refuse(command: &str, typed: &ArgMatches) -> Result<(), Failure> {
     if !COMMANDS.contains(&command) {
         return Ok(());
@@ -123,11 +123,11 @@ pub fn refuse(command: &str, typed: &ArgMatches) -> Result<(), Failure> {
 
 fn refusal(command: &str, option: &str) -> String {
     if let Some((_, _, why)) = WHY.iter().find(|(of, name, _)| (*of, *name) == (command, option)) {
-        return format!("--{option}: not with {command}: {why}");
+        return format!("--{option}: not available for {command}: {why}");
     }
     let served = COMMANDS.into_iter().filter(|other| serves(other, option)).collect::<Vec<_>>();
     format!(
-        "--{option}: not with {command}, where it would change nothing; leave it out (it serves {})",
+        "--{option}: not available for {command}, where it has no effect; remove it (it applies to {})",
         served.join(", ")
     )
 }
@@ -136,13 +136,13 @@ fn refusal(command: &str, option: &str) -> String {
 mod tests {
     use super::*;
 
-    /// A new option has to be put on one of the lists.
+    /// A new option has to be added to one of the lists.
     #[test]
     fn every_option_serves_some_command() {
         let listed = || OF_ALL.iter().chain(OF_SOME.iter().map(|(name, _)| name));
         for name in options::names() {
             let count = listed().filter(|listed| **listed == name).count();
-            assert_eq!(count, 1, "--{name} has to be on one of the two lists of uses.rs");
+            assert_eq!(count, 1, "--{name} must be on exactly one of the two lists of uses.rs");
         }
         assert_eq!(listed().count(), options::names().len());
     }
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn lists_name_commands_and_options() {
         for (name, commands) in OF_SOME {
-            assert!(commands.contains(&"render"), "--{name} serves no render");
+            assert!(commands.contains(&"render"), "--{name} does not serve render");
             assert!(commands.len() < COMMANDS.len(), "--{name} serves all");
             assert!(commands.iter().all(|command| COMMANDS.contains(command)), "--{name}: {commands:?}");
         }

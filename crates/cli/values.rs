@@ -1,4 +1,4 @@
-//! The values that options take, each with the one sentence said about a wrong one.
+//! Parsers of option values, each with its error message.
 
 use crate::aliases;
 use dapple_integrator::camera::Shutter;
@@ -11,13 +11,13 @@ use glam::Vec3;
 use std::str::FromStr;
 use std::time::Duration;
 
-/// A length of time, at least a nanosecond.
+/// A duration of at least a nanosecond.
 pub type Seconds = Duration;
 
-/// The largest side of a picture.
+/// Largest width and height of an image, in pixels.
 const MAX_SIDE: u32 = 1 << 20;
 
-/// `WxH`.
+/// An image size `WxH` in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
     pub width: u32,
@@ -40,7 +40,7 @@ impl FromStr for Size {
     }
 }
 
-/// `X0,Y0,X1,Y1`, not empty; whether it lies in the picture is known only with the size.
+/// A rectangle `X0,Y0,X1,Y1`, not empty; whether it lies within the image is checked once the size is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crop(pub PixelRect);
 
@@ -55,7 +55,7 @@ impl FromStr for Crop {
     }
 }
 
-/// `X,Y`.
+/// Pixel coordinates `X,Y`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pixel(pub u32, pub u32);
 
@@ -66,7 +66,7 @@ impl FromStr for Pixel {
     }
 }
 
-/// `R,G,B`, finite and not negative.
+/// A colour `R,G,B`, finite and not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Color(pub Vec3);
 
@@ -83,7 +83,7 @@ impl FromStr for Color {
     }
 }
 
-/// `N` numbers separated by commas.
+/// Parses `N` numbers separated by commas.
 fn numbers<T: FromStr + Copy + Default, const N: usize>(s: &str, expected: &str) -> Result<[T; N], String> {
     let mut all = [T::default(); N];
     let mut parts = s.split(',');
@@ -94,27 +94,27 @@ fn numbers<T: FromStr + Copy + Default, const N: usize>(s: &str, expected: &str)
     if parts.next().is_some() { Err(format!("expected {expected}")) } else { Ok(all) }
 }
 
-/// A finite number.
+/// Parses a finite number.
 pub fn finite(s: &str) -> Result<f32, String> {
     s.trim().parse().ok().filter(|x: &f32| x.is_finite()).ok_or_else(|| "expected a finite number".into())
 }
 
-/// A finite number in double precision.
+/// Parses a finite number in double precision.
 pub fn finite64(s: &str) -> Result<f64, String> {
     s.trim().parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| "expected a finite number".into())
 }
 
-/// A finite number, zero or more.
+/// Parses a finite number, zero or more.
 pub fn non_negative(s: &str) -> Result<f32, String> {
     finite(s).ok().filter(|x| *x >= 0.0).ok_or_else(|| "expected a finite number, zero or more".into())
 }
 
-/// A finite number above zero.
+/// Parses a finite number above zero.
 pub fn positive(s: &str) -> Result<f32, String> {
     finite(s).ok().filter(|x| *x > 0.0).ok_or_else(|| "expected a finite number above zero".into())
 }
 
-/// A number of bytes: 4000000, 800k, 1.5G, 2GiB (powers of 1024), 2GB (powers of 1000).
+/// Parses a number of bytes: 4000000, 800k, 1.5G, 2GiB (powers of 1024), 2GB (powers of 1000).
 pub fn bytes(s: &str) -> Result<u64, String> {
     let expected = || "expected a size such as 800M or 12G".to_string();
     let s = s.trim();
@@ -134,14 +134,14 @@ pub fn bytes(s: &str) -> Result<u64, String> {
     if bytes >= 1.0 && bytes.is_finite() { Ok(bytes as u64) } else { Err(expected()) }
 }
 
-/// How much of a scene a render keeps.
+/// Which rendering plan is used: `Smallest` omits what the scene does not need, `General` omits nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlanKind {
     Smallest,
     General,
 }
 
-/// `smallest` or `general`.
+/// Parses `smallest` or `general`.
 pub fn plan_kind(s: &str) -> Result<PlanKind, String> {
     match aliases::canonical(s, aliases::NONE).as_str() {
         "smallest" => Ok(PlanKind::Smallest),
@@ -150,24 +150,24 @@ pub fn plan_kind(s: &str) -> Result<PlanKind, String> {
     }
 }
 
-/// A distance of focus: more than zero; `inf` is far away.
+/// Parses a focus distance: above zero; `inf` focuses at infinity.
 pub fn focus(s: &str) -> Result<f32, String> {
     let said = "expected a distance above zero, or inf";
     s.trim().parse().ok().filter(|x: &f32| *x > 0.0).ok_or_else(|| said.into())
 }
 
-/// A finite number above zero in double precision.
+/// Parses a finite number above zero in double precision.
 pub fn positive64(s: &str) -> Result<f64, String> {
     finite64(s).ok().filter(|x| *x > 0.0).ok_or_else(|| "expected a finite number above zero".into())
 }
 
-/// A probability between one half and one.
+/// Parses a probability of at least one half and below one.
 pub fn confidence(s: &str) -> Result<f64, String> {
     let said = || "expected a probability of at least 0.5 and below 1, such as 0.95".into();
     finite64(s).ok().filter(|p| (0.5..1.0).contains(p)).ok_or_else(said)
 }
 
-/// `MEASURE=X`; whether there is such a measure is known to the command.
+/// A limit `MEASURE=X`; the command checks that the measure exists.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Threshold {
     pub measure: String,
@@ -184,7 +184,7 @@ impl FromStr for Threshold {
     }
 }
 
-/// `OPEN:CLOSE` in seconds; equal ends are an instant.
+/// Parses `OPEN:CLOSE` in seconds; equal times are an instant.
 pub fn shutter(s: &str) -> Result<Shutter, String> {
     let expected = "expected two finite times in seconds, OPEN:CLOSE, such as 0:0.02";
     let (open, close) = s.split_once(':').ok_or(expected)?;
@@ -193,12 +193,12 @@ pub fn shutter(s: &str) -> Result<Shutter, String> {
         return Err(format!("the shutter closes at {close} s, before it opens at {open} s"));
     }
     if !((close - open) as f32).is_finite() {
-        return Err("the shutter is open longer than numbers can express".into());
+        return Err("the shutter interval is too long to be represented".into());
     }
     Ok(Shutter { open, close })
 }
 
-/// `30s`, `500ms`, `5m`, `1h`; a bare number is seconds. More than zero, less than a century.
+/// Parses `30s`, `500ms`, `5m` or `1h`; a number without a unit is in seconds. Above zero and below a century.
 pub fn duration(s: &str) -> Result<Seconds, String> {
     let s = s.trim();
     let unit = s.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
@@ -219,7 +219,7 @@ pub fn duration(s: &str) -> Result<Seconds, String> {
     Ok(Duration::from_secs_f64(seconds))
 }
 
-/// Layers by one word: one of them, or `all`.
+/// Layers selected by one word: a single layer, or `all`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layers(pub Vec<Aov>);
 
@@ -234,13 +234,13 @@ impl FromStr for Layers {
     }
 }
 
-/// A number of points of an integral that is not off.
+/// Parses a sample count of an effect, at least 1.
 pub fn point_count(s: &str) -> Result<u32, String> {
     let count = s.trim().parse().ok().filter(|n| (1..=MAX_COUNT).contains(n));
-    count.ok_or_else(|| format!("expected numbers of points, each from 1 to {MAX_COUNT}"))
+    count.ok_or_else(|| format!("expected sample counts, each from 1 to {MAX_COUNT}"))
 }
 
-/// `path` or `distribution`.
+/// Parses `path` or `distribution`.
 pub fn method(s: &str) -> Result<MethodKind, String> {
     match aliases::canonical(s, aliases::METHODS).as_str() {
         "path" => Ok(MethodKind::Path),
@@ -249,7 +249,7 @@ pub fn method(s: &str) -> Result<MethodKind, String> {
     }
 }
 
-/// The name of an effect.
+/// Parses the name of an effect.
 pub fn effect(s: &str) -> Result<Effect, String> {
     let names = || Effect::ALL.map(|(_, name)| name).join(", ");
     let meant = aliases::canonical(s, aliases::EFFECTS);
@@ -257,7 +257,7 @@ pub fn effect(s: &str) -> Result<Effect, String> {
     found.map(|(effect, _)| *effect).ok_or_else(|| format!("expected one of {}", names()))
 }
 
-/// The name under which [`method`] reads it.
+/// Returns the name that [`method`] parses.
 pub fn method_name(method: MethodKind) -> &'static str {
     match method {
         MethodKind::Path => "path",
@@ -265,7 +265,7 @@ pub fn method_name(method: MethodKind) -> &'static str {
     }
 }
 
-/// `8` or `16`.
+/// Parses `8` or `16`.
 pub fn png_depth(s: &str) -> Result<PngDepth, String> {
     match s {
         "8" => Ok(PngDepth::Eight),
@@ -274,7 +274,7 @@ pub fn png_depth(s: &str) -> Result<PngDepth, String> {
     }
 }
 
-/// `srgb`, `agx`, `aces` or `neutral`.
+/// Parses `srgb`, `agx`, `aces` or `neutral`.
 pub fn tone(s: &str) -> Result<Tone, String> {
     match aliases::canonical(s, aliases::TONES).as_str() {
         "srgb" => Ok(Tone::Srgb),

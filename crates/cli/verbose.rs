@@ -1,10 +1,10 @@
-//! What `--verbose` says: the steps of a command in sentences.
+//! Messages of `--verbose`: describe the steps of a command in sentences.
 
 use crate::output::Outputs;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Effect, MethodKind, Settings};
 
-/// A scene that has been read and built.
+/// Describes a scene that has been read and built.
 pub fn scene(scene: &Scene, load_seconds: f64, build_seconds: f64) -> String {
     let Scene { survey, cameras, .. } = scene;
     let counts = [
@@ -17,7 +17,8 @@ pub fn scene(scene: &Scene, load_seconds: f64, build_seconds: f64) -> String {
         counted(cameras.len(), "camera"),
     ];
     format!(
-        "The scene has {}. Reading it took {:.2} s, building its trees and light tables {:.2} s; it takes {:.1} MB.",
+        "The scene has {}. Reading it took {:.2} s, building its acceleration structures and light tables \
+         {:.2} s; it uses {:.1} MB.",
         listed(&counts.into_iter().flatten().collect::<Vec<_>>()),
         load_seconds,
         build_seconds,
@@ -25,7 +26,7 @@ pub fn scene(scene: &Scene, load_seconds: f64, build_seconds: f64) -> String {
     )
 }
 
-/// A render that is about to begin.
+/// Describes a render that is about to start.
 pub fn render(settings: &Settings) -> String {
     let (width, height) = settings.size;
     let part = settings.crop.map_or(String::new(), |c| {
@@ -46,35 +47,35 @@ pub fn render(settings: &Settings) -> String {
     )
 }
 
-/// How the integrals are estimated.
+/// Describes the estimator of the integrals.
 fn estimator(settings: &Settings) -> String {
     match settings.kind() {
         MethodKind::Path => {
             let roulette = if settings.roulette() { "with" } else { "without" };
             let spp = match settings.spp() {
                 Some(n) => format!("{} per pixel", counted_always(n as usize, "sample")),
-                None => "as many samples per pixel as there is time for".into(),
+                None => "as many samples per pixel as time allows".into(),
             };
-            let adaptive = if settings.adaptive() { ", more where the error is" } else { "" };
+            let adaptive = if settings.adaptive() { ", adaptive" } else { "" };
             format!(
-                "by the path tracer {roulette} Russian roulette: {spp}{adaptive}, placed by the {} pattern",
+                "by the path tracer {roulette} Russian roulette: {spp}{adaptive}, in the {} pattern",
                 settings.pattern
             )
         }
         MethodKind::Distribution => {
             let plans = Effect::ALL.map(|(effect, name)| format!("{name} {}", settings.plans.of(effect)));
-            format!("by the distribution tracer: {} points, {}", settings.combine(), plans.join(", "))
+            format!("by the distribution tracer: {} samples, {}", settings.combine(), plans.join(", "))
         }
     }
 }
 
-/// Pictures that are about to be written.
+/// Describes the images that are about to be written.
 pub fn writing(outputs: &Outputs) -> String {
     let paths: Vec<String> = outputs.paths().map(|path| path.display().to_string()).collect();
     format!("Writing {}.", listed(&paths))
 }
 
-/// `3 lights`; nothing of none.
+/// Formats a count such as `3 lights`; none if it is zero.
 fn counted(n: usize, what: &str) -> Option<String> {
     (n > 0).then(|| counted_always(n, what))
 }
@@ -87,7 +88,7 @@ fn counted_always(n: usize, what: &str) -> String {
     format!("{n} {}", if n == 1 { what } else { &many })
 }
 
-/// `a, b and c`.
+/// Joins items as `a, b and c`.
 fn listed(items: &[String]) -> String {
     match items {
         [] => "nothing".into(),
@@ -111,7 +112,7 @@ mod tests {
         let said = render(&Settings::default().with_time_limit(std::time::Duration::from_secs(3)));
         assert_eq!(
             said,
-            "Rendering 512x512 pixels, by the path tracer with Russian roulette: 64 samples per pixel, placed by the \
+            "Rendering 512x512 pixels, by the path tracer with Russian roulette: 64 samples per pixel, in the \
              sobol pattern; paths of up to 16 scattering events; box filter; seed 0; for at most 3 s."
         );
     }

@@ -1,7 +1,7 @@
-//! Which view is rendered: a camera of the scene, or one that the options place.
+//! Selection of the view: a camera of the scene, or one that the options place.
 //!
-//! `--look-from` and `--orbit` make a camera of their own. `--look-at`, `--up` and `--fov` change that one or, without it,
-//! the scene's camera.
+//! `--look-from` and `--orbit` create a camera. `--look-at`, `--up` and `--fov` modify it or, without it, the scene's
+//! camera.
 
 use crate::error::{self, Failure};
 use crate::options::{Orbit, RenderOptions, ViewOptions};
@@ -11,10 +11,10 @@ use dapple_integrator::scene::view::{self, FIELD_OF_VIEW};
 use dapple_integrator::scene::{CameraPose, NamedCamera, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Most cameras that a complaint names.
+/// Maximum number of cameras that an error message lists.
 const NAMED: usize = 20;
 
-/// The camera that the options ask for, without its lens.
+/// Returns the requested camera, without its lens.
 pub fn view(scene: &Scene, options: &RenderOptions) -> Result<NamedCamera, Failure> {
     let asked = &options.view;
     let up = asked.up.map_or(DVec3::Y, |up| up.0);
@@ -40,14 +40,16 @@ pub fn view(scene: &Scene, options: &RenderOptions) -> Result<NamedCamera, Failu
     Ok(named)
 }
 
-/// Says where the view that was asked for stops the scene's camera.
+/// Prints a note if the view options stop the motion of the scene's camera.
 pub fn note_held(scene: &Scene, options: &RenderOptions) {
     let asked = &options.view;
     if asked.places_camera() || (asked.look_at.is_none() && asked.up.is_none()) {
         return;
     }
     if named(scene, options.camera.as_deref()).is_ok_and(|named| named.camera.motion.is_some()) {
-        say("note: the camera stands as when the shutter opens: --look-at and --up hold it still");
+        say(
+            "note: the camera does not move: --look-at and --up fix its position at the opening of the shutter",
+        );
     }
 }
 
@@ -59,10 +61,12 @@ fn placed(scene: &Scene, name: &str, pose: &CameraPose) -> Result<NamedCamera, F
 
 fn towards(option: &str, from: DVec3, at: DVec3, up: DVec3) -> Result<DMat3, Failure> {
     let axes = view::axes_towards(from, at, up).filter(DMat3::is_finite);
-    axes.ok_or_else(|| Failure::Arguments(format!("{option}: the camera stands where it is to look at")))
+    axes.ok_or_else(|| {
+        Failure::Arguments(format!("{option}: the camera position equals the point to look at"))
+    })
 }
 
-/// The scene's camera, turned and zoomed as asked for.
+/// Returns the scene's camera with the requested direction and field of view.
 fn changed(scene: &Scene, mut camera: Camera, asked: &ViewOptions) -> Result<Camera, Failure> {
     if let Some(degrees) = asked.fov {
         match &mut camera.projection {
@@ -70,8 +74,7 @@ fn changed(scene: &Scene, mut camera: Camera, asked: &ViewOptions) -> Result<Cam
                 *perspective = view::perspective(degrees.to_radians())
             }
             Projection::Orthographic { .. } => {
-                let said =
-                    "--fov: the camera is orthographic and has no field of view; choose another, or --orbit";
+                let said = "--fov: the camera is orthographic and has no field of view; choose another camera, or use --orbit";
                 return Err(Failure::Arguments(said.into()));
             }
         }
@@ -90,7 +93,7 @@ fn changed(scene: &Scene, mut camera: Camera, asked: &ViewOptions) -> Result<Cam
     Ok(camera)
 }
 
-/// The camera called `wanted`, else the one with that index, else the first.
+/// Returns the camera named `wanted`, else the one with that index; the first camera if none is given.
 fn named<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a NamedCamera, Failure> {
     let Some(wanted) = wanted else {
         return scene.cameras.first().ok_or_else(|| Failure::Arguments("the scene has no camera".into()));

@@ -1,4 +1,4 @@
-//! Scenes whose numbers others have published.
+//! Scenes with published geometry and parameters.
 
 use crate::document::{Document, emitter, glass, lambert, metal};
 use crate::shape::Shape;
@@ -14,13 +14,13 @@ const LEFT: Quad = [[552.8, 0.0, 0.0], [549.6, 0.0, 559.2], [556.0, 548.8, 559.2
 const CEILING: Quad = [[556.0, 548.8, 0.0], [556.0, 548.8, 559.2], [0.0, 548.8, 559.2], [0.0, 548.8, 0.0]];
 const LAMP: Quad =
     [[343.0, 548.8, 227.0], [343.0, 548.8, 332.0], [213.0, 548.8, 332.0], [213.0, 548.8, 227.0]];
-/// The tops of the blocks; the sides go straight down to the floor.
+/// Tops of the blocks; the sides extend vertically to the floor.
 const SHORT: Quad =
     [[130.0, 165.0, 65.0], [82.0, 165.0, 225.0], [240.0, 165.0, 272.0], [290.0, 165.0, 114.0]];
 const TALL: Quad =
     [[423.0, 330.0, 247.0], [265.0, 330.0, 296.0], [314.0, 330.0, 456.0], [472.0, 330.0, 406.0]];
 
-/// The box with its two blocks.
+/// The Cornell box with its two blocks.
 pub fn cornell() -> Document {
     let (mut doc, white) = cornell_box();
     doc.object("short block", &block(SHORT), white);
@@ -28,7 +28,7 @@ pub fn cornell() -> Document {
     doc
 }
 
-/// The box with a metal and a glass sphere.
+/// The Cornell box with a metal and a glass sphere.
 pub fn cornell_spheres() -> Document {
     let (mut doc, _) = cornell_box();
     let gold = doc.material(metal("metal", [0.95, 0.79, 0.53], 0.15));
@@ -38,7 +38,7 @@ pub fn cornell_spheres() -> Document {
     doc
 }
 
-/// Walls, light and camera. The measured spectra are replaced by the RGB values most renderers use.
+/// Walls, light and camera. The measured spectra are replaced by the RGB values that most renderers use.
 fn cornell_box() -> (Document, usize) {
     let mut doc = Document::default();
     let white = doc.material(lambert("white", [0.725, 0.71, 0.68]));
@@ -55,13 +55,13 @@ fn cornell_box() -> (Document, usize) {
     }
     doc.object("ceiling", &Shape::quads(&ceiling()), white);
     doc.object("light", &Shape::quads(&[LAMP.map(millimetres)]), light);
-    // Focal length 35 mm behind a film of 25 mm × 25 mm.
+    // Focal length of 35 mm with a film of 25 mm × 25 mm.
     let yfov = 2.0 * libm::atan(0.0125 / 0.035);
     doc.camera(millimetres([278.0, 273.0, -800.0]), millimetres([278.0, 273.0, 0.0]), yfov, 1.0);
     (doc, white)
 }
 
-/// The ceiling round the hole that the light fills, as four quads.
+/// The ceiling around the opening for the light, as four quads.
 fn ceiling() -> [[DVec3; 4]; 4] {
     std::array::from_fn(|i| {
         let next = (i + 1) % 4;
@@ -69,7 +69,7 @@ fn ceiling() -> [[DVec3; 4]; 4] {
     })
 }
 
-/// Top and sides.
+/// A block: its top and sides.
 fn block(top: Quad) -> Shape {
     let down = |[x, _, z]: [f64; 3]| [x, 0.0, z];
     let mut faces = vec![top.map(millimetres)];

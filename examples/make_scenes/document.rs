@@ -1,4 +1,4 @@
-//! A glTF document being written: everything in one file, buffers as base64.
+//! Builder of a glTF document: everything in one file, with buffers in base64.
 
 use crate::shape::Shape;
 use base64::Engine;
@@ -6,11 +6,11 @@ use glam::{DQuat, DVec3};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Grows scene by scene; ids are indices in the order of adding.
+/// A glTF document under construction; ids are indices in the order of adding.
 #[derive(Default)]
 pub struct Document {
     bytes: Vec<u8>,
-    /// Accessors by what they hold, so that equal meshes are stored once.
+    /// Accessors by content, so that equal meshes are stored once.
     stored: BTreeMap<(String, Vec<u8>), usize>,
     views: Vec<Value>,
     accessors: Vec<Value>,
@@ -22,13 +22,13 @@ pub struct Document {
     cameras: Vec<Value>,
     nodes: Vec<Value>,
     lights: Vec<Value>,
-    /// Samplers and channels of the one animation.
+    /// Samplers and channels of the only animation.
     tracks: (Vec<Value>, Vec<Value>),
     extensions: BTreeSet<String>,
 }
 
 impl Document {
-    /// Adds a material; the extensions it uses are noted.
+    /// Adds a material and records the extensions that it uses.
     pub fn material(&mut self, material: Value) -> usize {
         if let Some(used) = material.get("extensions").and_then(Value::as_object) {
             self.extensions.extend(used.keys().cloned());
@@ -36,7 +36,7 @@ impl Document {
         push(&mut self.materials, material)
     }
 
-    /// Adds a texture of unfiltered, repeated texels.
+    /// Adds a texture with nearest filtering and repeated texels.
     pub fn nearest_texture(&mut self, png: &[u8]) -> usize {
         let uri = format!("data:image/png;base64,{}", base64(png));
         let source = push(&mut self.images, json!({ "uri": uri, "mimeType": "image/png" }));
@@ -51,12 +51,12 @@ impl Document {
         push(&mut self.nodes, json!({ "name": name, "mesh": mesh }))
     }
 
-    /// Moves a node's origin.
+    /// Sets the translation of a node.
     pub fn place(&mut self, node: usize, at: DVec3) {
         self.nodes[node]["translation"] = json!(at.to_array());
     }
 
-    /// A sphere: exact for dapple (`extras`), the mesh for everyone else.
+    /// Adds a sphere: exact for dapple (`extras`), a mesh for other renderers.
     pub fn sphere(&mut self, name: &str, centre: DVec3, radius: f64, detail: u32, material: usize) -> usize {
         let node = self.object(name, &Shape::sphere(radius, detail), material);
         self.nodes[node]["translation"] = json!(centre.to_array());
@@ -76,21 +76,21 @@ impl Document {
         push(&mut self.nodes, json!({ "name": "camera", "camera": camera, "matrix": matrix }));
     }
 
-    /// Adds a distant light in the direction `towards`; `irradiance` on what faces it.
+    /// Adds a distant light in the direction `towards`; `irradiance` is that of surfaces facing it.
     pub fn sun(&mut self, name: &str, towards: DVec3, irradiance: [f64; 3]) {
         let intensity = irradiance.iter().fold(0.0, |a: f64, &b| a.max(b));
         let light = json!({
             "name": name, "type": "directional", "color": irradiance.map(|c| c / intensity), "intensity": intensity,
         });
         let light = push(&mut self.lights, light);
-        // It shines along −z of its node.
+        // The light points along −z of its node.
         let turn = DQuat::from_rotation_arc(DVec3::Z, towards.normalize());
         let extension = json!({ "KHR_lights_punctual": { "light": light } });
         push(&mut self.nodes, json!({ "name": name, "rotation": turn.to_array(), "extensions": extension }));
         self.extensions.insert("KHR_lights_punctual".into());
     }
 
-    /// Moves a node: `path` is translation, rotation or scale, with a value for every time in seconds.
+    /// Animates a node: `path` is translation, rotation or scale, with a value for every time in seconds.
     pub fn track<const N: usize>(&mut self, node: usize, path: &str, times: &[f64], values: &[[f64; N]]) {
         let input = self.keys(&times.iter().map(|&t| [t]).collect::<Vec<_>>());
         let (low, high) = (times[0] as f32, times[times.len() - 1] as f32);
@@ -166,7 +166,7 @@ impl Document {
         accessor
     }
 
-    /// The finished file.
+    /// Returns the finished file.
     pub fn to_text(&self) -> String {
         let uri = format!("data:application/octet-stream;base64,{}", base64(&self.bytes));
         let mut root = json!({
@@ -212,7 +212,7 @@ fn base64(bytes: &[u8]) -> String {
     base64::engine::general_purpose::STANDARD.encode(bytes)
 }
 
-/// A purely diffuse material (`specularFactor` 0 takes the dielectric coat away).
+/// A purely diffuse material (`specularFactor` 0 removes the dielectric coat).
 pub fn lambert(name: &str, rgb: [f64; 3]) -> Value {
     json!({
         "name": name,
@@ -233,7 +233,8 @@ pub fn metal(name: &str, rgb: [f64; 3], roughness: f64) -> Value {
     })
 }
 
-/// A mirror of reflectance `kr` that blurs by a square of side `blur` (dapple's own, `extras`); a smooth metal elsewhere.
+/// A mirror of reflectance `kr` with a square blur of side `blur` (dapple's `extras`); a smooth metal in other
+/// renderers.
 pub fn mirror(name: &str, kr: [f64; 3], blur: f64) -> Value {
     let mut material = metal(name, kr, 0.0);
     material["extras"] = json!({ "dapple": { "mirror": { "kr": kr, "blur": blur } } });
@@ -258,7 +259,7 @@ pub fn glass(name: &str) -> Value {
         "extensions": {
             "KHR_materials_transmission": { "transmissionFactor": 1.0 },
             "KHR_materials_ior": { "ior": 1.5 },
-            // More than zero: the surface bounds a solid.
+            // Above zero: the surface bounds a solid.
             "KHR_materials_volume": { "thicknessFactor": 1.0 },
         },
     })

@@ -1,4 +1,4 @@
-//! One scene for each effect of the distribution tracer, arranged so that the effect is the picture.
+//! One scene for each effect of the distribution tracer, composed so that the effect dominates the image.
 
 use crate::document::{Document, emitter, lambert, metal, mirror, plastic};
 use crate::shape::Shape;
@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use serde_json::json;
 use std::f64::consts::TAU;
 
-/// What glTF cannot say, by file.
+/// Settings that glTF cannot express, by file.
 pub const SIDECARS: [(&str, &str); 3] = [
     (
         "blurred_reflection.toml",
@@ -30,7 +30,7 @@ pub const SIDECARS: [(&str, &str); 3] = [
     ),
 ];
 
-/// A fence whose shadow starts sharp at its foot and dissolves with distance, and boards that float higher and higher.
+/// A fence whose shadow is sharp at its foot and softens with distance, and boards at increasing heights.
 pub fn soft_shadow() -> Document {
     let mut doc = Document::default();
     let ground = doc.material(lambert("ground", [0.72, 0.7, 0.66]));
@@ -57,8 +57,9 @@ pub fn soft_shadow() -> Document {
     doc
 }
 
-/// Upright panels on a checker: metals of growing roughness on the left, mirrors of growing square blur on the right. What is
-/// near a panel is reflected sharply, what is far from it is not: three balls before each, farther and farther away.
+/// Upright panels on a checkerboard: metals of increasing roughness on the left, mirrors of increasing square blur on
+/// the right. Objects near a panel are reflected sharply, distant ones are blurred: three balls at increasing distances
+/// stand before each.
 pub fn blurred_reflection(checker: &[u8]) -> Document {
     let mut doc = Document::default();
     checkered_floor(&mut doc, checker, 12.0);
@@ -89,7 +90,7 @@ pub fn blurred_reflection(checker: &[u8]) -> Document {
     doc
 }
 
-/// Balls from near to far, before the lights of a town (`town.hdr`) that show the shape of the lens.
+/// Balls from near to far, in front of the lights of a town (`town.hdr`) that show the shape of the aperture.
 pub fn depth_of_field() -> Document {
     let mut doc = Document::default();
     let table = doc.material(lambert("table", [0.3, 0.28, 0.27]));
@@ -111,8 +112,8 @@ pub fn depth_of_field() -> Document {
     doc
 }
 
-/// All five at once: a checker to the horizon, soft shadows, a blurred and a rough mirror, things before and behind the sharp
-/// plane, a ball that flies and a hand that turns.
+/// All five effects together: a checkerboard to the horizon, soft shadows, a blurred and a rough mirror, objects in
+/// front of and behind the focal plane, a flying ball and a rotating hand.
 pub fn all_effects(checker: &[u8]) -> Document {
     let mut doc = Document::default();
     checkered_floor(&mut doc, checker, 12.0);
@@ -152,7 +153,7 @@ pub fn floor(half: f64) -> Shape {
     Shape::quads(&[corners.map(DVec3::from_array)])
 }
 
-/// A floor of squares half a metre wide.
+/// A checkered floor with squares of half a metre.
 fn checkered_floor(doc: &mut Document, checker: &[u8], half: f64) -> usize {
     let texture = doc.nearest_texture(checker);
     let mut material = lambert("checker", [0.8; 3]);

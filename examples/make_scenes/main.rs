@@ -1,7 +1,7 @@
 //! Writes the scenes of `scenes/`: `cargo run --release --example make_scenes [FOLDER]`.
 //!
-//! The same bytes on every machine: positions are worked out in f64 with `libm`, and nothing is random. What each scene
-//! shows, and where its numbers come from, stands in `scenes/README.md`.
+//! The output is the same on every machine: positions are computed in f64 with `libm`, and nothing is random. The
+//! purpose of each scene, and the source of its numbers, are described in `scenes/README.md`.
 
 mod classics;
 mod document;
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A picture as the bytes of a PNG file, encoded as sRGB.
+/// Encodes an image as a PNG file in sRGB.
 fn png_bytes(picture: &dapple_imaging::Image) -> Result<Vec<u8>, Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let path: &Path = &folder.path().join("texture.png");

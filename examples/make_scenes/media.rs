@@ -1,15 +1,15 @@
-//! Clear matter: bodies within bodies, and panes with lights behind them.
+//! Transparent media: nested solids, and panes with lights behind them.
 
 use crate::document::{Document, emitter, glass, lambert, metal};
 use crate::shape::Shape;
 use glam::DVec3;
 use serde_json::{Value, json};
 
-/// What glTF cannot say, by file.
+/// Settings that glTF cannot express, by file.
 pub const SIDECARS: [(&str, &str); 1] =
     [("nested_media.toml", "# An even sky around the table.\nenv-color = [0.8, 0.9, 1.0]\n")];
 
-/// Solid matter of this index that gives white light the colour `rgb` after one metre.
+/// A solid of this index of refraction that attenuates white light to `rgb` after one metre.
 fn matter(name: &str, ior: f64, rgb: [f64; 3], priority: f64) -> Value {
     let mut material = glass(name);
     let extensions = &mut material["extensions"];
@@ -20,7 +20,7 @@ fn matter(name: &str, ior: f64, rgb: [f64; 3], priority: f64) -> Value {
     material
 }
 
-/// A thin wall of this index and colour.
+/// A thin wall of this index of refraction and colour.
 fn pane(name: &str, ior: f64, rgb: [f64; 3]) -> Value {
     json!({
         "name": name,
@@ -45,8 +45,8 @@ fn block(doc: &mut Document, name: &str, low: [f64; 3], high: [f64; 3], material
     doc.object(name, &Shape::cuboid(DVec3::from_array(low), DVec3::from_array(high), false), material);
 }
 
-/// A block of amber with a glass ball, a bubble and a metal bead inside; a block of ice that reaches into it and wins; and
-/// two blocks that touch.
+/// A block of amber with a glass ball, a bubble and a metal bead inside; an overlapping block of ice with higher
+/// priority; and two touching blocks.
 pub fn nested_media() -> Document {
     let mut doc = Document::default();
     ground(&mut doc);
@@ -65,7 +65,7 @@ pub fn nested_media() -> Document {
     doc
 }
 
-/// A coloured window with a lamp and a sun behind it, two clear panes, and a block that bends nothing.
+/// A coloured window with a lamp and a sun behind it, two clear panes, and a block without refraction.
 pub fn panes() -> Document {
     let mut doc = Document::default();
     ground(&mut doc);

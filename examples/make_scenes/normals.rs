@@ -1,4 +1,4 @@
-//! Surfaces whose shading normals are not their own.
+//! Surfaces whose shading normals differ from their geometric normals.
 
 use crate::document::{Document, emitter, metal, plastic};
 use crate::effects::{facing, floor};
@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 /// Texels along each side of a stud.
 const SIDE: usize = 16;
 
-/// One round stud of a sheet, as a normal map whose slopes reach 56°. The writer encodes as sRGB, so the values are those
-/// whose codes are the normals.
+/// A normal map of one round stud, with slopes up to 56°. The writer encodes as sRGB, so the values are those whose
+/// code values are the normals.
 pub fn studs() -> Image {
     let texel = |i: usize| {
         let at = |i: usize| (2 * i + 1) as f64 / SIDE as f64 - 1.0;
@@ -27,7 +27,8 @@ pub fn studs() -> Image {
     Image { width: SIDE, height: SIDE, pixels: (0..SIDE * SIDE).map(texel).collect::<Vec<Vec3>>() }
 }
 
-/// Studded sheets of plastic, rough metal, polished metal and frosted glass under two lamps, and a ball whose facets are few.
+/// Studded sheets of plastic, rough metal, polished metal and frosted glass under two lamps, and a coarsely tessellated
+/// ball.
 pub fn normal_maps(studs: &[u8]) -> Document {
     let mut doc = Document::default();
     let map = doc.nearest_texture(studs);

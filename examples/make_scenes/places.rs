@@ -1,11 +1,11 @@
-//! Surfaces in one place: which of them is there must not depend on rounding, on the order of the file or on who looks.
+//! Coincident surfaces: which one is visible must not depend on rounding, on the order in the file or on the viewpoint.
 
 use crate::document::{Document, emitter, lambert, metal};
 use crate::shape::Shape;
 use glam::DVec3;
 
-/// The parallelogram on the plane of `[origin, u, v]` from (s, t) to (s + w, t + h), in lengths of u and v; its front
-/// where u × v points.
+/// The parallelogram in the plane of `[origin, u, v]` from (s, t) to (s + w, t + h), in lengths of u and v; its front
+/// faces u × v.
 fn on([origin, u, v]: [DVec3; 3], [s, t]: [f64; 2], [w, h]: [f64; 2]) -> [DVec3; 4] {
     [(s, t), (s + w, t), (s + w, t + h), (s, t + h)].map(|(s, t)| origin + u * s + v * t)
 }
@@ -22,8 +22,8 @@ fn camera(doc: &mut Document) {
     doc.camera(DVec3::new(0.0, 1.4, 5.0), DVec3::new(0.0, 0.8, 0.0), 32f64.to_radians(), 1.5);
 }
 
-/// Lamps that lie in one another: panels of the same corners and of others, and two balls. Of each pair the first one, warm,
-/// is seen and shines, and the second one, blue, is not and does not.
+/// Coincident lamps: panels with the same corners and with others, and two balls. Of each pair the first one, warm, is
+/// visible and emits, and the second one, blue, does neither.
 pub fn coincident() -> Document {
     let mut doc = Document::default();
     floor(&mut doc);
@@ -46,7 +46,7 @@ pub fn coincident() -> Document {
     doc
 }
 
-/// Lamps in the planes of a ceiling, of a tilted wall and of a plate of rough metal, which go on behind them.
+/// Lamps in the planes of a ceiling, of a tilted wall and of a plate of rough metal, which continue behind them.
 pub fn coplanar() -> Document {
     let mut doc = Document::default();
     floor(&mut doc);

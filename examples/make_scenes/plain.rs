@@ -1,4 +1,4 @@
-//! Scenes made for one purpose each.
+//! Scenes for one purpose each.
 
 use crate::document::{Document, lambert, metal, plastic};
 use crate::shape::Shape;
@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use serde_json::json;
 use std::f64::consts::PI;
 
-/// What glTF cannot say, by file.
+/// Settings that glTF cannot express, by file.
 pub const SIDECARS: [(&str, &str); 3] = [
     ("environment.toml", "# The sky that lights the scene.\nenv = \"sky.hdr\"\n"),
     (
@@ -21,8 +21,8 @@ pub const SIDECARS: [(&str, &str); 3] = [
     ),
 ];
 
-/// A closed room with things in it; everything emits 1 and reflects half, so that every ray brings
-/// 1 + ½ + ¼ + … = 2 and nothing can be told apart.
+/// A closed room with objects in it; everything emits 1 and reflects half, so that every ray returns 1 + ½ + ¼ + … = 2
+/// and nothing can be distinguished.
 pub fn furnace() -> Document {
     let mut doc = Document::default();
     let mut glowing = lambert("glowing", [0.5; 3]);
@@ -36,7 +36,7 @@ pub fn furnace() -> Document {
     doc
 }
 
-/// Two rows of balls under the sky: metal above plastic, smooth to rough from the left.
+/// Two rows of balls under the sky: metal above plastic, from smooth on the left to rough.
 pub fn environment() -> Document {
     let mut doc = Document::default();
     let ground = doc.material(lambert("ground", [0.32, 0.31, 0.3]));
@@ -54,7 +54,7 @@ pub fn environment() -> Document {
     doc
 }
 
-/// Half a metre per square, out to a kilometre.
+/// A checkerboard of half a metre per square, out to a kilometre.
 pub fn antialias(checker: &[u8]) -> Document {
     let mut doc = Document::default();
     let texture = doc.nearest_texture(checker);
@@ -71,7 +71,7 @@ pub fn antialias(checker: &[u8]) -> Document {
     doc
 }
 
-/// A ball that slides, a blade that turns by 240° and a block that rests, with their shadows, before a mirror.
+/// A ball that slides, a blade that turns by 240° and a static block, with their shadows, in front of a mirror.
 pub fn motion_blur() -> Document {
     let mut doc = Document::default();
     let ground = doc.material(lambert("ground", [0.5; 3]));
@@ -89,7 +89,7 @@ pub fn motion_blur() -> Document {
     let (low, high) = (DVec3::new(0.1, -0.24, -0.03), DVec3::new(1.0, 0.24, 0.03));
     let blade = doc.object("blade", &Shape::cuboid(low, high, false), yellow);
     doc.place(blade, DVec3::new(0.2, 1.3, 0.2));
-    // From half past four, clockwise as the camera sees it, through 240 degrees: no two keys more than 80 apart.
+    // From half past four, clockwise as seen by the camera, through 240 degrees: adjacent keys differ by at most 80.
     let turns = [0.0, 1.0, 2.0, 3.0].map(|i| {
         let (sin, cos) = libm::sincos((-30.0 - 80.0 * i) * PI / 360.0);
         [0.0, 0.0, sin, cos]

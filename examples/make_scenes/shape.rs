@@ -1,10 +1,10 @@
-//! Meshes, worked out in f64. Front sides wind counter-clockwise.
+//! Meshes, computed in f64. Front faces wind counter-clockwise.
 
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Attributes are empty where a mesh has none.
+/// A mesh; attributes are empty where a mesh has none.
 #[derive(Clone, Default)]
 pub struct Shape {
     pub positions: Vec<[f64; 3]>,
@@ -14,7 +14,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Flat quads, each of two triangles with corners of its own.
+    /// Flat quads, each of two triangles with separate corners.
     pub fn quads(corners: &[[DVec3; 4]]) -> Self {
         let positions = corners.iter().flatten().map(|p| p.to_array()).collect();
         let first = (0..corners.len() as u16).map(|q| 4 * q);
@@ -22,7 +22,7 @@ impl Shape {
         Self { positions, triangles, ..Self::default() }
     }
 
-    /// An axis-parallel box; `inside` turns its faces inwards.
+    /// An axis-aligned box; `inside` makes its faces point inwards.
     pub fn cuboid(low: DVec3, high: DVec3, inside: bool) -> Self {
         let at = |i: usize| {
             let pick = |bit: usize, axis: usize| if i >> bit & 1 == 1 { high[axis] } else { low[axis] };
@@ -33,7 +33,7 @@ impl Shape {
         Self::quads(&faces.map(|face| face.map(at)))
     }
 
-    /// An icosahedron whose faces are quartered `detail` times, smooth.
+    /// An icosahedron subdivided `detail` times, with smooth normals.
     pub fn sphere(radius: f64, detail: u32) -> Self {
         let (mut unit, mut triangles) = icosahedron();
         for _ in 0..detail {
@@ -44,7 +44,7 @@ impl Shape {
         Self { positions, normals, triangles, uvs: Vec::new() }
     }
 
-    /// Corner-wise smallest and largest position, as stored.
+    /// Component-wise minimum and maximum of the positions, as stored.
     pub fn bounds(&self) -> ([f32; 3], [f32; 3]) {
         let mut low = [f32::INFINITY; 3];
         let mut high = [f32::NEG_INFINITY; 3];
@@ -56,7 +56,7 @@ impl Shape {
     }
 }
 
-/// Two poles and two rings of five, on the unit sphere.
+/// An icosahedron of two poles and two rings of five vertices, on the unit sphere.
 fn icosahedron() -> (Vec<DVec3>, Vec<[u16; 3]>) {
     let latitude = libm::atan(0.5);
     let at = |latitude: f64, turn: f64| {
@@ -76,7 +76,7 @@ fn icosahedron() -> (Vec<DVec3>, Vec<[u16; 3]>) {
     (points, faces.collect())
 }
 
-/// Each face in four, new corners pushed out to the unit sphere.
+/// Subdivides each face into four and projects new vertices onto the unit sphere.
 fn quartered(points: &mut Vec<DVec3>, triangles: &[[u16; 3]]) -> Vec<[u16; 3]> {
     let mut middles = BTreeMap::new();
     let mut middle = |points: &mut Vec<DVec3>, a: u16, b: u16| {

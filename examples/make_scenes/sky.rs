@@ -1,4 +1,4 @@
-//! Two skies: by day a gradient, a horizon, a ground and a sun of one texel; by night the lights of a town.
+//! Two environment maps: by day a gradient, a horizon, a ground and a sun of one texel; by night the lights of a town.
 
 use dapple_imaging::Image;
 use glam::Vec3;
@@ -8,7 +8,7 @@ const HEIGHT: usize = 64;
 /// Column and row of the sun: to the upper right behind the camera of `environment.gltf`.
 const SUN: (usize, usize) = (112, 18);
 
-/// Linear radiance, latitude-longitude.
+/// The day sky: linear radiance, latitude-longitude.
 pub fn picture() -> Image {
     let mut pixels = Vec::with_capacity(WIDTH * HEIGHT);
     for row in 0..HEIGHT {
@@ -30,7 +30,8 @@ fn colour(height: f32) -> Vec3 {
     zenith + (horizon - zenith) * (fade * fade)
 }
 
-/// Linear radiance, latitude-longitude: a dark sky, and lamps of one texel each low over the horizon ahead (−z).
+/// The town: linear radiance, latitude-longitude; a dark sky, and lamps of one texel each just above the horizon ahead
+/// (−z).
 pub fn town() -> Image {
     const WIDTH: usize = 512;
     const HEIGHT: usize = 256;
@@ -47,7 +48,7 @@ pub fn town() -> Image {
         Vec3::new(1.0, 0.3, 0.2),
     ];
     for i in 0..26 {
-        // Steps of no common measure with the width of what is seen: spread, but not in rows.
+        // Steps without a common divisor with the visible width: scattered, but not in rows.
         let column = WIDTH / 2 + (i * 19) % 83 - 41;
         let row = HEIGHT / 2 - 3 - (i * 7) % 11;
         pixels[row * WIDTH + column] = colours[i % 4] * (9.0 + (i * 5 % 7) as f32);

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What a run left.
+/// Result of a run.
 pub struct Run {
     pub code: i32,
     pub out: String,
@@ -12,7 +12,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// The JSON object on the last line of standard output.
+    /// Parses the JSON object on the last line of standard output.
     pub fn json(&self) -> serde_json::Value {
         let line = self.out.lines().last().unwrap_or_default();
         serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {line}\n{}", self.err))
@@ -41,7 +41,7 @@ pub fn well(folder: &Path, arguments: &[&str]) -> Run {
     run
 }
 
-/// Everything in `folder`, by name.
+/// Returns the names of all files in `folder`.
 pub fn files(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
     let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
@@ -49,12 +49,12 @@ pub fn files(folder: &Path) -> Vec<String> {
     names
 }
 
-/// A scene of the repository.
+/// Returns the path of a scene of the repository.
 pub fn scene(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)
 }
 
-/// A triangle before a camera, as glTF; `change` may spoil it.
+/// A triangle in front of a camera, as glTF; `change` may modify it.
 pub fn triangle(change: impl FnOnce(&mut serde_json::Value, &mut Vec<u8>)) -> String {
     use base64::Engine;
     let positions: [f32; 9] = [-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0];

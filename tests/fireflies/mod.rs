@@ -20,7 +20,7 @@ struct Gltf {
 }
 
 impl Gltf {
-    /// Four corners in order.
+    /// Adds a quad with four corners in order.
     fn quad(mut self, corners: [[f32; 3]; 4], material: usize) -> Self {
         let ends = |f: fn(f32, f32) -> f32| {
             corners.iter().copied().reduce(|a, b| std::array::from_fn(|k| f(a[k], b[k]))).unwrap()
@@ -54,7 +54,7 @@ impl Gltf {
         self
     }
 
-    /// Shines along −z of its node.
+    /// Adds a spot light that points along −z of its node.
     fn spot(mut self, intensity: f64, half_angle: f64, place: [f64; 3], rotation: [f64; 4]) -> Self {
         let cone = json!({ "innerConeAngle": 0.9 * half_angle, "outerConeAngle": half_angle });
         self.lights.push(json!({ "type": "spot", "intensity": intensity, "spot": cone }));
@@ -119,7 +119,7 @@ impl Gltf {
         all.to_string()
     }
 
-    /// From above, onto the floor in front.
+    /// Adds a camera that looks from above onto the floor in front.
     fn seen(self) -> String {
         let perspective = json!({ "yfov": 0.7, "aspectRatio": 4.0 / 3.0, "znear": 0.001 });
         let camera = json!({ "type": "perspective", "perspective": perspective });
@@ -135,8 +135,8 @@ impl Gltf {
     }
 }
 
-/// A plane of radiance 1 and, in front of it, a square of an eighth of a pixel's side and radiance 500. In pictures of 16×12
-/// pixels it lies within pixel (9, 4).
+/// A plane of radiance 1 and, in front of it, a square of an eighth of a pixel's side and radiance 500. In images of
+/// 16×12 pixels it lies within pixel (9, 4).
 pub fn star() -> String {
     let square = |x: f32, y: f32, r: f32, z: f32| {
         [[x - r, y - r, z], [x + r, y - r, z], [x + r, y + r, z], [x - r, y + r, z]]
@@ -149,25 +149,25 @@ pub fn star() -> String {
     scene.camera(camera, [0.0, 0.0, 2.0], [0.0, 0.0, 0.0, 1.0])
 }
 
-/// A ball of glass and a small bright lamp: what the ball focuses on the floor is found by chance alone.
+/// A glass ball and a small bright lamp: the caustic on the floor is found only by chance.
 pub fn caustic() -> String {
     let scene = Gltf::default().matte(0.7).glass().emitter(300.0).floor();
     scene.sphere([0.2, 0.8, -0.3], 0.6, 1).sphere([-1.6, 3.0, 0.4], 0.1, 2).seen()
 }
 
-/// A tiny lamp close to a wall, which lights a spot of it very brightly: the floor is lit by the spot.
+/// A tiny lamp close to a wall, which lights a spot of it very brightly; the spot lights the floor.
 pub fn near_wall() -> String {
     let scene = Gltf::default().matte(0.7).emitter(4000.0).floor().side_wall();
     scene.sphere([-2.9, 2.5, 0.0], 0.01, 1).seen()
 }
 
-/// A ball of nearly smooth metal mirrors a small bright lamp to the floor.
+/// A ball of nearly smooth metal reflects a small bright lamp onto the floor.
 pub fn glossy() -> String {
     let scene = Gltf::default().matte(0.7).material(0.9, [1.0, 0.2], json!({})).emitter(2700.0).floor();
     scene.sphere([0.0, 0.75, 0.0], 0.7, 1).sphere([1.8, 3.2, 0.5], 0.04, 2).seen()
 }
 
-/// A narrow cone of light on a wall out of sight, and a point light that lights the floor.
+/// A narrow spot light on a wall out of view, and a point light that lights the floor.
 pub fn spot_patch() -> String {
     let quarter = std::f64::consts::FRAC_1_SQRT_2;
     let scene = Gltf::default().matte(0.7).floor().side_wall();
@@ -177,7 +177,7 @@ pub fn spot_patch() -> String {
         .seen()
 }
 
-/// Sixty lamps over the floor, all out of sight.
+/// Sixty lamps above the floor, all out of view.
 pub fn many_lamps() -> String {
     let lamp = |i: u32| {
         let t = f64::from(i);
@@ -193,7 +193,7 @@ pub fn soft_light() -> String {
     scene.sphere([0.0, 0.6, 0.0], 0.6, 0).sphere([1.0, 4.0, 1.0], 0.6, 1).seen()
 }
 
-/// Writes a scene into `folder`; where it is.
+/// Writes a scene into `folder`; returns its path.
 pub fn written(folder: &Path, name: &str, text: &str) -> PathBuf {
     let path = folder.join(format!("{name}.gltf"));
     fs::write(&path, text).unwrap();

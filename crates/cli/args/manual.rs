@@ -1,23 +1,23 @@
-//! Commands that print what the program can do in other programs' formats: there with the feature `manual`.
+//! Arguments of the commands that print shell completions and manual pages; available with the feature `manual`.
 
 use clap::Args;
 use clap_complete::Shell;
 use std::path::PathBuf;
 
-/// Where completions go is the shell's own choice, so they go to standard output.
+/// Arguments of `completions`. Shells keep completions in different folders, so the script goes to standard output.
 #[derive(Debug, Args)]
 #[command(
     after_help = "For bash: dapple completions bash > ~/.local/share/bash-completion/completions/dapple"
 )]
 pub struct CompletionsArgs {
-    /// Which shell
+    /// The shell to write the script for
     #[arg(value_name = "SHELL")]
     pub shell: Shell,
 }
 
-/// Of one command, or of all.
+/// Arguments of `man`: prints the page of one command, or writes the pages of all.
 #[derive(Debug, Args)]
-#[command(after_help = "To read one at once: dapple man render | man -l -")]
+#[command(after_help = "To read a page directly: dapple man render | man -l -")]
 pub struct ManArgs {
     /// The command whose page is printed [default: dapple itself]
     #[arg(value_name = "COMMAND", conflicts_with = "output")]

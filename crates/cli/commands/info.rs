@@ -1,7 +1,7 @@
-//! `dapple info`: what is in a scene and what a render of it would say, as text or as one JSON object with the same facts.
+//! `dapple info`: the contents of a scene and the messages of a render of it, as text or as one JSON object.
 //!
-//! The file's own account comes from its JSON. Everything else (bounds, memory, warnings) comes from loading the scene as
-//! `render` does with the same options; where that fails, the facts that are left are told with the reason.
+//! The contents of a file come from its JSON. Everything else (bounds, memory, warnings) comes from loading the scene
+//! as `render` does with the same options; if that fails, the remaining facts are printed with the reason.
 
 mod builtin;
 mod text;
@@ -18,10 +18,10 @@ use dapple_integrator::scene::{NamedCamera, Scene};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Memory of worker threads and of a file that is being written, beside the picture, in bytes: measured on small pictures.
+/// Memory of worker threads and of a file being written, in addition to the image, in bytes: measured on small images.
 const WORKING_BYTES: u64 = 3 << 20;
 
-/// Prints what is in the scene.
+/// Prints the contents of the scene.
 pub fn run(arguments: &InfoArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(&arguments.scene));
     let (options, sidecar_warning, refused) = layers(source.path(), typed)?;
@@ -53,8 +53,8 @@ pub fn run(arguments: &InfoArgs, typed: &ArgMatches) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The options of all layers, and the sidecar's warning. A sidecar that `render` would refuse leaves those that were typed,
-/// and the reason.
+/// Returns the options of all layers, and the warning about the sidecar. If `render` would reject the sidecar, returns
+/// only the typed options, and the reason.
 fn layers(
     scene: Option<&Path>,
     typed: &ArgMatches,
@@ -63,18 +63,18 @@ fn layers(
         Ok((options, warning)) => Ok((options, warning, None)),
         Err(failure) => {
             let mut options = RenderOptions::default();
-            options.lay_matches(typed)?;
+            options.apply_matches(typed)?;
             if options.settings.is_some() { Err(failure) } else { Ok((options, None, Some(failure))) }
         }
     }
 }
 
-/// What a render would have before its first sample.
+/// State of a render before its first sample.
 struct WouldBe {
     loaded: Loaded,
     view: NamedCamera,
     size: (u32, u32),
-    /// Most memory that this process will have held once the picture is written.
+    /// Peak memory of this process once the image is written, in bytes.
     peak_bytes: u64,
 }
 
@@ -84,13 +84,13 @@ impl WouldBe {
         let view = load::camera(&loaded.scene, options)?;
         let settings = render::settings(options, &view)?;
         let picture_bytes = settings.rect().area() as u64 * load::pixel_bytes(options);
-        // Loading has its peak behind it, and the picture lies beside what is left of that.
+        // Loading has passed its peak, and the image is allocated in addition to the memory still in use.
         let held = machine::resident_memory_bytes().max(loaded.scene.memory_bytes() as u64);
         let peak_bytes = machine::peak_memory_bytes().max(held + picture_bytes + WORKING_BYTES);
         Ok(Self { loaded, view, size: settings.size, peak_bytes })
     }
 
-    /// Adds what the scene is once it is built.
+    /// Adds the facts that are known once the scene is built.
     fn tell(self, facts: &mut Value) {
         let Self { loaded: Loaded { scene, notes, .. }, view, size, peak_bytes } = self;
         facts["bounds"] = match scene.bounds {
@@ -110,7 +110,7 @@ impl WouldBe {
     }
 }
 
-/// A camera that no file describes.
+/// Describes a camera that is not in a file.
 fn camera(named: &NamedCamera, scene: &Scene) -> Value {
     let (camera, space) = (&named.camera, &scene.space);
     let vector = |v: glam::Vec3| v.as_dvec3().to_array();
@@ -132,7 +132,7 @@ fn camera(named: &NamedCamera, scene: &Scene) -> Value {
     facts
 }
 
-/// The reader's account, its counts moved to the top.
+/// Returns the reader's facts, with the counts moved to the top level.
 #[cfg(feature = "gltf")]
 fn file(path: &Path, options: &RenderOptions) -> Result<Value, Failure> {
     let info = dapple_integrator::scene::gltf::info(path, &load::reader_options(options))?;

@@ -1,4 +1,4 @@
-//! `dapple completions` and `dapple man`: made from the same description of the commands that parses and helps.
+//! `dapple completions` and `dapple man`: generated from the same command description that parses and prints help.
 
 use crate::args::manual::{CompletionsArgs, ManArgs};
 use crate::error::Failure;
@@ -8,7 +8,7 @@ use clap_mangen::Man;
 use dapple_integrator::imaging::write;
 use std::path::Path;
 
-/// Prints the completions of a shell.
+/// Prints the completion script of a shell.
 pub fn completions(arguments: &CompletionsArgs) -> Result<(), Failure> {
     let mut command = help::visible(&args::command());
     let mut script = Vec::new();
@@ -17,7 +17,7 @@ pub fn completions(arguments: &CompletionsArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Prints a page, or writes all.
+/// Prints one page, or writes all.
 pub fn man(arguments: &ManArgs) -> Result<(), Failure> {
     let pages = pages();
     if let Some(folder) = &arguments.output {
@@ -38,9 +38,9 @@ pub fn man(arguments: &ManArgs) -> Result<(), Failure> {
     }
 }
 
-/// Writes the pages into a folder, which is made where it is not there; whichever of them fail, the others are tried.
+/// Writes the pages into a folder, which is created if needed; if one fails, the others are still written.
 fn write_all(pages: &[(String, Vec<u8>)], folder: &Path) -> Result<(), Failure> {
-    let wrong = |e| Failure::Arguments(format!("-o {}: cannot be made: {e}", folder.display()));
+    let wrong = |e| Failure::Arguments(format!("-o {}: cannot be created: {e}", folder.display()));
     std::fs::create_dir_all(folder).map_err(wrong)?;
     let at = |name: &str| folder.join(format!("{name}.1"));
     pages.iter().try_for_each(|(name, _)| write::probe(&at(name)))?;
@@ -50,7 +50,7 @@ fn write_all(pages: &[(String, Vec<u8>)], folder: &Path) -> Result<(), Failure> 
     Ok(())
 }
 
-/// The pages by name, of the program and of each command.
+/// Returns the pages of the program and of each command, by name.
 fn pages() -> Vec<(String, Vec<u8>)> {
     let all = help::visible(&args::command());
     let mut commands = vec![all.clone()];

@@ -1,4 +1,4 @@
-//! `dapple plan`: what a render of the scene needs, what is left out and why, and what that saves.
+//! `dapple plan`: which features a render of the scene uses and omits, with reasons, and what that saves.
 
 use crate::args::PlanArgs;
 use crate::commands::render;
@@ -11,7 +11,7 @@ use clap::ArgMatches;
 use dapple_integrator::plan::{Decision, RenderPlan, plan};
 use serde_json::{Value, json};
 
-/// Prints the plan; with `--measure`, against the general one.
+/// Prints the plan; with `--measure`, also a comparison with the general plan.
 pub fn run(arguments: &PlanArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let source = Source::new(Some(&arguments.scene));
     let options = settings_file::layered(source.path(), typed, "plan")?;
@@ -50,8 +50,9 @@ fn list(decisions: &[Decision]) -> String {
 
 fn as_text(plan: &RenderPlan) -> String {
     let mut text = format!(
-        "kept\n  method      {}\n  kernel      {}\n  per camera ray {:>2} numbers: {}\n  per bounce  {:>5} numbers: {}\n  \
-         lobes       {}\n  lights      {}\n  geometry    {}\n  memory      {:.0} bytes per triangle, {} per pixel, scene {:.2} MB",
+        "used\n  method      {}\n  kernel      {}\n  per camera ray {:>2} numbers: {}\n  \
+         per bounce  {:>5} numbers: {}\n  lobes       {}\n  lights      {}\n  geometry    {}\n  \
+         memory      {:.0} bytes per triangle, {} per pixel, scene {:.2} MB",
         method_name(plan.method),
         plan.kernel,
         numbers(&plan.camera),
@@ -65,7 +66,7 @@ fn as_text(plan: &RenderPlan) -> String {
         plan.bytes_per_pixel,
         plan.scene_bytes as f64 / 1e6,
     );
-    text += "\nleft out";
+    text += "\nomitted";
     let width = plan.left_out.iter().map(|l| l.what.len()).max().unwrap_or(0);
     for left in &plan.left_out {
         text += &format!("\n  {:width$}  {}", left.what, left.why);

@@ -1,4 +1,4 @@
-//! `dapple rays`: how many rays a pixel will take, by effect and depth, without rendering.
+//! `dapple rays`: the number of rays per pixel, by effect and depth, without rendering.
 
 use crate::commands::render;
 use crate::error::Failure;
@@ -10,7 +10,7 @@ use dapple_integrator::forecast::{DepthRow, Forecast, present_in};
 use dapple_integrator::{Effect, MethodKind, Settings, forecast};
 use serde_json::{Value, json};
 
-/// The columns of a row, with the names of the effects they belong to.
+/// Columns of the table, with the names of their effects.
 const COLUMNS: [&str; 5] = ["light", "glossy", "refract", "diffuse", "path"];
 
 /// Prints the forecast for `scene` with the sidecar's, the settings file's and the typed options.
@@ -23,7 +23,7 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     let settings = render::settings(&options, view)?;
     render::warn(&loaded);
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
-    let told = Told {
+    let told = RayTable {
         settings: &settings,
         present: present_in(&loaded.scene, &view.camera, &settings),
         forecast: forecast(&loaded.scene, &view.camera, &settings),
@@ -36,14 +36,14 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What there is to say.
-struct Told<'a> {
+/// The forecast and its context.
+struct RayTable<'a> {
     settings: &'a Settings,
     present: Vec<Effect>,
     forecast: Forecast,
 }
 
-impl Told<'_> {
+impl RayTable<'_> {
     fn text(&self, scene: &str) -> Vec<String> {
         let mut lines = vec![format!("{scene}: {}", self.method()), self.outer()];
         let columns = self.columns();
@@ -59,7 +59,8 @@ impl Told<'_> {
         let (total, [w, h]) = (self.forecast.total(), self.pixels());
         let picture = total * f64::from(w) * f64::from(h);
         lines.push(format!("at most {total} rays per pixel, {picture:.3e} for {w}x{h} pixels"));
-        lines.push("an upper bound: as if every ray met the surface that sends on the most rays".into());
+        lines
+            .push("an upper bound: every ray is assumed to hit the surface that spawns the most rays".into());
         lines
     }
 
@@ -72,7 +73,7 @@ impl Told<'_> {
         }
     }
 
-    /// Where the camera rays come from, and what the scene does not have.
+    /// Describes the camera rays, and the effects that the scene does not have.
     fn outer(&self) -> String {
         let [pixel, lens, time] = self.forecast.outer;
         let points = match self.settings.kind() {
@@ -88,7 +89,7 @@ impl Told<'_> {
         }
     }
 
-    /// The columns that belong to the method.
+    /// Returns the columns of the method.
     fn columns(&self) -> Vec<&'static str> {
         let path = |name: &&str| matches!(*name, "light" | "path");
         match self.settings.kind() {
@@ -134,7 +135,7 @@ fn cell(row: &DepthRow, column: &str) -> f64 {
     }
 }
 
-/// A count in its column.
+/// Formats a count for its column.
 fn count(rays: f64) -> String {
     if rays < 1e10 { format!("{rays:>12}") } else { format!("{rays:>12.4e}") }
 }

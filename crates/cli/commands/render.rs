@@ -1,4 +1,4 @@
-//! `dapple render`: check everything, load, render, write, report — in this order.
+//! `dapple render`: checks everything, then loads, renders, writes and reports.
 
 use crate::ending::Ending;
 use crate::error::{self, Failure};
@@ -21,7 +21,7 @@ use dapple_integrator::{MethodKind, Outcome, Settings, SettingsError, Stats, ren
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 
-/// Most bad samples whose command is printed.
+/// Maximum number of bad samples whose replay command is printed.
 const SHOWN: usize = 5;
 
 /// Renders `scene` with the sidecar's, the settings file's and the typed options.
@@ -68,7 +68,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     Ok(ending.code())
 }
 
-/// The options as settings of the integrator.
+/// Converts the options to settings of the integrator.
 pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings, Failure> {
     let size = load::size(options, view);
     let default = Settings::default();
@@ -103,11 +103,11 @@ pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings,
     Ok(settings)
 }
 
-/// Names the options that settings without sense come from.
+/// Checks the settings; an error names the options that it comes from.
 fn check(settings: &Settings, options: &RenderOptions) -> Result<(), Failure> {
     if RenderOptions::is(options.adaptive) && settings.kind() == MethodKind::Distribution {
         let said =
-            "--adaptive: the distribution tracer gives every pixel its plans' points; use --method path";
+            "--adaptive: the distribution tracer gives every pixel the same samples; use --method path";
         return Err(Failure::Arguments(said.into()));
     }
     settings.check().map_err(|error| {
@@ -123,7 +123,7 @@ fn check(settings: &Settings, options: &RenderOptions) -> Result<(), Failure> {
     })
 }
 
-/// Says once what will look different from what the file says, and what else the file could show.
+/// Prints the warnings of the scene, and notes about further contents of the file.
 pub fn warn(loaded: &Loaded) {
     for warning in &loaded.scene.warnings {
         say(&format!("warning: {}", error::one_line(&warning.0)));
@@ -133,18 +133,19 @@ pub fn warn(loaded: &Loaded) {
     }
 }
 
-/// Says that intensities of lights were divided, and why.
+/// Prints that intensities of lights were divided, and why.
 pub fn say_light_unit(loaded: &Loaded, options: &RenderOptions) {
     let taken = loaded.scene.light_unit.as_ref().filter(|taken| taken.is_photometric);
     if let Some(taken) = taken.filter(|_| !RenderOptions::is(options.quiet)) {
         say(&format!(
-            "note: intensities of lights are divided by 683 lm/W: {} (--light-unit radiometric takes them as they are)",
+            "note: intensities of lights are divided by 683 lm/W: {} (use --light-unit radiometric to leave them \
+             unchanged)",
             taken.why
         ));
     }
 }
 
-/// Meters the exposure of PNG pictures where none is given, and says it.
+/// Meters the exposure of PNG output if none is given, and prints it.
 fn expose(
     outputs: &mut Outputs,
     loaded: &Loaded,
@@ -156,7 +157,7 @@ fn expose(
     outputs.expose(|| metering::metered("the PNG", options, what));
 }
 
-/// The picture, and its error by its own account.
+/// Renders the image and estimates its error.
 fn draw(
     loaded: &Loaded,
     view: &NamedCamera,
@@ -177,14 +178,14 @@ fn draw(
     Ok((outcome, known))
 }
 
-/// The settings with what of the time limit is for rendering: the rest is needed to measure the error.
+/// Returns the settings with the part of the time limit that is for rendering: the rest is needed to measure the error.
 fn in_time(settings: &Settings, options: &RenderOptions) -> Settings {
     let share = if tells_error(options) { ErrorWatch::share_of_time(settings) } else { 0.0 };
     let time_limit = settings.limits.time.map(|limit| limit.mul_f64(1.0 - share));
     settings.clone().with_time_limit(time_limit)
 }
 
-/// Whether anyone hears of the error: to find it out takes time.
+/// Whether the error is reported anywhere: estimating it takes time.
 fn tells_error(options: &RenderOptions) -> bool {
     let speaks = !RenderOptions::is(options.quiet) || RenderOptions::is(options.json);
     speaks || options.log.is_some() || options.error_limit.is_some()
@@ -204,7 +205,8 @@ fn finish(
 
 fn say_no_picture(options: &RenderOptions) {
     if !options.shows_picture() && !RenderOptions::is(options.quiet) {
-        let said = "only layers of the first hit are asked for, so the picture is left out; --aov beauty,... renders it too";
+        let said = "only first-hit layers are requested, so the image itself is not rendered; use --aov beauty,... to \
+                    render it too";
         say(&format!("note: {said}"));
     }
 }

@@ -1,4 +1,4 @@
-//! `dapple replay`: one sample's path, vertex by vertex, as text or JSON.
+//! `dapple replay`: the path of one sample, vertex by vertex, as text or JSON.
 
 use crate::args::ReplayArgs;
 use crate::commands::render;
@@ -40,7 +40,7 @@ pub fn run(arguments: &ReplayArgs, typed: &ArgMatches) -> Result<(), Failure> {
 fn check(settings: &Settings, Pixel(x, y): Pixel, sample: u32) -> Result<(), Failure> {
     let (w, h) = settings.size;
     if x >= w || y >= h {
-        return Err(Failure::Arguments(format!("--pixel {x},{y}: outside the picture, which is {w}x{h}")));
+        return Err(Failure::Arguments(format!("--pixel {x},{y}: outside the image, which is {w}x{h}")));
     }
     match settings.samples() {
         Some(spp) if sample >= spp => {
@@ -87,7 +87,7 @@ fn numbers(v: Vec3) -> serde_json::Value {
     json!([number(v.x.into()), number(v.y.into()), number(v.z.into())])
 }
 
-/// JSON has no infinities: what is not finite — the very thing replay is for — is written as text.
+/// Encodes a number; non-finite numbers, which replay exists to diagnose, become text, as JSON has no infinities.
 fn number(x: f64) -> serde_json::Value {
     if x.is_finite() { json!(x) } else { json!(x.to_string()) }
 }

@@ -1,4 +1,4 @@
-//! In place of the error watch where the feature `report` is left out: renders do not know their own error.
+//! Replacement of the error watch without the feature `report`: renders do not estimate their error.
 
 use crate::error::Failure;
 use crate::known::Known;
@@ -9,35 +9,35 @@ use dapple_integrator::scene::Scene;
 use dapple_integrator::{Outcome, Settings, Snapshot};
 use std::ops::ControlFlow;
 
-/// Looks at nothing.
+/// An error watch that measures nothing.
 pub struct ErrorWatch;
 
 impl ErrorWatch {
-    /// Nothing is measured.
+    /// Returns the fraction of time to reserve for measurements: none.
     pub fn share_of_time(_: &Settings) -> f64 {
         0.0
     }
 
-    /// Fails if errors are asked for.
+    /// Fails if an option needs error estimates.
     pub fn new(_: (&Scene, &Camera, &Settings), options: &RenderOptions, _: &Bar) -> Result<Self, Failure> {
         let asked = [("--error-limit", options.error_limit.is_some()), ("--log", options.log.is_some())];
         match asked.iter().find(|(_, asked)| *asked) {
             None => Ok(Self),
             Some((option, _)) => Err(Failure::Arguments(format!(
-                "{option}: this dapple was built without knowledge of errors (feature report)"
+                "{option}: this dapple was built without error estimation (feature report)"
             ))),
         }
     }
 
-    /// On and on.
+    /// Never stops the render.
     pub fn look(&mut self, _: &Snapshot<'_>) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 
-    /// Not known, and found out in no time.
+    /// Returns an unknown error.
     pub fn finish(self, _: &Outcome) -> Known {
         Known {
-            why: "this dapple was built without knowledge of errors (feature report)".into(),
+            why: "this dapple was built without error estimation (feature report)".into(),
             ..Known::default()
         }
     }

@@ -1,16 +1,16 @@
-//! What control groups of Linux leave: a container or a batch job may have far less than its machine.
+//! Memory limits of Linux control groups: a container or a batch job may have far less memory than its machine.
 //!
-//! A group's own limit counts, and that of every group above it. What of its use is file cache can be had back.
+//! The limits of a group and of all groups above it apply. File cache counted as usage can be reclaimed.
 
 use std::path::{Path, PathBuf};
 
-/// The least that any group of the process leaves, in bytes. `groups` is what `/proc/self/cgroup` says, `root` where the
-/// groups are mounted; both versions are known. None where there is no limit.
+/// Returns the least memory that any group of the process has left, in bytes. `groups` is the content of
+/// `/proc/self/cgroup`, `root` the mount point of the groups; both versions are supported. None if there is no limit.
 pub fn free(groups: &str, root: &Path) -> Option<u64> {
     groups.lines().filter_map(|line| group(line, root)).min()
 }
 
-/// What one line leaves: `0::/path` (version 2), or `7:memory:/path`.
+/// Returns the memory left in the group of one line: `0::/path` (version 2), or `7:memory:/path`.
 fn group(line: &str, root: &Path) -> Option<u64> {
     let mut fields = line.splitn(3, ':');
     let (_, controllers, path) = (fields.next()?, fields.next()?, fields.next()?);
@@ -30,7 +30,7 @@ fn left(group: &Path, [limit, usage, cache]: [&str; 3]) -> Option<u64> {
     let number = |name: &str| text(name)?.trim().parse::<u64>().ok();
     let stat = text("memory.stat").unwrap_or_default();
     let cached = stat.lines().find_map(|line| line.strip_prefix(cache)?.trim().parse::<u64>().ok());
-    // Version 1 writes a number near 2^63 for no limit.
+    // Version 1 stores a number near 2^63 for no limit.
     let limit = number(limit).filter(|limit| *limit < 1 << 60)?;
     Some(limit.saturating_sub(number(usage)?.saturating_sub(cached.unwrap_or(0))))
 }

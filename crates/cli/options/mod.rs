@@ -1,4 +1,4 @@
-//! The options of a render and what they are made of: effects, view, choices from a file, and what a sidecar said.
+//! The options of a render and their parts: effects, view, choices from a file, and the record of sidecar settings.
 
 mod choice;
 mod effects;

@@ -1,8 +1,8 @@
-//! What the settings file beside a scene said of the options.
+//! Record of the options that the settings file beside a scene (the sidecar) set.
 
 use std::path::PathBuf;
 
-/// What a sidecar set and no later layer of settings did.
+/// Options that a sidecar set and no later layer of settings replaced.
 #[derive(Clone, Debug, Default)]
 pub struct OfScene {
     pub file: PathBuf,
@@ -11,7 +11,7 @@ pub struct OfScene {
 }
 
 impl OfScene {
-    /// Whether the value of this option is the sidecar's.
+    /// Whether the value of this option comes from the sidecar.
     pub fn set(&self, key: &str) -> bool {
         self.keys.iter().any(|set| set == key)
     }

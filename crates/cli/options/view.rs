@@ -1,19 +1,19 @@
-//! Options that choose the view: where a camera stands, where it looks, how much it sees.
+//! Options of the view: camera position, target, up direction and field of view.
 
 use crate::values;
 use clap::Args;
 use glam::DVec3;
 use std::str::FromStr;
 
-/// Options that place a camera, or turn one. Lengths in scene units, angles in degrees.
+/// Options that place a camera or change its orientation. Lengths in scene units, angles in degrees.
 #[derive(Args, Clone, Debug, Default)]
 pub struct ViewOptions {
-    /// Place a camera at a point; it looks at --look-at
+    /// Place a camera at this point, looking at --look-at
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with_all = ["camera", "orbit"], help_heading = "View")]
     pub look_from: Option<Point>,
-    /// Place a camera on a sphere around the scene, or around --look-at [default distance: as near as shows everything]
+    /// Place a camera on a sphere around the scene, or around --look-at [default distance: fits the whole scene]
     ///
-    /// YAW 0 is from the front (+Z), 90 from the right (+X), PITCH 90 from above; DISTANCE is counted from the centre.
+    /// YAW 0 is the front (+Z) and 90 the right (+X), PITCH 90 is from above; DISTANCE is measured from the centre.
     #[arg(
         long,
         value_name = "YAW,PITCH[,DISTANCE]",
@@ -22,10 +22,10 @@ pub struct ViewOptions {
         help_heading = "View"
     )]
     pub orbit: Option<Orbit>,
-    /// The point in the middle of the picture [default: the centre of the scene; a camera of the scene looks where it looks]
+    /// Point at the image centre [default: the scene centre; a camera of the scene keeps its direction]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, help_heading = "View")]
     pub look_at: Option<Point>,
-    /// The direction that is up in the picture; with --orbit the axis it turns about [default: 0,1,0]
+    /// Up direction of the image; with --orbit the axis of rotation [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = direction, help_heading = "View")]
     pub up: Option<Point>,
     /// Vertical field of view [default: the camera's; 40 with --look-from and --orbit]
@@ -34,7 +34,7 @@ pub struct ViewOptions {
 }
 
 impl ViewOptions {
-    /// The lines of a settings file that say the same.
+    /// Returns the lines of a settings file that set the same values.
     pub fn lines(&self) -> Vec<String> {
         let list = |p: DVec3| format!("[{:?}, {:?}, {:?}]", p.x, p.y, p.z);
         let mut lines = Vec::new();
@@ -49,13 +49,13 @@ impl ViewOptions {
         lines
     }
 
-    /// Whether the camera is none of the scene's.
+    /// Whether the camera is placed by these options rather than taken from the scene.
     pub fn places_camera(&self) -> bool {
         self.look_from.is_some() || self.orbit.is_some()
     }
 }
 
-/// `X,Y,Z` in scene units, finite.
+/// A point `X,Y,Z` in scene units; all coordinates are finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point(pub DVec3);
 
@@ -70,7 +70,7 @@ impl FromStr for Point {
     }
 }
 
-/// `YAW,PITCH` or `YAW,PITCH,DISTANCE`, in degrees and scene units.
+/// A camera position `YAW,PITCH` or `YAW,PITCH,DISTANCE`, in degrees and scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
     pub yaw: f64,
@@ -98,21 +98,21 @@ impl FromStr for Orbit {
     }
 }
 
-/// Finite numbers separated by commas; three at most are looked at.
+/// Parses finite numbers separated by commas; reads at most four.
 fn numbers(s: &str) -> Option<Vec<f64>> {
     s.split(',').take(4).map(|part| values::finite64(part).ok()).collect()
 }
 
-/// A direction: three finite numbers, not all zero.
+/// Parses a direction: three finite numbers, not all zero.
 fn direction(s: &str) -> Result<Point, String> {
     let expected = || "expected a direction: three numbers, not all zero".into();
     s.parse().ok().filter(|p: &Point| p.0 != DVec3::ZERO).ok_or_else(expected)
 }
 
-/// Smaller fields of view have no tangent in single precision, in degrees.
+/// Lower bound of the field of view, in degrees: smaller angles have no tangent in single precision.
 const LEAST_ANGLE: f64 = 1e-36;
 
-/// An angle that a picture can span.
+/// Parses a field of view, in degrees, between 0 and 180 (exclusive).
 fn field_of_view(s: &str) -> Result<f64, String> {
     let said = || "expected an angle above 0 and below 180 degrees".into();
     values::finite64(s).ok().filter(|a| *a > LEAST_ANGLE && *a < 180.0).ok_or_else(said)

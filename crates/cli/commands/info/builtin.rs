@@ -1,11 +1,11 @@
-//! Built-in scenes have no file to look into: what they hold once built.
+//! Facts of built-in scenes, which have no file: the contents of the built scene.
 
 use dapple_integrator::lights::Light;
 use dapple_integrator::scene::{Object, Scene};
 use glam::Vec3;
 use serde_json::{Value, json};
 
-/// The facts of a file, for a scene built in code.
+/// Returns the facts of a file, for a scene built in code.
 pub fn facts(scene: &Scene) -> Value {
     let materials: Vec<&str> = scene.materials.iter().map(|m| &*m.name).collect();
     let emitting = scene.materials.iter().filter(|m| m.emission != Vec3::ZERO);
@@ -27,7 +27,7 @@ fn object(index: usize, object: &Object) -> Value {
     json!({ "node": index, "name": &*object.name, "instances": 1 })
 }
 
-/// How many of each kind; what emitting surfaces emit stands with their materials.
+/// Counts the lights of each kind; the radiance of emitting surfaces is listed with their materials.
 fn lights(scene: &Scene) -> Vec<Value> {
     const KINDS: [&str; 6] = ["point", "spot", "directional", "area", "environment", "moving"];
     let count = |kind| scene.lights.iter().filter(|light| self::kind(light) == kind).count();

@@ -1,17 +1,17 @@
-//! The facts as lines for people: one subject per line, and one line for each thing that has more than a name.
+//! The facts as text: one subject per line, and one line for each item that has more than a name.
 
 use crate::error;
 use serde_json::Value;
 
-/// Most things of a kind that are listed; JSON has all of them.
+/// Maximum number of items of a kind that are listed; JSON lists all.
 const LISTED: usize = 50;
-/// Most characters of a name.
+/// Maximum length of a name, in characters.
 const NAME: usize = 80;
 
-/// One subject after another.
+/// Formats all subjects.
 pub fn lines(scene: &str, facts: &Value) -> Vec<String> {
     let mut lines = vec![format!("{scene}: {}", size(facts))];
-    lines.extend(facts["error"].as_str().map(|e| format!("error: a render would refuse this: {e}")));
+    lines.extend(facts["error"].as_str().map(|e| format!("error: a render would reject this: {e}")));
     lines.extend(facts["generator"].as_str().map(|g| format!("generator: {}", name_of(g))));
     lines.extend(facts["settings_file"].as_str().map(|path| format!("settings file: {path}")));
     lines.extend(bounds(&facts["bounds"]));
@@ -45,7 +45,7 @@ pub fn lines(scene: &str, facts: &Value) -> Vec<String> {
     lines
 }
 
-/// Counts of what is placed and of what the file stores.
+/// Formats the counts of placed and of stored objects.
 fn size(facts: &Value) -> String {
     let [nodes, meshes, triangles, stored] =
         ["nodes", "meshes", "triangles", "stored_triangles"].map(|key| count(facts, key));
@@ -54,8 +54,8 @@ fn size(facts: &Value) -> String {
     } else {
         let places = count(facts, "instances");
         format!(
-            "{triangles} triangles as placed ({stored} stored in meshes, which stand in {places} places; what does not move has \
-             a copy in memory for each of them)"
+            "{triangles} triangles as placed ({stored} stored in meshes, with {places} instances; each instance that \
+             does not move is copied in memory)"
         )
     };
     format!("{nodes} nodes, {meshes} meshes, {placed}")
@@ -72,7 +72,7 @@ fn memory(facts: &Value) -> Option<String> {
     Some(match megabytes("peak_memory_bytes") {
         Some(peak) => {
             let (w, h) = (&facts["width"], &facts["height"]);
-            format!("memory: {scene} MB for the scene; a render of {w}x{h} takes about {peak} MB at its peak")
+            format!("memory: {scene} MB for the scene; a render of {w}x{h} needs about {peak} MB at peak")
         }
         None => format!("memory: about {scene} MB for the scene"),
     })
@@ -138,7 +138,7 @@ fn light(l: &Value) -> String {
     }
     if let [inner, outer] = &l["cone_degrees"].as_array().map_or(&[][..], Vec::as_slice) {
         let [inner, outer] = [inner, outer].map(|angle| short(angle.as_f64().unwrap_or(0.0), 4));
-        line += &format!(", cone from {inner} to {outer} degrees off its axis");
+        line += &format!(", cone from {inner} to {outer} degrees from its axis");
     }
     match l["placed"].as_u64() {
         Some(0) => line + " (not in this scene)",
@@ -189,7 +189,7 @@ fn extension(e: &Value) -> String {
     format!("{} ({required}{supported})", plain(&e["name"]))
 }
 
-/// All of a kind on one line.
+/// Formats all items of a kind on one line.
 fn list(facts: &Value, key: &str, item: fn(&Value) -> String) -> String {
     let all = facts[key].as_array().map_or(&[][..], Vec::as_slice);
     let mut items: Vec<String> = all.iter().take(LISTED).map(item).collect();
@@ -200,7 +200,7 @@ fn list(facts: &Value, key: &str, item: fn(&Value) -> String) -> String {
     format!("{key} ({}): {}", all.len(), items.join(", "))
 }
 
-/// A line for each of a kind.
+/// Formats each item of a kind on a line of its own.
 fn block(lines: &mut Vec<String>, facts: &Value, key: &str, item: fn(&Value) -> String) {
     let all = facts[key].as_array().map_or(&[][..], Vec::as_slice);
     if all.is_empty() {
@@ -216,7 +216,7 @@ fn more(count: usize) -> String {
     format!("and {} more (--json lists all)", count - LISTED)
 }
 
-/// Index and name of what is chosen by either.
+/// Formats the index and name of an item that can be selected by either.
 fn called(one: &Value) -> String {
     match one["name"].as_str() {
         Some(name) => format!("{} '{}'", one["index"], name_of(name)),
@@ -224,7 +224,7 @@ fn called(one: &Value) -> String {
     }
 }
 
-/// What is true of it, in parentheses.
+/// Formats the applicable marks, in parentheses.
 fn marked(marks: &[(bool, &str)]) -> String {
     let words: Vec<&str> = marks.iter().filter(|(is, _)| *is).map(|(_, word)| *word).collect();
     if words.is_empty() { String::new() } else { format!(" ({})", words.join(", ")) }
@@ -246,7 +246,7 @@ fn plain(value: &Value) -> String {
     name_of(text(value))
 }
 
-/// A name on one line, and not too much of it.
+/// Shortens a name and joins its lines.
 fn name_of(name: &str) -> String {
     let mut name = error::one_line(name);
     if let Some((end, _)) = name.char_indices().nth(NAME) {
@@ -262,7 +262,7 @@ fn vector(all: &Value) -> String {
     format!("({})", numbers.join(", "))
 }
 
-/// A number with so many significant digits, without zeros at the end.
+/// Formats a number with `digits` significant digits, without trailing zeros.
 fn short(x: f64, digits: usize) -> String {
     let rounded: f64 = format!("{x:.*e}", digits - 1).parse().unwrap_or(x);
     let plain = rounded == 0.0 || (1e-4..1e9).contains(&rounded.abs());

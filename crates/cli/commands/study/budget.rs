@@ -1,4 +1,4 @@
-//! `dapple budget`: what makes the error of a picture, and what a given error will cost.
+//! `dapple budget`: the sources of an image's error, and the cost of reaching a given error.
 
 use crate::commands::render;
 use crate::error::Failure;
@@ -18,16 +18,17 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     let options = settings_file::layered(source.path(), typed, "budget")?;
     events::start(&options);
     let Some(limit) = options.error_limit else {
-        return Err(Failure::Arguments("--error-limit: say which error is wanted, such as 0.01".into()));
+        return Err(Failure::Arguments("--error-limit: give the target error, such as 0.01".into()));
     };
     let loaded = load::load(&source, &options)?;
     let view = &load::camera(&loaded.scene, &options)?;
     let mut settings = render::settings(&options, view)?;
-    // The pilot's, not the picture's.
+    // The time limit applies to the pilot, not to the image.
     let time = options.time_limit;
     settings = settings.with_time_limit(None);
     if settings.pattern == Pattern::Grid {
-        let said = "the error of cell centres is no chance and cannot be predicted; use --pattern sobol, stratified or random";
+        let said = "the error of grid samples is not random and cannot be predicted; use --pattern sobol, stratified \
+                    or random";
         return Err(Failure::Arguments(said.into()));
     }
     render::warn(&loaded);
@@ -36,7 +37,8 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     let found = budget(&loaded.scene, &view.camera, &settings, limit, confidence, time);
     let seconds = start.elapsed().as_secs_f64();
     if found.mean <= 0.0 || !found.mean.is_finite() {
-        let said = "--error-limit: the pilot picture is black, and no error can be relative to it; see dapple info for lights and cameras";
+        let said = "--error-limit: the pilot image is black, and no error can be relative to it; see dapple info for \
+                    lights and cameras";
         return Err(Failure::Arguments(said.into()));
     }
     if RenderOptions::is(options.json) {
@@ -46,7 +48,7 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
     } else {
         text(scene, &found, confidence).iter().for_each(|line| standard_output::result(line));
         if !RenderOptions::is(options.quiet) {
-            say(&format!("found in {seconds:.1} s"));
+            say(&format!("computed in {seconds:.1} s"));
         }
     }
     Ok(())
@@ -54,8 +56,10 @@ pub fn run(scene: &str, typed: &ArgMatches) -> Result<(), Failure> {
 
 fn text(scene: &str, found: &Budget, confidence: f64) -> Vec<String> {
     let percent = |x: f64| format!("{:.1} %", 100.0 * x);
-    let mut lines =
-        vec![format!("{scene}: of the variance of one sample, with {} confidence", percent(confidence))];
+    let mut lines = vec![format!(
+        "{scene}: shares of the variance of one sample, with {} confidence",
+        percent(confidence)
+    )];
     for share in &found.effects {
         let [low, high] = share.share_ci.map(percent);
         lines.push(format!("  {:<8} {:>7}   {low} … {high}", share.effect, percent(share.share)));
@@ -66,12 +70,15 @@ fn text(scene: &str, found: &Budget, confidence: f64) -> Vec<String> {
 }
 
 fn prediction(p: &Prediction) -> [String; 2] {
-    let not_known = || "interval not known".to_string();
+    let not_known = || "interval unknown".to_string();
     let samples = p.samples_ci.map_or_else(not_known, |[few, many]| format!("{few:.0} … {many:.0}"));
     let seconds =
         p.seconds_ci.map_or_else(not_known, |[low, high]| format!("{} … {}", three(low), three(high)));
-    let more =
-        if p.is_narrow { "" } else { "; the pilot saw too little for a narrow interval, see --time-limit" };
+    let more = if p.is_narrow {
+        ""
+    } else {
+        "; the pilot took too few samples for a narrow interval; see --time-limit"
+    };
     [
         format!("  {}", p.options),
         format!(
@@ -83,7 +90,7 @@ fn prediction(p: &Prediction) -> [String; 2] {
     ]
 }
 
-/// Three digits.
+/// Formats a number with three digits.
 fn three(x: f64) -> String {
     if x >= 100.0 {
         format!("{x:.0}")
@@ -98,7 +105,7 @@ fn three(x: f64) -> String {
 mod tests {
     use super::*;
 
-    /// Where the pilot saw too little that is said, and ends far apart are not.
+    /// With too few pilot samples, the interval is reported as wide or unknown.
     #[test]
     fn what_is_not_known_is_not_printed() {
         let of = |samples_ci, is_narrow| {
@@ -118,7 +125,7 @@ mod tests {
         };
         let unknown = of(None, false);
         assert!(
-            unknown.contains("181 samples (interval not known)") && unknown.contains("--time-limit"),
+            unknown.contains("181 samples (interval unknown)") && unknown.contains("--time-limit"),
             "{unknown}"
         );
         let wide = of(Some([40.0, 700.0]), false);

@@ -1,4 +1,4 @@
-//! Results of checks, as a table, as JSON and as a page.
+//! Results of checks, as a table, as JSON and as an HTML page.
 
 use crate::error::Failure;
 use crate::say::say;
@@ -10,40 +10,40 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Exit code of checks that fail.
+/// Exit code when checks fail.
 const FAILED: u8 = 1;
 
-/// One check and what it came to.
+/// One check and its result.
 #[derive(Serialize)]
 pub struct Row {
     pub id: String,
     pub family: String,
     pub title: String,
-    /// What goes wrong in naive renderers.
+    /// Typical failure of naive renderers.
     #[serde(skip_serializing_if = "str::is_empty")]
     pub naive: &'static str,
     pub source: &'static str,
-    /// Why it does not run; null when it does.
+    /// Why the check does not run; null if it runs.
     pub pending: Option<&'static str>,
-    /// Null when it is pending.
+    /// Whether the check passed; null if it is pending.
     pub passed: Option<bool>,
     #[serde(flatten)]
     pub numbers: Option<Numbers>,
     pub seconds: f64,
 }
 
-/// Numbers that JSON can hold: null where one is not finite.
+/// Numbers of a result that JSON can represent: null if not finite.
 #[derive(Serialize)]
 pub struct Numbers {
     pub expected: Option<f64>,
     pub measured: Option<f64>,
-    /// Standard error; 0 where nothing is random.
+    /// Standard error; 0 if nothing is random.
     pub error: Option<f64>,
     pub tolerance: Option<f64>,
-    /// |measured − expected| over the standard error, where there is one.
+    /// |measured − expected| over the standard error, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard_errors: Option<f64>,
-    /// Exponent of the mean squared error against the number of points.
+    /// Exponent of the mean squared error as a function of the number of samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
     pub note: String,
@@ -64,7 +64,7 @@ impl From<&Outcome> for Numbers {
     }
 }
 
-/// Everything that was checked.
+/// All checks of a run.
 #[derive(Serialize)]
 pub struct Table {
     pub version: &'static str,
@@ -84,7 +84,7 @@ impl Row {
         }
     }
 
-    /// One line of the table.
+    /// Formats the check as one line of the table.
     pub fn line(&self) -> String {
         let (id, verdict, title) = (&self.id, self.verdict(), &self.title);
         let said = match (&self.numbers, self.pending) {
@@ -114,16 +114,16 @@ fn number(x: Option<f64>) -> String {
     }
 }
 
-/// A page to write.
+/// An HTML page to write.
 pub struct Page {
     path: PathBuf,
     title: &'static str,
 }
 
 impl Page {
-    /// `folder/TITLE.html`, which can be written; makes the folder.
+    /// Prepares `folder/TITLE.html`: creates the folder and checks that the file can be written.
     pub fn plan(folder: &Path, title: &'static str) -> Result<Self, Failure> {
-        let wrong = |e| Failure::Arguments(format!("-o {}: cannot be made: {e}", folder.display()));
+        let wrong = |e| Failure::Arguments(format!("-o {}: cannot be created: {e}", folder.display()));
         fs::create_dir_all(folder).map_err(wrong)?;
         let path = folder.join(format!("{title}.html"));
         write::probe(&path)?;
@@ -138,7 +138,7 @@ impl Table {
         Self { version: env!("CARGO_PKG_VERSION"), passed, failed, pending, seconds, cases }
     }
 
-    /// Says what came out, and gives the exit code.
+    /// Reports the results, and returns the exit code.
     pub fn tell(&self, json: bool, page: Option<&Page>) -> ExitCode {
         if let Some(Page { path, title }) = page {
             let bytes = self.page(title).into_bytes();

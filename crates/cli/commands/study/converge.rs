@@ -1,5 +1,5 @@
-//! `dapple converge`: renders scenes by several methods, measures their errors against time, and writes what it found
-//! after every seed, so that an interrupt loses at most the seed under way and a second call goes on.
+//! `dapple converge`: renders scenes by several methods and measures their errors against time. Results are written
+//! after every seed, so that an interrupt loses at most the current seed and a second call continues.
 
 mod external;
 mod folder;
@@ -25,7 +25,7 @@ use session::{Given, Session};
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Refuses a folder in which a file that is read would be written over, before anything is.
+/// Rejects a folder in which an input file would be overwritten, before anything is written.
 fn spare(
     arguments: &ConvergeArgs,
     scenes: &[Given<'_>],
@@ -44,10 +44,10 @@ fn spare(
     folder.spare(&inputs, &arguments.scenes, &names)
 }
 
-/// The largest first seed: those of references lie above, and other renderers count in 32 bits.
+/// Largest first seed: seeds of references lie above it, and other renderers take 32 bits.
 const LARGEST_SEED: u64 = 2_000_000_000;
 
-/// Measures, writes, and says in words what came out.
+/// Measures, writes the results, and prints a summary.
 pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let clock = Clock::new(arguments.budget, Duration::ZERO);
     let given = &arguments.options;
@@ -79,25 +79,25 @@ pub fn run(arguments: &ConvergeArgs, typed: &ArgMatches) -> Result<ExitCode, Fai
     Ok(ExitCode::from(if interrupt::asked() { 3 } else { 0 }))
 }
 
-/// What only `render` and a single run can have.
+/// Checks the restrictions on options of this command.
 fn check(arguments: &ConvergeArgs) -> Result<(), Failure> {
     let o = &arguments.options;
     if o.seed.is_some_and(|seed| seed > LARGEST_SEED) {
-        let said = "--seed: not with converge: the first seed is at most 2000000000";
+        let said = "--seed: the first seed of converge is at most 2000000000";
         return Err(Failure::Arguments(said.into()));
     }
-    // Files in the folder are called after scenes.
+    // Files in the folder are named after the scenes.
     for (i, scene) in arguments.scenes.iter().enumerate() {
         if let Some(same) = arguments.scenes[..i].iter().find(|s| plain(s) == plain(scene)) {
             return Err(Failure::Arguments(format!(
-                "{same}, {scene}: would write files of the same names; compare them in two folders"
+                "{same}, {scene}: would write files of the same names; compare them in separate folders"
             )));
         }
     }
     Ok(())
 }
 
-/// Results without any results.
+/// Returns results that describe the session and contain no runs.
 fn describe(arguments: &ConvergeArgs) -> Results {
     let words = std::env::args().skip(1).map(|word| match word.contains(char::is_whitespace) {
         true => format!("'{word}'"),
@@ -118,7 +118,7 @@ fn describe(arguments: &ConvergeArgs) -> Results {
     }
 }
 
-/// The words of the report, and where it is.
+/// Prints the summary and the path of the report.
 fn tell(session: &Session<'_>) {
     let page = session.folder.place("report.html").display().to_string();
     let options = &session.arguments.options;
@@ -127,7 +127,7 @@ fn tell(session: &Session<'_>) {
             say(&format!("{scene}:"));
             summary(&session.results, scene).iter().for_each(|line| say(&format!("  {line}")));
         }
-        session.results.left_out.iter().for_each(|line| say(&format!("left out: {line}")));
+        session.results.left_out.iter().for_each(|line| say(&format!("incomplete: {line}")));
     }
     if RenderOptions::is(options.json) {
         standard_output::json(&json!({ "report": page, "results": session.results }));

@@ -1,4 +1,4 @@
-//! `dapple diff`: how far a picture is from a reference, as text or JSON, with a map of the errors and limits to hold.
+//! `dapple diff`: measures the error of an image against a reference, as text or JSON, with an error map and limits.
 
 use crate::args::study::{DiffArgs, ErrorMap};
 use crate::error::Failure;
@@ -15,13 +15,13 @@ use dapple_integrator::imaging::{
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
-/// Bytes per pixel at the peak, measured: pictures, their copies in other colour spaces, the maps of errors. Of two pictures
-/// for a display, of a pair of others, and of one with two halves.
+/// Measured bytes per pixel at peak memory use: images, their copies in other colour spaces, and the error maps. For
+/// two display-referred images, for any other pair, and for a reference in two halves.
 const DISPLAY_BYTES: u64 = 137;
 const PAIR_BYTES: u64 = 178;
 const HALVES_BYTES: u64 = 205;
 
-/// Compares, writes the map, prints, and fails if a limit does not hold.
+/// Compares the images, writes the map, prints the measures, and fails if a limit is exceeded.
 pub fn run(arguments: &DiffArgs) -> Result<(), Failure> {
     if let Some(path) = &arguments.output {
         write::check(path)?;
@@ -32,7 +32,7 @@ pub fn run(arguments: &DiffArgs) -> Result<(), Failure> {
     let pair = Pair::read(arguments)?;
     let scale = Scale { epsilon: arguments.epsilon, peak: arguments.peak, ..Scale::default() };
     let found = pair.compare(&scale)?;
-    let seen = Seen::of(&pair)?;
+    let seen = Perceptual::of(&pair)?;
     if let Some(path) = &arguments.output {
         saving::save(path, |path| write_map(path, &pair, &seen, arguments));
     }
@@ -55,15 +55,15 @@ fn inputs(arguments: &DiffArgs) -> Inputs {
     inputs
 }
 
-/// What is compared: the pixels that all files hold.
+/// The images to compare, restricted to the pixels that all files contain.
 struct Pair {
     image: Image,
     /// The reference, or the mean of its halves.
     reference: Image,
     halves: Option<[Image; 2]>,
-    /// Whether both files hold values for a display, which end at 1.
+    /// Whether both files hold display-referred values, which end at 1.
     display: bool,
-    /// Which pixels of the full picture these are.
+    /// Position of these pixels in the full image.
     window: Window,
     full_size: (usize, usize),
 }
@@ -92,7 +92,7 @@ impl Pair {
             None => metrics::compare(&self.image, &self.reference, scale),
             Some([a, b]) => metrics::compare_halves(&self.image, [a, b], scale),
         }?;
-        // Places are told in the full picture, as `dapple replay` takes them.
+        // Positions are reported in the full image, as `dapple replay` takes them.
         let all = found.channels.iter_mut().chain([&mut found.overall]);
         let places = all.map(|m| &mut m.max_error_pixel).chain([&mut found.nan_pixel]);
         places.flatten().for_each(|[x, y]| (*x, *y) = (*x + self.window.x, *y + self.window.y));
@@ -100,7 +100,7 @@ impl Pair {
     }
 }
 
-/// The memory there is, once it is clear that all pictures can be read and compared in it.
+/// Returns the memory limit, after checking that all images can be read and compared within it.
 fn admitted(arguments: &DiffArgs) -> Result<MemoryLimit, Failure> {
     let limit = memory::limit(arguments.memory_limit);
     let (mut pixels, mut bytes) = (0, 0);
@@ -120,7 +120,7 @@ fn admitted(arguments: &DiffArgs) -> Result<MemoryLimit, Failure> {
     Ok(limit)
 }
 
-/// A picture of the same frame and channels as `image`, read from `path`; or a complaint that names both files.
+/// Reads an image from `path` that must have the frame and channels of `image`; errors name both files.
 fn read_like(
     image: &Windowed,
     image_path: &Path,
@@ -131,18 +131,20 @@ fn read_like(
     let (a, b) = (image_path.display(), path.display());
     if image.full_size != picture.full_size {
         let e = SizeMismatch { image: image.full_size, reference: picture.full_size };
-        return Err(Failure::Arguments(format!("{a}, {b}: {e}; render or scale them alike")));
+        return Err(Failure::Arguments(format!("{a}, {b}: {e}; render or scale them to the same size")));
     }
     let channels = [read::channels(image_path)?, read::channels(path)?];
     if channels[0] != channels[1] {
         let [c, d] = channels;
-        let said = format!("{a}, {b}: the pictures differ in channels: {c} and {d}; save them alike");
+        let said = format!(
+            "{a}, {b}: the images have different channels: {c} and {d}; save them with equal channels"
+        );
         return Err(Failure::Arguments(said));
     }
     Ok(picture)
 }
 
-/// The pixels of `window` that `other`, read from `path`, holds too.
+/// Returns the pixels of `window` that `other`, read from `path`, also contains.
 fn overlap(
     image: &Windowed,
     window: Window,
@@ -159,7 +161,7 @@ fn overlap(
 
 fn parts<const N: usize>(window: Window, of: [Windowed; N]) -> Result<[Image; N], Failure> {
     let found: Result<Vec<Image>, _> = of.into_iter().map(|p| p.into_covering(window, "")).collect();
-    found?.try_into().map_err(|_| Failure::Arguments("the pictures could not be cut".into()))
+    found?.try_into().map_err(|_| Failure::Arguments("the images could not be cropped".into()))
 }
 
 fn is_display(path: &Path) -> bool {
@@ -167,16 +169,16 @@ fn is_display(path: &Path) -> bool {
     !matches!(extension.as_str(), "exr" | "hdr" | "pic")
 }
 
-/// The pictures as an eye sees them.
-struct Seen {
+/// Perceptual measures of the images.
+struct Perceptual {
     ldr: flip::Map,
-    /// Not for pictures made for a display.
+    /// None for display-referred images.
     hdr: Option<flip::Map>,
-    /// Not for pictures smaller than its window.
+    /// None for images smaller than its window.
     ssim: Option<f64>,
 }
 
-impl Seen {
+impl Perceptual {
     fn of(pair: &Pair) -> Result<Self, SizeMismatch> {
         let (image, reference) = (&pair.image, &pair.reference);
         let ldr = flip::ldr(image, reference, flip::PIXELS_PER_DEGREE)?;
@@ -187,13 +189,13 @@ impl Seen {
         Ok(Self { ldr, hdr, ssim: ssim::ssim(image, reference)? })
     }
 
-    /// The one that suits the pictures.
+    /// Returns the FLIP map that suits the images.
     fn map(&self) -> &flip::Map {
         self.hdr.as_ref().unwrap_or(&self.ldr)
     }
 }
 
-/// Measures as an object; what is no number is null.
+/// Converts measures to an object; values that are not numbers are null.
 fn measures(m: &Measures) -> Map<String, Value> {
     match serde_json::to_value(m) {
         Ok(Value::Object(object)) => object,
@@ -201,7 +203,7 @@ fn measures(m: &Measures) -> Map<String, Value> {
     }
 }
 
-fn facts(arguments: &DiffArgs, pair: &Pair, found: &Comparison, seen: &Seen) -> Map<String, Value> {
+fn facts(arguments: &DiffArgs, pair: &Pair, found: &Comparison, seen: &Perceptual) -> Map<String, Value> {
     let mut facts = measures(&found.overall);
     let [r, g, b] = found.channels.each_ref().map(measures);
     let more = json!({
@@ -221,7 +223,7 @@ fn facts(arguments: &DiffArgs, pair: &Pair, found: &Comparison, seen: &Seen) -> 
     facts
 }
 
-/// The measures in the order in which they are printed.
+/// Measures in the order of the printed table.
 const ROWS: [&str; 10] = [
     "mse",
     "rmse",
@@ -252,14 +254,14 @@ fn text(facts: &Map<String, Value>) -> Vec<String> {
     if facts["width"] != facts["full_size"][0] || facts["height"] != facts["full_size"][1] {
         let [w, h] = [0, 1].map(|i| &facts["full_size"][i]);
         let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|i| &facts["window"][i]);
-        lines.push(format!("compared: {x0},{y0} to {x1},{y1} of {w}x{h}, the pixels that all files hold"));
+        lines.push(format!("compared: {x0},{y0} to {x1},{y1} of {w}x{h}, the pixels that all files contain"));
     }
     if let Some(mse) = facts["reference_mse"].as_f64() {
-        lines.push(format!("the mean of the two references has an mse of {mse:.5e} itself"));
+        lines.push(format!("the mean of the two references itself has an mse of {mse:.5e}"));
     }
     if let Value::Array(at) = &facts["nan_pixel"] {
         let n = &facts["nan_pixels"];
-        lines.push(format!("{n} pixels are not finite and were left out, the first at {},{}", at[0], at[1]));
+        lines.push(format!("{n} pixels are not finite and were excluded, the first at {},{}", at[0], at[1]));
     }
     lines
 }
@@ -273,10 +275,10 @@ fn number(value: &Value) -> String {
     }
 }
 
-/// What else a limit can be set on.
+/// Further measures that a limit can be set on.
 const MORE: [&str; 4] = ["flip", "flip_ldr", "flip_hdr", "nan_pixels"];
 
-/// Fails unless the limit is on a measure that there is.
+/// Fails unless the measure of the limit exists.
 fn known(limit: &Threshold) -> Result<(), Failure> {
     let mut names = ROWS.iter().chain(&MORE);
     if names.any(|name| *name == limit.measure) {
@@ -289,14 +291,14 @@ fn known(limit: &Threshold) -> Result<(), Failure> {
     )))
 }
 
-/// All limits hold, or what does not.
+/// Checks all limits; fails with the first that is exceeded.
 fn held(arguments: &DiffArgs, facts: &Map<String, Value>) -> Result<(), Failure> {
     for limit in &arguments.fail_above {
         let name = &limit.measure;
         let failed = match facts.get(name).and_then(Value::as_f64) {
             Some(x) if x <= limit.limit => continue,
             Some(x) => format!("{name} is {}, above {}", number(&x.into()), limit.limit),
-            // Equal pictures have no peak signal-to-noise ratio, and no pixel no measure at all.
+            // Equal images have no peak signal-to-noise ratio, and an empty set of pixels has no measures.
             None => format!("{name} is not a number, so it is not below {}", limit.limit),
         };
         return Err(Failure::Check(failed));
@@ -314,7 +316,7 @@ fn check_format(path: &Path) -> Result<(), Failure> {
     }
 }
 
-fn write_map(path: &Path, pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Result<(), ImageError> {
+fn write_map(path: &Path, pair: &Pair, seen: &Perceptual, arguments: &DiffArgs) -> Result<(), ImageError> {
     if write::Format::of(path)? == write::Format::Exr {
         let difference = pair.image.pixels.iter().zip(&pair.reference.pixels).map(|(a, b)| *a - *b);
         let picture = Image { pixels: difference.collect(), ..pair.image };
@@ -326,7 +328,7 @@ fn write_map(path: &Path, pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Res
     write::rgb8(path, frame.width, frame.height, frame.data)
 }
 
-fn map(pair: &Pair, seen: &Seen, arguments: &DiffArgs) -> Frame {
+fn map(pair: &Pair, seen: &Perceptual, arguments: &DiffArgs) -> Frame {
     let width = pair.image.width;
     let pixels = || pair.image.pixels.iter().zip(&pair.reference.pixels);
     match arguments.map {

@@ -1,4 +1,4 @@
-//! Commands that study pictures and renderers, one file each.
+//! Commands that compare images, renderers and estimators, one file each.
 
 mod budget;
 mod checks;
@@ -13,7 +13,7 @@ use crate::error::Failure;
 use clap::ArgMatches;
 use std::process::ExitCode;
 
-/// Runs one of them; `typed` says what was given on the command line.
+/// Runs one of the commands; `typed` records which options were given on the command line.
 pub fn run(command: Study, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let done = |()| ExitCode::SUCCESS;
     match command {

@@ -1,10 +1,11 @@
-//! `dapple sheet`: one effect with several counts and estimators side by side, each with what it took and how wrong it is.
+//! `dapple sheet`: a contact sheet of one effect with several sample counts and estimators, with cost and error of
+//! each.
 //!
-//! All cells are rendered by the distribution tracer. So that the varied effect is all there is to see, every other effect
-//! that no option mentions is off, its ideal limit (pixel centres, a pinhole, point lights, mirrors …); but varied
-//! reflections and refractions keep the lights' default points, for a light that is one point cannot be seen in them. The
-//! reference has the same effects off, so that the error is the varied effect's; it comes in two halves, so that its own
-//! noise is none of it.
+//! All cells are rendered by the distribution tracer. So that only the varied effect is visible, every other effect
+//! that no option mentions is off, at its ideal limit (pixel centres, a pinhole, point lights, mirrors …); but varied
+//! reflections and refractions keep the lights' default samples, because a point light is invisible in them. The
+//! reference has the same effects off, so that the error is that of the varied effect; it consists of two halves, so
+//! that its own noise does not count.
 
 mod cost;
 mod reference;
@@ -35,29 +36,29 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Exit code where time did not suffice for all cells.
+/// Exit code if time did not suffice for all cells.
 const STOPPED: u8 = 3;
 
-/// Share of a limited time that the reference gets at most.
+/// Maximum share of a limited time for the reference.
 const REFERENCE_SHARE: f64 = 0.5;
 
 /// Code value of a cell that was not rendered.
 const EMPTY: u8 = 40;
 
-/// Height of a cell whose size was not given.
+/// Default height of a cell.
 const HEIGHT: u32 = 256;
 
-/// The reference takes this many times the samples of the cell with the most, within these bounds.
+/// Ratio of the reference's samples to those of the cell with the most samples, and bounds of their number.
 const REFERENCE_FACTOR: u64 = 16;
 const REFERENCE_SAMPLES: (u64, u64) = (256, 1 << 16);
 
-/// Bytes per pixel of the cells: their pictures, and the sheet with its frames.
+/// Bytes per pixel of the cells: their images, and the sheet with its frames.
 const CELL_BYTES: u64 = 40;
 
-/// Points over lights and environment for each of a varied integral over directions.
+/// Samples over lights and environment per sample of a varied integral over directions.
 const FINER: u32 = 4;
 
-/// Renders all cells that there is time for, and writes the sheet.
+/// Renders all cells that time allows, and writes the sheet.
 pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failure> {
     let source = Source::new(Some(&arguments.scene));
     let mut options = settings_file::layered(source.path(), typed, "sheet")?;
@@ -104,10 +105,10 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
     Ok(sheet.end(&cells, reference.is_some()))
 }
 
-/// The one PNG that was typed.
+/// Returns the one PNG that was typed.
 fn output(typed: &ArgMatches) -> Result<PathBuf, Failure> {
     let mut said = RenderOptions::default();
-    said.lay_matches(typed)?;
+    said.apply_matches(typed)?;
     let path = match said.output.as_deref() {
         None => {
             let default = PathBuf::from("sheet.png");
@@ -115,17 +116,17 @@ fn output(typed: &ArgMatches) -> Result<PathBuf, Failure> {
             default
         }
         Some([path]) => path.clone(),
-        Some(_) => return Err(Failure::Arguments("-o: a sheet is one picture; name one .png".into())),
+        Some(_) => return Err(Failure::Arguments("-o: a sheet is one image; name one .png".into())),
     };
     match write::Format::of(&path) {
         Ok(write::Format::Png) => write::check(&path)?,
-        Ok(_) => return Err(Failure::Arguments(format!("{}: a sheet is a .png", path.display()))),
+        Ok(_) => return Err(Failure::Arguments(format!("{}: a sheet must be a .png", path.display()))),
         Err(error) => return Err(error.into()),
     }
     Ok(path)
 }
 
-/// What all cells have in common: the distribution tracer, every effect that no option mentions off, small pictures.
+/// Returns the common options of all cells: distribution tracer, effects that no option mentions off, small images.
 fn common(
     mut options: RenderOptions,
     vary: Effect,
@@ -157,16 +158,16 @@ fn common(
     options
 }
 
-/// What is to be rendered.
+/// The sheet to render.
 struct Sheet<'a> {
     arguments: &'a SheetArgs,
-    /// As they were given.
+    /// Options as they were given.
     asked: RenderOptions,
-    /// As all cells have them.
+    /// Options of all cells.
     options: RenderOptions,
     loaded: Loaded,
     view: NamedCamera,
-    /// Of all cells, in stops.
+    /// Exposure of all cells, in stops.
     exposure: f32,
 }
 
@@ -182,11 +183,11 @@ struct Rendered {
     count: u32,
     pattern: Pattern,
     frame: Frame,
-    /// `None` where there was no time for it.
+    /// `None` if there was no time for it.
     found: Option<Found>,
 }
 
-/// What a cell took, and how wrong it is.
+/// Cost and error of a cell.
 struct Found {
     rays: u64,
     seconds: f64,
@@ -194,7 +195,7 @@ struct Found {
 }
 
 impl Sheet<'_> {
-    /// The cells row by row, once it is clear that they can be rendered and make a sheet.
+    /// Returns the cells row by row, after checking that they can be rendered and fit into a sheet.
     fn checked(&self) -> Result<Vec<Planned>, Failure> {
         let (scene, camera, vary) = (&self.loaded.scene, &self.view.camera, self.arguments.vary);
         let plans = self.plans()?;
@@ -213,7 +214,7 @@ impl Sheet<'_> {
         let pixels = plans.len() as u64 * largest.settings.rect().area() as u64;
         if pixels > read::MAX_PIXELS / 2 {
             return Err(Failure::Arguments(format!(
-                "--size: {} cells of that size make a sheet of more than {pixels} pixels; make them smaller",
+                "--size: {} cells of that size need a sheet of more than {pixels} pixels; reduce the size",
                 plans.len()
             )));
         }
@@ -245,8 +246,8 @@ impl Sheet<'_> {
         rows.flat_map(|&pattern| self.arguments.counts.iter().map(move |&n| of(pattern, n))).collect()
     }
 
-    /// Beside an integral over directions of `count` points, lights and environment that no option mentions get so many that
-    /// their error falls as fast as the varied integral's, and stays below it.
+    /// For an integral over directions of `count` samples, gives lights and environment that no option mentions so many
+    /// samples that their error falls as fast as that of the varied integral and stays below it.
     fn refine(&self, settings: &mut Settings, count: u32) {
         let inner = matches!(self.arguments.vary, Effect::Glossy | Effect::Refract | Effect::Diffuse);
         let asked = self.asked.effects.light.is_some();
@@ -263,12 +264,12 @@ impl Sheet<'_> {
         }
     }
 
-    /// Rays per pixel of a cell.
+    /// Returns the rays per pixel of a cell.
     fn rays(&self, cell: &Planned) -> f64 {
         forecast(&self.loaded.scene, &self.view.camera, &cell.settings).total()
     }
 
-    /// One line of what the sheet will cost, before anything is rendered.
+    /// Prints the expected cost of the sheet before rendering.
     fn forecast(&self, plans: &[Planned], given: Option<&Reference>, deadline: &Deadline) {
         if RenderOptions::is(self.options.quiet) {
             return;
@@ -296,21 +297,21 @@ impl Sheet<'_> {
         ));
     }
 
-    /// Samples per pixel of both halves of the reference together.
+    /// Returns the samples per pixel of both halves of the reference together.
     fn reference_samples(&self, plans: &[Planned]) -> u32 {
         let most = plans.iter().map(|cell| self.samples(cell)).max().unwrap_or(1);
         let (low, high) = REFERENCE_SAMPLES;
         most.saturating_mul(REFERENCE_FACTOR).clamp(low, high) as u32
     }
 
-    /// Half of a reference of `spp` samples by the other tracer.
+    /// Returns the settings of half of a reference of `spp` samples by the path tracer.
     fn half(&self, plans: &[Planned], spp: u32) -> Settings {
         let pattern = Pattern::Sobol;
         Settings { pattern, ..plans[0].settings.clone() }.with_method(MethodKind::Path).with_spp(spp / 2)
     }
 
-    /// A reference by the other tracer, in two halves with seeds of their own; of fewer samples where its share of the
-    /// time ends. `None` where that does not suffice for one.
+    /// Renders a reference by the path tracer, in two halves with different seeds; with fewer samples if its share of
+    /// the time ends. `None` if the time does not suffice.
     fn reference(&self, plans: &[Planned], deadline: &Deadline) -> Option<Reference> {
         let settings = self.half(plans, self.reference_samples(plans));
         let seed = |i: u64| settings.seed.wrapping_add(0xffff_ffff_0000_0001 + i);
@@ -344,8 +345,8 @@ impl Sheet<'_> {
         outcome
     }
 
-    /// All cells in the order of the sheet, the cheapest rendered first. A cell that takes twice the time that is left, at
-    /// the speed of the one before it, is not begun.
+    /// Renders all cells, the cheapest first, and returns them in the order of the sheet. A cell that would take twice
+    /// the remaining time, at the speed of the one before it, is not started.
     fn cells(
         &self,
         plans: Vec<Planned>,
@@ -366,7 +367,7 @@ impl Sheet<'_> {
         Ok(cells.into_iter().flatten().collect())
     }
 
-    /// Points per pixel at which the varied integral is looked at.
+    /// Returns the samples per pixel of the varied integral.
     fn samples(&self, cell: &Planned) -> u64 {
         let outer = forecast(&self.loaded.scene, &self.view.camera, &cell.settings).outer;
         let inner = match self.arguments.vary {
@@ -376,7 +377,7 @@ impl Sheet<'_> {
         outer.into_iter().chain([inner]).map(u64::from).fold(1, u64::saturating_mul)
     }
 
-    /// A cell; an empty one where it does not fit, or time is up before it is done.
+    /// Renders a cell; it is empty if it does not fit, or if time is up before it is done.
     fn render(
         &self,
         cell: &Planned,
@@ -401,18 +402,18 @@ impl Sheet<'_> {
         Ok(rendered)
     }
 
-    /// Says what is missing.
+    /// Reports what is missing.
     fn end(&self, cells: &[Rendered], has_reference: bool) -> ExitCode {
         let done = cells.iter().filter(|cell| cell.found.is_some()).count();
         if done == cells.len() && has_reference {
             return ExitCode::SUCCESS;
         }
         let errors = if has_reference { "" } else { ", no reference and no errors" };
-        say(&format!("stopped early: the sheet holds {done} of {} cells{errors}", cells.len()));
+        say(&format!("stopped early: the sheet has {done} of {} cells{errors}", cells.len()));
         ExitCode::from(STOPPED)
     }
 
-    /// Writes the sheet; where it is.
+    /// Writes the sheet; returns its path.
     fn write(&self, path: &Path, cells: &[Rendered]) -> Option<PathBuf> {
         let labelled = cells
             .iter()
@@ -426,7 +427,7 @@ impl Sheet<'_> {
         let rows = cells.iter().map(|cell| {
             let found = cell.found.as_ref();
             let (told, below) = match found.map(|f| f.error) {
-                Some(Error::Told(x)) => (Some(x), None),
+                Some(Error::Measured(x)) => (Some(x), None),
                 Some(Error::Below(x)) => (None, Some(x)),
                 _ => (None, None),
             };
@@ -454,17 +455,17 @@ impl Sheet<'_> {
 impl Rendered {
     fn label(&self, vary: Effect) -> String {
         let what = format!("{vary} {}, {}", self.count, self.pattern);
-        let Some(found) = &self.found else { return format!("{what}\nnot rendered:\nno time was left") };
+        let Some(found) = &self.found else { return format!("{what}\nnot rendered:\nno time left") };
         let error = match found.error {
-            Error::Told(x) => format!("relative RMSE {x:.4}"),
+            Error::Measured(x) => format!("relative RMSE {x:.4}"),
             Error::Below(x) => format!("relative RMSE below {x:.4}"),
-            Error::Unknown => "error not known".into(),
+            Error::Unknown => "error unknown".into(),
         };
         format!("{what}\n{} rays, {:.2} s\n{error}", short(found.rays), found.seconds)
     }
 }
 
-/// A count in three digits or so.
+/// Formats a count with about three digits.
 fn short(count: u64) -> String {
     match count {
         0..1000 => count.to_string(),

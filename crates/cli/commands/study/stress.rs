@@ -1,4 +1,4 @@
-//! `dapple stress`: the catalogue of stiff and extreme cases, on this build and this machine.
+//! `dapple stress`: the catalogue of numerical stress cases, on this build and machine.
 
 use crate::args::study::StressArgs;
 use crate::commands::study::checks::{Page, Row, Table};
@@ -13,13 +13,13 @@ use std::sync::{Mutex, PoisonError};
 use std::thread::available_parallelism;
 use std::time::Instant;
 
-/// Runs the chosen cases.
+/// Runs the selected cases.
 pub fn run(arguments: &StressArgs) -> Result<ExitCode, Failure> {
     let cases = match &arguments.case {
         None => stress::catalogue(),
         Some(patterns) => stress::select(patterns).map_err(|pattern| {
             Failure::Arguments(format!(
-                "no case '{}': give ids such as A03, or B* for all that begin with B",
+                "unknown case '{}': give ids such as A03, or B* for all ids that begin with B",
                 error::short(&pattern)
             ))
         })?,
@@ -38,8 +38,8 @@ pub fn run(arguments: &StressArgs) -> Result<ExitCode, Failure> {
     Ok(Table::new(rows, start.elapsed().as_secs_f64()).tell(arguments.json, page.as_ref()))
 }
 
-/// As many cases at a time as there are cores, the long ones first; then one by one those that look at the clock. Rows are
-/// told and returned in the cases' order.
+/// Runs as many cases in parallel as there are cores, long ones first, and then timed cases one by one. Rows are
+/// reported and returned in the order of the cases.
 fn measure_all(cases: &[Case], effort: Effort, bar: &Bar, told: &(impl Fn(&Row) + Sync)) -> Vec<Row> {
     let mut order: Vec<usize> = (0..cases.len()).collect();
     order.sort_by_key(|&i| (cases[i].is_timed(), !cases[i].is_long()));
@@ -65,10 +65,10 @@ fn measure_all(cases: &[Case], effort: Effort, bar: &Bar, told: &(impl Fn(&Row) 
     rows.into_inner().unwrap_or_else(PoisonError::into_inner).done.into_iter().flatten().collect()
 }
 
-/// Rows in the order of the cases, as far as they are done.
+/// Finished rows, in the order of the cases.
 struct Rows<'a> {
     done: Vec<Option<Row>>,
-    /// How many were told.
+    /// Number of rows that were reported.
     told: usize,
     bar: &'a Bar,
     start: Instant,
@@ -84,8 +84,8 @@ impl Rows<'_> {
         }
     }
 
-    /// Shows how far the checks are, on a bar or, where there is none, by a line each tenth of the cases: the first rows
-    /// may have to wait for long ones.
+    /// Shows the progress, on a bar or, without one, by a line at each tenth of the cases: the first rows may have to
+    /// wait for long cases.
     fn advance(&self, case: &Case) {
         let (count, seconds) = (self.done.len(), self.start.elapsed().as_secs_f64());
         let done = self.done.iter().flatten().count();

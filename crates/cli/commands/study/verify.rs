@@ -1,4 +1,4 @@
-//! `dapple verify`: both tracers and every estimator against closed forms, on this build and this machine.
+//! `dapple verify`: checks both tracers and every estimator against closed-form solutions, on this build and machine.
 
 use crate::args::study::VerifyArgs;
 use crate::commands::study::checks::{Numbers, Row, Table};
@@ -8,10 +8,10 @@ use dapple_verify::forms::{self, Form, Measured};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Independent renders per tracer and estimator.
+/// Number of independent renders per tracer and estimator.
 const REPLICAS: u64 = 400;
 
-/// Runs all scenes.
+/// Runs all checks.
 pub fn run(arguments: &VerifyArgs) -> Result<ExitCode, Failure> {
     let start = Instant::now();
     let mut rows = Vec::new();
@@ -39,7 +39,7 @@ fn row(form: &Form, measured: &Measured, seconds: f64) -> Row {
         numbers.note += &format!(", off by {errors:.1} standard errors");
     }
     if let Some(rate) = measured.rate {
-        numbers.note += &format!(", error falls with n^{rate:.2}");
+        numbers.note += &format!(", error falls as n^{rate:.2}");
     }
     Row {
         id: format!("{}/{}/{}", form.id, measured.method, measured.pattern),

@@ -1,7 +1,7 @@
-//! Other renderers on the same axes: a command line per picture, timed from outside or by itself.
+//! Comparison with other renderers: one command line per image, timed externally or by the renderer itself.
 //!
-//! Each has a reference of its own, made by itself, so that another idea of a material does not count as noise; with
-//! `--shared-reference` it is held against that of dapple's runs.
+//! Each renderer has its own reference, so that differences between material models do not count as error; with
+//! `--shared-reference` it is compared with the reference of dapple's runs.
 
 mod command;
 mod startup;
@@ -19,38 +19,38 @@ use dapple_analysis::results::{ReferenceRecord, Results, RunRecord, Seed};
 use dapple_integrator::imaging::Image;
 use startup::{RUNS, Startup};
 
-/// Share of its time in which a renderer's speed is measured, by pictures of ever more samples. A reference of two pictures
-/// as long as the last of them takes as much again or more, and the curves of five seeds somewhat less.
+/// Share of a renderer's time in which its speed is measured, by images of increasing sample counts. A reference of two
+/// images as long as the last of them takes as much again or more, and the curves of five seeds somewhat less.
 const SIZES: f64 = 0.35;
 
-/// The reference has so many times the samples of the last point of a curve.
+/// Ratio of the reference's samples to those of the last point of a curve.
 const AHEAD: u32 = 8;
 
-/// Seeds of the two halves lie so far above the first seed of the runs.
+/// Offset of the seeds of the two halves from the first seed of the runs.
 const HALVES: u32 = 1_000_000;
 
-/// What is measured: a renderer on a scene, against which reference.
+/// A measurement: a renderer, a scene and a reference.
 pub struct Task<'a> {
     pub external: &'a External,
     pub scene: &'a str,
-    /// That of dapple's runs and its key, where all share it.
+    /// The reference of dapple's runs and its key, if all runs share it.
     pub shared: Option<(&'a Reference, &'a str)>,
-    /// When its time is up, in seconds of the clock.
+    /// End of the available time, in seconds of the clock.
     pub end: f64,
 }
 
-/// The counts that fit, and how long they take.
+/// The feasible sample counts, and their times.
 struct Sizes {
-    /// The largest count that was tried.
+    /// Largest sample count that was tried.
     samples: u32,
-    /// Wall seconds of its picture, start-up included.
+    /// Wall-clock seconds of its image, including start-up.
     cost: f64,
     startup: Startup,
     tells_cpu: bool,
 }
 
 impl Task<'_> {
-    /// Measures and adds the record, or that of an earlier call.
+    /// Measures the renderer and adds the record, or reuses that of an earlier call.
     pub fn measure(&self, session: &mut Session<'_>, old: &Results) -> Result<(), Failure> {
         let (external, scene) = (self.external, self.scene);
         let key = self.key(session);
@@ -87,7 +87,7 @@ impl Task<'_> {
         session.folder.write(&mut session.results)
     }
 
-    /// The record of the run before its first seed.
+    /// Creates the record of the run before its first seed.
     fn record(&self, key: String, reference: String, sizes: &Sizes) -> RunRecord {
         let (external, startup) = (self.external, &sizes.startup);
         let tells = external.tells_time();
@@ -107,13 +107,13 @@ impl Task<'_> {
         }
     }
 
-    /// Tells apart everything that changes what is measured.
+    /// Returns a key of everything that changes the measurement.
     fn key(&self, session: &Session<'_>) -> String {
         let shared = self.shared.map(|(_, key)| format!(" against {key}")).unwrap_or_default();
         format!("{} from seed {}{shared}", self.external.command, session.first_seed())
     }
 
-    /// The largest count, by factors of four, whose picture fits, and the start-up.
+    /// Finds the largest sample count, by factors of four, whose image fits the time, and the start-up time.
     fn sizes(&self, session: &Session<'_>) -> Result<Option<Sizes>, Failure> {
         let seconds = SIZES * (self.end - session.clock.elapsed());
         let draw = |spp: u32| {
@@ -126,7 +126,7 @@ impl Task<'_> {
             let took = draw(spp)?;
             spent += took.wall;
             longest = Some((spp, took));
-            // What renders four times as long still starts up once: t(4n) − t(n) = 4 (t(n) − t(n/4)).
+            // A render that is four times as long has the same start-up: t(4n) − t(n) = 4 (t(n) − t(n/4)).
             let more = if spp == 1 { 0.0 } else { 4.0 * (took.wall - before).max(0.0) };
             before = took.wall;
             if spp == 1 {
@@ -146,7 +146,7 @@ impl Task<'_> {
         Ok(Some(Sizes { samples: longest.0, cost: longest.1.wall, startup, tells_cpu }))
     }
 
-    /// Two halves where seeds can be given, else one picture that is taken as exact.
+    /// Renders two halves if seeds can be given, else one image that is taken as exact.
     fn reference(&self, session: &Session<'_>, spp: u32) -> Result<Reference, Failure> {
         let half = |i: u32| {
             let seed = session.first_seed() + HALVES + i;
@@ -169,12 +169,12 @@ impl Task<'_> {
         let (kind, samples) = match reference {
             Reference::Exact(_) => (
                 format!(
-                    "one picture by {name} at {samples} samples per pixel; its command has no {{seed}}, so the pictures that \
-                     are held against it may share samples with it, and their errors then look too small"
+                    "one image by {name} at {samples} samples per pixel; its command has no {{seed}}, so the images \
+                     that are compared with it may share samples with it, and their errors are then underestimated"
                 ),
                 0,
             ),
-            Reference::Halves(_) => (format!("two halves by {name}, each with a seed of its own"), samples),
+            Reference::Halves(_) => (format!("two halves by {name}, with different seeds"), samples),
         };
         Ok(ReferenceRecord {
             scene: self.scene.into(),
@@ -189,7 +189,7 @@ impl Task<'_> {
         })
     }
 
-    /// Curves of as many seeds as there is time for.
+    /// Measures the curves of as many seeds as time allows.
     fn seeds(
         &self,
         session: &mut Session<'_>,
@@ -216,7 +216,7 @@ impl Task<'_> {
                 let name = format!("{}-{}", plain(self.scene), plain(&run.name));
                 (run.files, run.flip) = session.folder.put_picture(&name, &picture, &reference.picture())?;
                 if points.last().is_none_or(|p| p.samples < f64::from(most)) {
-                    run.ends = "beyond it the reference's own error would spoil the measurement".into();
+                    run.ends = "beyond it the error of the reference would dominate the measurement".into();
                 }
             }
             run.seeds.push(Seed { seed: seed.into(), points });
@@ -224,7 +224,7 @@ impl Task<'_> {
         Ok(run)
     }
 
-    /// Errors at doubling counts up to `most`, and the last picture.
+    /// Measures errors at doubling sample counts up to `most`; returns the curve and the last image.
     fn curve(
         &self,
         session: &Session<'_>,
@@ -237,8 +237,12 @@ impl Task<'_> {
         let mut spp = 1;
         loop {
             let (picture, took) = self.external.render(session, self.scene, spp, seed)?;
-            let in_run =
-                |e| Failure::Arguments(format!("--external {}: {e}; render them alike", self.external.name));
+            let in_run = |e| {
+                Failure::Arguments(format!(
+                    "--external {}: {e}; render them with the same size",
+                    self.external.name
+                ))
+            };
             let overall = reference.compare(&picture).map_err(in_run)?.overall;
             if overall.mse >= reference.mse() {
                 let (seconds, cpu_seconds) = startup.rendering(&took);
@@ -259,14 +263,15 @@ impl Task<'_> {
     }
 }
 
-/// Seconds of all counts of a curve up to `most`: rendering takes about twice that of the last, and each count starts up.
+/// Seconds of all sample counts of a curve up to `most`: rendering takes about twice that of the last, plus a start-up
+/// each.
 fn curve_cost(sizes: &Sizes, most: u32) -> f64 {
     let rendering = (sizes.cost - sizes.startup.wall).max(0.0);
     let counts = f64::from(most.max(1).ilog2() + 1);
     2.0 * rendering * f64::from(most) / f64::from(sizes.samples) + counts * sizes.startup.wall
 }
 
-/// The largest count, a power of two, whose curve takes at most `seconds`.
+/// Returns the largest sample count, a power of two, whose curve takes at most `seconds`.
 fn affordable(sizes: &Sizes, seconds: f64) -> u32 {
     let mut most = 1;
     while most < 1 << 20 && 1.1 * curve_cost(sizes, 2 * most) <= seconds {
@@ -283,7 +288,7 @@ mod tests {
     fn counts_fit_the_time() {
         let startup = Startup { wall: 1.0, is_known: true, ..Startup::default() };
         let sizes = Sizes { samples: 64, cost: 2.0, startup, tells_cpu: false };
-        // 64 samples: 2 s of rendering in all, 7 starts.
+        // 64 samples: 2 s of rendering in total, and 7 start-ups.
         assert!((curve_cost(&sizes, 64) - 9.0).abs() < 1e-12);
         assert_eq!(affordable(&sizes, 10.0), 64);
         assert_eq!(affordable(&sizes, 9.8), 32);

@@ -1,4 +1,4 @@
-//! What lies in the folder of a comparison, and how it is continued.
+//! The output folder of a comparison: its files, and how an earlier comparison is continued.
 
 use crate::error::Failure;
 use crate::inputs::Inputs;
@@ -14,23 +14,23 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// A folder that can be written into.
+/// A writable folder.
 pub struct Folder {
     path: PathBuf,
-    /// How its PNGs show pictures: the same for all of a scene.
+    /// Tone curve and exposure of PNGs: the same for all images of a scene.
     tone: Tone,
     stops: f32,
-    /// Files that could not be written into it, and where they are instead, if anywhere.
+    /// Files that could not be written into the folder, each with the path that was written instead, if any.
     elsewhere: Mutex<BTreeMap<String, Option<PathBuf>>>,
 }
 
-/// Largest side product for which FLIP is worked out: it takes a second per million pixels.
+/// Maximum number of pixels for which FLIP is computed: it takes a second per million pixels.
 const FLIP_PIXELS: usize = 1 << 20;
 
-/// The files that every comparison writes.
+/// Files of every comparison.
 const TABLES: [&str; 3] = ["results.json", "results.csv", "report.html"];
 
-/// How names of plots go on after the scene's name, and how those of pictures end.
+/// Prefix of the names of plots after the scene's name, and suffixes of the names of images.
 const PLOTS: &str = "-error-";
 const PICTURES: [&str; 7] = [
     "-reference.exr",
@@ -42,8 +42,8 @@ const PICTURES: [&str; 7] = [
     "-errors.png",
 ];
 
-/// Whether a file whose name, in small letters, goes on like this after its scene's may be written: plots and pictures, and
-/// what another renderer leaves.
+/// Whether a file name (lower case, after the scene's name) may be one of the outputs: plots, images, and files of
+/// other renderers.
 fn is_of_scene(rest: &str, externals: &[String]) -> bool {
     let left = |external: &String| {
         let name = format!("-{}", plain(external).to_lowercase());
@@ -53,7 +53,7 @@ fn is_of_scene(rest: &str, externals: &[String]) -> bool {
 }
 
 impl Folder {
-    /// The one folder that was named, made if need be; fails if it cannot be written into.
+    /// Opens the one named folder, which is created if needed; fails if it cannot be written into.
     pub fn open(named: &[PathBuf]) -> Result<Self, Failure> {
         let [path] = named else {
             return Err(Failure::Arguments("-o: name one folder to write into".into()));
@@ -68,18 +68,18 @@ impl Folder {
         Ok(folder)
     }
 
-    /// A file in it.
+    /// Returns the path of a file in the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
-    /// How PNGs are shown from now on.
+    /// Sets the tone curve and exposure of the following PNGs.
     pub fn expose(&mut self, tone: Tone, stops: f32) {
         (self.tone, self.stops) = (tone, stops);
     }
 
-    /// Refuses to go on if a file of this folder that the comparison of `scenes` would write, or that a renderer of
-    /// `externals` would, is one of the inputs.
+    /// Fails if a file of this folder that the comparison of `scenes` or a renderer of `externals` would write is one
+    /// of the inputs.
     pub fn spare(&self, inputs: &Inputs, scenes: &[String], externals: &[String]) -> Result<(), Failure> {
         let failed =
             |e: std::io::Error| Failure::Arguments(format!("{}: cannot be read: {e}", self.path.display()));
@@ -99,8 +99,8 @@ impl Folder {
         Ok(())
     }
 
-    /// Writes a file into the folder, or else elsewhere: the others are written all the same, and it is tried again the next
-    /// time.
+    /// Writes a file into the folder, or else elsewhere; a failure does not stop the other files, and the folder is
+    /// tried again the next time.
     fn put(&self, name: &str, write: impl Fn(&Path) -> Result<(), ImageError>) {
         let mut elsewhere = self.elsewhere.lock().unwrap_or_else(PoisonError::into_inner);
         let path = self.file(name);
@@ -111,22 +111,23 @@ impl Folder {
         }
     }
 
-    /// Where a file is that was to lie in the folder.
+    /// Returns the path of a file, in the folder or elsewhere.
     pub fn place(&self, name: &str) -> PathBuf {
         let elsewhere = self.elsewhere.lock().unwrap_or_else(PoisonError::into_inner);
         elsewhere.get(name).cloned().flatten().unwrap_or_else(|| self.file(name))
     }
 
-    /// Whether all files lie in the folder.
+    /// Whether all files are in the folder.
     pub fn is_whole(&self) -> bool {
         self.elsewhere.lock().unwrap_or_else(PoisonError::into_inner).is_empty()
     }
 
-    /// What an earlier call left; nothing in a new folder.
+    /// Reads the results of an earlier call; empty in a new folder.
     pub fn read(&self) -> Result<Results, Failure> {
         let path = self.file("results.json");
         let failed = |why: String| {
-            let said = "is no result of this dapple converge; name another folder or remove it";
+            let said = "is not a result file of this version of dapple converge; choose another \
+                        folder or remove the file";
             Failure::Arguments(format!("{}: {said} ({why})", path.display()))
         };
         let text = match std::fs::read_to_string(&path) {
@@ -141,7 +142,7 @@ impl Folder {
         }
     }
 
-    /// Both tables.
+    /// Writes both tables.
     pub fn write(&self, results: &mut Results) -> Result<(), Failure> {
         results.sum_up();
         let json = serde_json::to_vec_pretty(results).map_err(|e| Failure::Arguments(e.to_string()))?;
@@ -151,7 +152,7 @@ impl Folder {
         Ok(())
     }
 
-    /// Tables, plots and the page.
+    /// Writes tables, plots and the report page.
     pub fn write_page(&self, results: &mut Results) -> Result<(), Failure> {
         self.write(results)?;
         let scenes: Vec<String> = results.scenes().iter().map(|s| s.to_string()).collect();
@@ -164,7 +165,7 @@ impl Folder {
                 let file = format!("{}-error-{name}", plain(scene));
                 let svg = chart.svg();
                 self.put(&format!("{file}.svg"), |path| write::replace(path, svg.as_bytes()));
-                // A build without PNG still has the SVG.
+                // A build without PNG support still writes the SVG.
                 self.put_frame(&format!("{file}.png"), &chart.frame());
             }
             shown.push(self.shown(results, scene));
@@ -174,7 +175,7 @@ impl Folder {
         Ok(())
     }
 
-    /// The pictures of a scene, as they lie here: the reference, then the runs.
+    /// Returns the images of a scene from the folder: the references, then the runs.
     fn shown(&self, results: &Results, scene: &str) -> Vec<Shown> {
         let bytes = |name: &String| std::fs::read(self.place(name)).ok();
         let png = |files: &[String], end: &str| files.iter().find(|f| f.ends_with(end)).and_then(bytes);
@@ -188,7 +189,7 @@ impl Folder {
         references.chain(runs).collect()
     }
 
-    /// Writes a reference; the names of its files.
+    /// Writes a reference; returns the names of its files.
     pub fn put_reference(&self, name: &str, reference: &Reference) -> Vec<String> {
         let mut files = Vec::new();
         match reference {
@@ -208,7 +209,7 @@ impl Folder {
         files
     }
 
-    /// A reference as it lies here, if it is whole.
+    /// Reads a reference from the folder, if it is complete.
     pub fn reference(&self, record: &ReferenceRecord, limit: MemoryLimit) -> Option<Reference> {
         let files = record.files.iter().filter(|f| f.ends_with(".exr"));
         let read = |file: &String| read::picture_within(&self.place(file), limit).ok();
@@ -219,7 +220,7 @@ impl Folder {
         }
     }
 
-    /// Writes a run's picture and where its errors are; the names of the files, and FLIP.
+    /// Writes the image and the error map of a run; returns the names of the files, and FLIP.
     pub fn put_picture(
         &self,
         name: &str,
@@ -257,7 +258,7 @@ impl Folder {
     }
 }
 
-/// A name that every file system takes.
+/// Converts a name to one that is valid on every file system.
 pub fn plain(name: &str) -> String {
     let stem = Path::new(name).file_stem().map_or(name.into(), |s| s.to_string_lossy());
     let stem = if name.starts_with("builtin:") { name.trim_start_matches("builtin:").into() } else { stem };

@@ -1,4 +1,4 @@
-//! Which runs are there, and which of them should look alike?
+//! The runs of a comparison: their options, and keys of the runs whose images should be equal.
 
 use super::folder::plain;
 use crate::args::study::ConvergeArgs;
@@ -15,24 +15,24 @@ use dapple_integrator::sampling::SampleSet;
 use dapple_integrator::scene::Scene;
 use std::ffi::OsString;
 
-/// Pixels down, where no size is given: errors are means over all pixels, so a small picture says as much as a large.
+/// Default height in pixels: errors are means over all pixels, so a small image suffices.
 const HEIGHT: f32 = 96.0;
 
-/// Scattering events where runs of the distribution tracer take part and no number is given: its default.
+/// Default scattering events if runs of the distribution tracer take part: that of the distribution tracer.
 const BOUNCES: u32 = 5;
 
-/// A run as it was asked for.
+/// A requested run.
 pub struct Planned {
     pub run: Run,
     /// Its options, as text.
     pub text: String,
-    /// Everything that changes its pictures or times.
+    /// Key of everything that changes its images or times.
     pub key: String,
-    /// Everything that changes what its pictures should be.
+    /// Key of everything that changes its expected image.
     pub look: String,
 }
 
-/// The runs that were typed, or the default ones, on top of `base`.
+/// Returns the typed runs, or the default ones, on top of `base`.
 pub fn runs(arguments: &ConvergeArgs, base: &RenderOptions, scene: &Scene) -> Result<Vec<Planned>, Failure> {
     let typed = arguments.runs.iter().map(|run| split(run)).collect::<Result<Vec<_>, _>>()?;
     let named = if typed.is_empty() { default_runs(base) } else { typed };
@@ -66,32 +66,31 @@ fn one(
     let settings = render::settings(&options, &view).map_err(in_run)?;
     let vary = arguments.vary;
     if settings.kind() == MethodKind::Distribution && settings.plans.is_off(vary) {
-        let said = format!("--run {name}: --vary {vary}: that effect is off in this run");
+        let said = format!("--run {name}: --vary {vary}: this effect is off in this run");
         return Err(Failure::Arguments(said));
     }
-    // Errors depend on what they are measured from.
+    // Errors depend on the reference.
     let reference = (&arguments.reference, arguments.shared_reference);
     let scene_name = format!("{} {vary} {reference:?}", arguments.scenes.join(" "));
     let (key, look) = (key(&scene_name, &of_result(&options)), key("", &of_look(&options)));
     Ok(Planned { run: Run { name, camera: view.camera, settings, vary }, text, key, look })
 }
 
-/// Fails unless all runs, and the files that are called after them, can be told apart from one another and from
-/// references.
+/// Fails unless the names of all runs, and of their files, differ from one another and from those of references.
 fn names(named: &[(String, String)]) -> Result<(), Failure> {
     for (i, (name, _)) in named.iter().enumerate() {
         let wrong = |why: &str| Err(Failure::Arguments(format!("--run {name}: {why}")));
         if named[..i].iter().any(|(other, _)| plain(other) == plain(name)) {
-            return wrong("there are two of this name");
+            return wrong("the name is used twice");
         }
         if name.starts_with("reference") {
-            return wrong("pictures of references are called so; use another name");
+            return wrong("the name is reserved for images of references; use another name");
         }
     }
     Ok(())
 }
 
-/// `NAME: OPTIONS`.
+/// Parses `NAME: OPTIONS`.
 fn split(text: &str) -> Result<(String, String), Failure> {
     let (name, options) = text.split_once(':').unwrap_or((text, ""));
     let name = name.trim();
@@ -104,8 +103,8 @@ fn split(text: &str) -> Result<(String, String), Failure> {
     Ok((name.into(), options.trim().into()))
 }
 
-/// Both tracers, each with three patterns. In runs of the distribution tracer all integrals grow together, one point of
-/// each per pixel sample; those that `base` speaks of are left to it.
+/// Returns the default runs: both tracers, each with three patterns. In runs of the distribution tracer all integrals
+/// grow together, with one sample of each per pixel sample; those that `base` sets are kept.
 fn default_runs(base: &RenderOptions) -> Vec<(String, String)> {
     let path = ["random", "stratified", "sobol"]
         .map(|p| (format!("path-{p}"), format!("--method path --pattern {p}")));
@@ -121,25 +120,26 @@ fn default_runs(base: &RenderOptions) -> Vec<(String, String)> {
     path.into_iter().chain(distribution).collect()
 }
 
-/// `base` with a run's options over it.
+/// Returns `base` overridden with a run's options.
 fn laid(base: &RenderOptions, name: &str, text: &str) -> Result<RenderOptions, Failure> {
     let mut options = base.clone();
     let in_run = |e: Failure| Failure::Arguments(format!("--run {name}: {e}"));
     let typed = layer::parsed(&words(text)).map_err(in_run)?;
     uses::refuse("converge", &typed).map_err(in_run)?;
-    options.lay_matches(&typed).map_err(in_run)?;
+    options.apply_matches(&typed).map_err(in_run)?;
     if format!("{:?}", of_scene(base)) != format!("{:?}", of_scene(&options)) {
-        let said = "size, crop, environment, light unit, time, exposure and output are the same for all runs; give them outside of --run";
+        let said = "size, crop, environment, light unit, time, exposure and output are the same for all runs; give \
+                    them outside of --run";
         return Err(in_run(Failure::Arguments(said.into())));
     }
     if options.spp.is_some() || options.time_limit.is_some() || options.seed.is_some() {
-        let said = "--spp, --time-limit and --seed: counts, times and seeds are what is varied here";
+        let said = "--spp, --time-limit and --seed: not available in --run, because converge varies them";
         return Err(in_run(Failure::Arguments(said.into())));
     }
     Ok(options)
 }
 
-/// Words between spaces; quotes of either kind keep spaces together.
+/// Splits text at spaces; quotes of either kind keep spaces together.
 fn words(text: &str) -> Vec<OsString> {
     let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None);
     for c in text.chars() {
@@ -158,7 +158,7 @@ fn words(text: &str) -> Vec<OsString> {
     words.into_iter().map(OsString::from).collect()
 }
 
-/// What a scene is loaded with, and what a page has in common.
+/// Options that determine how a scene is loaded, and options shared by a whole report.
 fn of_scene(o: &RenderOptions) -> impl std::fmt::Debug {
     let environment =
         (o.env.clone(), o.env_color, o.env_rotation, o.env_intensity, o.is_env_smooth(), o.light_unit);
@@ -167,7 +167,7 @@ fn of_scene(o: &RenderOptions) -> impl std::fmt::Debug {
     (o.size, o.crop, o.at, o.choice.clone(), o.allow_path, environment, told)
 }
 
-/// Without what changes neither pictures nor times.
+/// Removes options that change neither images nor times.
 fn of_result(o: &RenderOptions) -> RenderOptions {
     RenderOptions {
         output: None,
@@ -181,7 +181,7 @@ fn of_result(o: &RenderOptions) -> RenderOptions {
     }
 }
 
-/// Without what does not change the expected picture: method, points, and how long paths are followed by chance.
+/// Removes options that do not change the expected image: method, samples, and Russian roulette.
 fn of_look(o: &RenderOptions) -> RenderOptions {
     let mut look = of_result(o);
     (look.method, look.pattern, look.no_roulette, look.threads) = (None, None, None, None);
@@ -196,7 +196,7 @@ fn of_look(o: &RenderOptions) -> RenderOptions {
     look
 }
 
-/// A short name for options: FNV-1a of all of them.
+/// Hashes all options to a short key (FNV-1a).
 fn key(scene: &str, options: &RenderOptions) -> String {
     let bytes = format!("{scene} {options:?}").into_bytes();
     let hash = bytes

@@ -1,4 +1,4 @@
-//! One scene: the references, then every run seed after seed until time is up.
+//! Schedule of one scene: the references, then every run, seed after seed, until the time is up.
 
 use super::external::{External, Task};
 use super::folder::plain;
@@ -15,13 +15,13 @@ use dapple_integrator::imaging::{MemoryLimit, Window, read};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Share of a scene's time that its references get.
+/// Share of a scene's time for its references.
 const REFERENCE: f64 = 0.35;
 
-/// Seeds are added while there is time, up to so many times the number asked for.
+/// Seeds are added while time remains, up to this multiple of the requested number.
 const MOST_SEEDS: u32 = 4;
 
-/// Measures the runs and the other renderers on one scene; `rest` scenes, this one included, share the time that is left.
+/// Measures the runs and the other renderers on one scene; `rest` scenes, including this one, share the remaining time.
 pub fn scene(
     session: &mut Session<'_>,
     (given, others): (Given<'_>, &[External]),
@@ -44,7 +44,7 @@ pub fn scene(
     let shared = session.arguments.shared_reference;
     let look = |p: &Planned| if shared { planned[0].look.clone() } else { p.look.clone() };
     session.results.runs.extend(planned.iter().map(|p| record(name, p, look(p), old)));
-    // Other renderers come last, each with the time of a run.
+    // Other renderers come last, each with the time of one run.
     let share = (end - session.clock.elapsed()) / (planned.len() + others.len()) as f64;
     let own_end = end - share * others.len() as f64;
     let mut scene = SceneRuns { name, loaded: &loaded, planned: &planned, file, first, end: own_end };
@@ -64,30 +64,30 @@ pub fn scene(
     Ok(())
 }
 
-/// One exposure for all PNGs of the scene, whatever made the picture: errors can then be seen.
+/// Sets one exposure for all PNGs of the scene, whichever run made the image, so that errors are comparable.
 fn expose(session: &mut Session<'_>, name: &str, options: &RenderOptions, loaded: &Loaded, first: &Planned) {
     let what = (&loaded.scene, &first.run.camera, &first.run.settings);
     let stops = metering::for_all(&format!("the PNGs of {name}"), options, what);
     session.folder.expose(options.tone.unwrap_or_default(), stops);
 }
 
-/// Fails where a renderer is called like a run, or like another one, or like a reference.
+/// Fails if the name of a renderer equals that of a run, of another renderer, or of a reference.
 fn names(planned: &[Planned], externals: &[External]) -> Result<(), Failure> {
     for (i, external) in externals.iter().enumerate() {
         let name = &external.name;
         let wrong = |why: &str| Err(Failure::Arguments(format!("--external {name}: {why}")));
         let runs = planned.iter().map(|p| &p.run.name);
         if runs.chain(externals[..i].iter().map(|e| &e.name)).any(|other| plain(other) == plain(name)) {
-            return wrong("there are two of this name");
+            return wrong("the name is used twice");
         }
         if name.starts_with("reference") {
-            return wrong("pictures of references are called so; use another name");
+            return wrong("the name is reserved for images of references; use another name");
         }
     }
     Ok(())
 }
 
-/// The picture of `--reference`, which must be as large as the runs' and whole.
+/// Reads the image of `--reference`, which must be complete and as large as those of the runs.
 fn from_file(path: &Path, size: (u32, u32), limit: MemoryLimit) -> Result<Reference, Failure> {
     let picture = read::windowed_within(path, limit)?;
     let (w, h) = picture.full_size;
@@ -103,7 +103,7 @@ fn from_file(path: &Path, size: (u32, u32), limit: MemoryLimit) -> Result<Refere
     Ok(Reference::Exact(whole))
 }
 
-/// How far the further references of a scene are from the first.
+/// Measures the differences of the further references of a scene from the first.
 fn differences(session: &Session<'_>, scene: &str) -> Vec<Difference> {
     let records: Vec<&ReferenceRecord> =
         session.results.references.iter().filter(|r| r.scene == scene).collect();
@@ -124,7 +124,7 @@ fn differences(session: &Session<'_>, scene: &str) -> Vec<Difference> {
     others.iter().filter_map(one).collect()
 }
 
-/// The record of a run, continued if it is that of an earlier call.
+/// Creates the record of a run, or continues that of an earlier call.
 fn record(scene: &str, planned: &Planned, look: String, old: &Results) -> RunRecord {
     let same = |r: &&RunRecord| r.scene == scene && r.key == planned.key && r.name == planned.run.name;
     if let Some(old) = old.runs.iter().find(same) {
@@ -149,11 +149,11 @@ struct SceneRuns<'a> {
     name: &'a str,
     loaded: &'a Loaded,
     planned: &'a [Planned],
-    /// What `--reference` shows.
+    /// The image of `--reference`.
     file: Option<Reference>,
-    /// Where the records of its runs begin.
+    /// Index of the first record of its runs.
     first: usize,
-    /// When its time is up, in seconds of the clock.
+    /// End of the available time, in seconds of the clock.
     end: f64,
 }
 
@@ -162,7 +162,7 @@ impl SceneRuns<'_> {
         self.end - session.clock.elapsed()
     }
 
-    /// A reference for everything that is to be seen: the file, those of an earlier call, or new ones.
+    /// Returns a reference for every expected image: the file, those of an earlier call, or new ones.
     fn references(
         &mut self,
         session: &mut Session<'_>,
@@ -224,7 +224,7 @@ impl SceneRuns<'_> {
         let record = self.describe(
             planned,
             &reference,
-            "two independent halves by dapple's path tracer with Sobol points".into(),
+            "two independent halves by dapple's path tracer with Sobol samples".into(),
             spp,
             files,
         );
@@ -253,7 +253,7 @@ impl SceneRuns<'_> {
         }
     }
 
-    /// Seed after seed, every run once in each; the page after each round.
+    /// Renders seed after seed, every run once in each; writes the report page after each round.
     fn rounds(
         &mut self,
         session: &mut Session<'_>,
@@ -288,7 +288,7 @@ impl SceneRuns<'_> {
         session.folder.write_page(&mut session.results)
     }
 
-    /// Seconds that one seed of a run takes; `None` before its first.
+    /// Returns the seconds that one seed of a run takes; `None` before its first.
     fn cost(&self, session: &Session<'_>, i: usize) -> Option<f64> {
         let seed = session.results.runs[self.first + i].seeds.first()?;
         let seconds = seed.points.iter().map(|p| p.seconds);
@@ -296,13 +296,13 @@ impl SceneRuns<'_> {
         Some(if once { seconds.fold(0.0, f64::max) } else { seconds.sum() })
     }
 
-    /// Whether one more seed of run `i` fits into what is left.
+    /// Whether one more seed of run `i` fits into the remaining time.
     fn fits(&self, session: &Session<'_>, i: usize) -> bool {
         let left = self.left(session);
         left > 0.0 && self.cost(session, i).is_none_or(|cost| 1.1 * cost <= left)
     }
 
-    /// Renders and records one seed of run `i`; false when it was stopped.
+    /// Renders and records one seed of run `i`; returns false if it was stopped.
     fn seed(
         &self,
         session: &mut Session<'_>,
@@ -323,7 +323,7 @@ impl SceneRuns<'_> {
         let most = session.results.runs[self.first + i].most;
         let granted = Allowance { seconds, most, stop: &stop, cpu_seconds: &machine::cpu_seconds };
         let found = measure(&self.loaded.scene, run, seed.into(), reference, &granted)?;
-        // The seed that finds the counts may be cut short; the others would be incomplete.
+        // The seed that determines the sample counts may be cut short; later ones would be incomplete.
         if found.curve.is_empty() || (found.stopped && most.is_some()) {
             return Ok(false);
         }
@@ -343,7 +343,7 @@ impl SceneRuns<'_> {
         if record.most.is_none() {
             record.most = found.most;
             if found.at_reference {
-                record.ends = "beyond it the reference's own error would spoil the measurement".into();
+                record.ends = "beyond it the error of the reference would dominate the measurement".into();
             }
             if let Some(picture) = &found.picture {
                 let name = format!("{}-{}", plain(self.name), plain(&record.name));

@@ -1,4 +1,4 @@
-//! What the parts of a comparison share: arguments, clock, folder and the results so far.
+//! State shared by the parts of a comparison: arguments, clock, folder and the results so far.
 
 use super::folder::Folder;
 use crate::args::study::ConvergeArgs;
@@ -11,29 +11,29 @@ use clap::ArgMatches;
 use dapple_analysis::converge::{Clock, Reference};
 use dapple_analysis::results::{ReferenceRecord, Results};
 
-/// Everything that the parts of the command share.
+/// State shared by the parts of the command.
 pub struct Session<'a> {
     pub arguments: &'a ConvergeArgs,
     pub clock: Clock,
     pub folder: Folder,
     pub results: Results,
     pub bar: Bar,
-    /// What the user said of memory, for the scene that is measured.
+    /// Memory limit set by the user, for the current scene.
     pub memory_limit: Option<u64>,
 }
 
 impl Session<'_> {
-    /// A reference that lies in the folder.
+    /// Reads a reference from the folder.
     pub fn kept(&self, record: &ReferenceRecord) -> Option<Reference> {
         self.folder.reference(record, memory::limit(self.memory_limit))
     }
 
-    /// The first seed of runs; the command checks that it is no larger.
+    /// Returns the first seed of the runs; the command checks its range.
     pub fn first_seed(&self) -> u32 {
         self.arguments.options.seed.map_or(1, |seed| seed as u32)
     }
 
-    /// Adds a reference of the run `user`. The first of a scene is called "reference", and no other.
+    /// Adds a reference for the run `user`. Only the first of a scene is named "reference".
     pub fn add_reference(&mut self, mut record: ReferenceRecord, user: &str) {
         let is_first = self.results.references.iter().all(|r| r.scene != record.scene);
         record.name = if is_first { "reference".into() } else { format!("reference of {user}") };
@@ -41,7 +41,7 @@ impl Session<'_> {
     }
 }
 
-/// A scene with what was said about it.
+/// A scene with its options.
 pub struct Given<'a> {
     pub name: &'a str,
     pub source: Source,

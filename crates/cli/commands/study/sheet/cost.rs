@@ -1,4 +1,4 @@
-//! What will a sheet cost, and is there time for more of it?
+//! Cost prediction of a sheet, and its deadline.
 
 use dapple_integrator::camera::Camera;
 use dapple_integrator::scene::Scene;
@@ -6,53 +6,53 @@ use dapple_integrator::{Settings, forecast, render};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// Seconds that a look at the speed of one tracer takes at most, and share of a limited time.
+/// Maximum seconds of a speed measurement of one tracer, and its maximum share of a limited time.
 const LOOK: f64 = 0.5;
 const LOOK_SHARE: f64 = 0.05;
 
-/// Samples per pixel of such a look at the path tracer: more than the start of threads takes.
+/// Samples per pixel of such a measurement of the path tracer: enough to outweigh the start of threads.
 const FEW: u32 = 8;
 
-/// The time that was granted.
+/// The time limit of the sheet.
 pub struct Deadline {
     start: Instant,
     limit: Option<Duration>,
 }
 
 impl Deadline {
-    /// From now on.
+    /// Starts the clock.
     pub fn new(limit: Option<Duration>) -> Self {
         Self { start: Instant::now(), limit }
     }
 
-    /// Whether there is none left.
+    /// Whether the time is up.
     pub fn is_over(&self) -> bool {
         self.limit.is_some_and(|limit| self.start.elapsed() >= limit)
     }
 
-    /// Seconds of the whole, if they are limited.
+    /// Returns the time limit in seconds, if there is one.
     pub fn seconds(&self) -> Option<f64> {
         self.limit.map(|limit| limit.as_secs_f64())
     }
 
-    /// Seconds for a look at the speed of one tracer.
+    /// Returns the seconds for a speed measurement of one tracer.
     fn look(&self) -> f64 {
         self.seconds().map_or(LOOK, |limit| LOOK.min(LOOK_SHARE * limit))
     }
 
-    /// Seconds that are left, if they are limited.
+    /// Returns the remaining seconds, if time is limited.
     pub fn left(&self) -> Option<f64> {
         self.limit.map(|limit| limit.saturating_sub(self.start.elapsed()).as_secs_f64())
     }
 }
 
-/// Rays of the picture, at most.
+/// Returns an upper bound of the number of rays of the image.
 pub fn rays(scene: &Scene, camera: &Camera, settings: &Settings) -> f64 {
     forecast(scene, camera, settings).total() * settings.rect().area() as f64
 }
 
-/// Seconds of a render by `settings` for each ray of the upper bound: it is rendered, or as much of it as `look` seconds
-/// allow. `None` where that is too little to tell.
+/// Measures the seconds per ray (of the upper bound) of a render with `settings`, from as much of it as `look` seconds
+/// allow. `None` if that is too little for an estimate.
 fn seconds_per_ray(scene: &Scene, camera: &Camera, settings: &Settings, look: f64) -> Option<f64> {
     let seen = std::sync::Mutex::new((0.0, 0.0));
     let start = Instant::now();
@@ -69,7 +69,7 @@ fn seconds_per_ray(scene: &Scene, camera: &Camera, settings: &Settings, look: f6
     (fraction > 0.0).then(|| seconds / fraction / rays(scene, camera, settings))
 }
 
-/// Expected seconds of cells, and of a reference of `spp` samples by the path tracer; `None` where they cannot be told.
+/// Predicts the seconds of the cells, and of a reference by the path tracer; `None` if they cannot be predicted.
 pub fn seconds(
     scene: &Scene,
     camera: &Camera,
@@ -87,7 +87,7 @@ pub fn seconds(
     [cells, reference]
 }
 
-/// "about 12 s", or what is known instead.
+/// Formats a predicted time, such as "about 12 s".
 pub fn about(seconds: Option<f64>) -> String {
     match seconds {
         None => "an unknown time".into(),

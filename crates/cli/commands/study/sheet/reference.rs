@@ -1,4 +1,4 @@
-//! What the cells of a sheet are held against: a file, two, or two independent renders by the other tracer.
+//! References of a sheet: a file, two files, or two independent renders by the path tracer.
 
 use crate::error::Failure;
 use dapple_analysis::converge::Reference as Pictures;
@@ -8,34 +8,34 @@ use dapple_integrator::imaging::{Image, MemoryLimit, Window, Windowed, read};
 use dapple_integrator::math::PixelRect;
 use std::path::Path;
 
-/// So many standard deviations of what the reference's noise does to a squared error, errors are not told.
+/// Errors are reported only above this many standard deviations of the reference noise in a squared error.
 const LOST: f64 = 4.0;
 
-/// Where errors are measured from.
+/// A reference that errors are measured against.
 pub struct Reference {
     pictures: Pictures,
-    /// How it came to be.
+    /// Description of its origin.
     pub said: String,
 }
 
 /// The error of a cell as relative RMSE.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Error {
-    /// Without the reference's noise, where it has two halves.
-    Told(f64),
-    /// At most this: less is lost in the noise of the reference.
+    /// Measured error, free of the reference's noise if that has two halves.
+    Measured(f64),
+    /// Upper bound: smaller errors are lost in the noise of the reference.
     Below(f64),
-    /// There is no reference.
+    /// No reference exists.
     Unknown,
 }
 
 impl Reference {
-    /// Two independent halves.
+    /// Creates a reference of two independent halves.
     pub fn of(halves: [Image; 2], said: String) -> Self {
         Self { pictures: Pictures::Halves(halves), said }
     }
 
-    /// The pixels that `settings` renders, of the files that were given.
+    /// Creates a reference from the pixels of the given files that `settings` renders.
     pub fn given(files: &Given, settings: &Settings) -> Result<Self, Failure> {
         let (rect, size) = (settings.rect(), settings.size);
         let picture = |(path, file): &(&Path, Windowed)| fitting(path, file, rect, size);
@@ -50,24 +50,24 @@ impl Reference {
         })
     }
 
-    /// Whether its own noise counts as error of the cells.
+    /// Whether the reference's noise counts as error of the cells.
     pub fn is_exact(&self) -> bool {
         matches!(self.pictures, Pictures::Exact(_))
     }
 
-    /// Its own relative RMSE; 0 where it is taken as exact.
+    /// Returns the relative RMSE of the reference itself; 0 if it is taken as exact.
     pub fn relative_rmse(&self) -> f64 {
         self.pictures.relative_rmse()
     }
 
-    /// The error of a cell.
+    /// Measures the error of a cell.
     pub fn error(&self, picture: &Image) -> Result<Error, SizeMismatch> {
         let found = self.pictures.compare(picture)?.overall;
         // A product of two independent noises of variance 2v has the standard deviation 2v; this is the mean of many.
         let numbers = (3 * picture.pixels.len()) as f64;
         let least = LOST * 2.0 * self.pictures.mse() / numbers.sqrt();
         if found.mse >= least {
-            return Ok(Error::Told(found.relative_rmse));
+            return Ok(Error::Measured(found.relative_rmse));
         }
         let mean = self.pictures.picture().mean();
         let level = f64::from(mean.x + mean.y + mean.z) / 3.0;
@@ -82,7 +82,7 @@ pub struct Given<'a> {
 }
 
 impl<'a> Given<'a> {
-    /// Reads what was named.
+    /// Reads the named files.
     pub fn read(
         first: Option<&'a Path>,
         half: Option<&'a Path>,
@@ -93,14 +93,14 @@ impl<'a> Given<'a> {
         Ok(Some(Self { first: one(path)?, half: half.map(one).transpose()? }))
     }
 
-    /// Width and height of the full picture.
+    /// Returns width and height of the full image.
     pub fn size(&self) -> (u32, u32) {
         let (w, h) = self.first.1.full_size;
         (w as u32, h as u32)
     }
 }
 
-/// The pixels `rect` of a file of the full picture, which is `size` large, or a file that is just as large as they are.
+/// Returns the pixels `rect` of a file of the full image, which has the size `size`, or a file of exactly these pixels.
 fn fitting(path: &Path, file: &Windowed, rect: PixelRect, size: (u32, u32)) -> Result<Image, Failure> {
     let (width, height) = (rect.width() as usize, rect.height() as usize);
     let wanted = match file.full_size {
@@ -144,17 +144,17 @@ mod tests {
         {
             assert_eq!(of(full, window).unwrap(), (16, 8));
         }
-        // Half of what is needed; another size.
+        // Half of the needed pixels; another size.
         let half = Window { width: 8, ..crop };
         assert!(of((64, 64), half).unwrap_err().to_string().contains("8,4 to 16,12"));
         assert!(of((32, 32), Window::full((32, 32))).unwrap_err().to_string().contains("32x32"));
     }
 
-    /// The reference's own noise is not in the errors; what it hides is called so.
+    /// The noise of the reference is excluded from the errors; errors that it hides are reported as bounds.
     #[test]
     fn errors_are_free_of_the_reference() {
         let reference = Reference::of([noisy(1.0, 0.1, 1), noisy(1.0, 0.1, 2)], String::new());
-        let Error::Told(found) = reference.error(&noisy(1.0, 0.2, 3)).unwrap() else { panic!("lost") };
+        let Error::Measured(found) = reference.error(&noisy(1.0, 0.2, 3)).unwrap() else { panic!("lost") };
         assert!((found - 0.2).abs() < 0.02, "{found}");
         let Error::Below(limit) = reference.error(&noisy(1.0, 1e-3, 3)).unwrap() else { panic!("told") };
         assert!(limit > 1e-3 && limit < 0.05, "{limit}");

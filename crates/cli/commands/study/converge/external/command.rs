@@ -1,4 +1,4 @@
-//! The command line of another renderer, and one picture by it.
+//! The command line of another renderer, and the rendering of one image by it.
 
 use super::super::folder::plain;
 use super::super::session::Session;
@@ -9,27 +9,27 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// A renderer.
+/// Another renderer.
 pub struct External {
     pub name: String,
     pub command: String,
 }
 
-/// How long a picture took.
+/// Time that an image took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Took {
-    /// Wall seconds of the whole command.
+    /// Wall-clock seconds of the whole command.
     pub wall: f64,
     /// Processor seconds of all its processes.
     pub cpu: f64,
-    /// What it wrote itself of its rendering: wall seconds.
+    /// Wall-clock seconds of rendering that the command reported.
     pub told_wall: Option<f64>,
-    /// And processor seconds.
+    /// Processor seconds of rendering that the command reported.
     pub told_cpu: Option<f64>,
 }
 
 impl External {
-    /// `NAME=COMMAND`; the command must say where `{spp}` and `{out}` go.
+    /// Parses `NAME=COMMAND`; the command must contain `{spp}` and `{out}`.
     pub fn parse(text: &str) -> Result<Self, Failure> {
         let wrong = |why: &str| Failure::Arguments(format!("--external '{}': {why}", error::short(text)));
         let (name, command) = text.split_once('=').ok_or_else(|| wrong("write it as NAME=COMMAND"))?;
@@ -45,12 +45,12 @@ impl External {
         self.command.contains("{seed}")
     }
 
-    /// Whether the command writes how long it rendered.
+    /// Whether the command reports its rendering time.
     pub fn tells_time(&self) -> bool {
         self.command.contains("{time}")
     }
 
-    /// One picture and how long it took.
+    /// Renders one image; returns it and the time that it took.
     pub fn render(
         &self,
         session: &Session<'_>,
@@ -73,7 +73,7 @@ impl External {
         let what = format!("{scene}: {} · seed {seed} · {spp} spp", self.name);
         session.bar.show_task(session.clock.fraction(), session.clock.elapsed(), &what);
         let failed = |why: String| Failure::Arguments(format!("--external {}: `{line}` {why}", self.name));
-        // Files of an earlier call must not be taken for this one's.
+        // Files of an earlier call must not be mistaken for those of this call.
         [&out, &time].into_iter().for_each(|file| drop(std::fs::remove_file(file)));
         let (cpu, start) = (machine::children_cpu_seconds(), Instant::now());
         let done = shell(&line).stdin(Stdio::null()).stdout(Stdio::null()).output();
@@ -85,7 +85,7 @@ impl External {
             return Err(failed(format!("failed ({}): {}", done.status, error::short(&last))));
         }
         let picture = read::windowed_within(&out, memory::limit(session.memory_limit))
-            .map_err(|e| failed(format!("left no picture: {e}")))?;
+            .map_err(|e| failed(format!("wrote no image: {e}")))?;
         let full = Window::full(picture.full_size);
         let picture = picture.covering(full, &out.display().to_string())?;
         let told = if self.tells_time() { told(&time).map_err(failed)? } else { (None, None) };
@@ -93,9 +93,9 @@ impl External {
     }
 }
 
-/// What a time file says: the wall seconds of rendering alone and, if it likes, its processor seconds.
+/// Reads a time file: the wall-clock seconds of rendering and, optionally, the processor seconds.
 fn told(path: &Path) -> Result<(Option<f64>, Option<f64>), String> {
-    let text = std::fs::read_to_string(path).map_err(|e| format!("left no {{time}} file: {e}"))?;
+    let text = std::fs::read_to_string(path).map_err(|e| format!("wrote no {{time}} file: {e}"))?;
     let numbers: Option<Vec<f64>> = text
         .split_whitespace()
         .map(|n| n.parse().ok().filter(|s: &f64| s.is_finite() && *s >= 0.0))
@@ -104,7 +104,7 @@ fn told(path: &Path) -> Result<(Option<f64>, Option<f64>), String> {
         Some([wall]) => Ok((Some(*wall), None)),
         Some([wall, cpu]) => Ok((Some(*wall), Some(*cpu))),
         _ => Err(format!(
-            "left a {{time}} file that is not one or two numbers (seconds of rendering, processor seconds): '{}'",
+            "wrote a {{time}} file that is not one or two numbers (seconds of rendering, processor seconds): '{}'",
             error::short(&error::one_line(&text))
         )),
     }
