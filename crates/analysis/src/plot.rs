@@ -1,4 +1,4 @@
-//! Log-log plots of lines with bands, as SVG and as raster images, without a font file.
+//! Log-log plots of lines with bands, as SVG and as raster images.
 //!
 //! A [`Chart`] contains the data. It is laid out once, in drawing primitives that both implementations of `Canvas`
 //! support.
@@ -11,13 +11,18 @@ mod svg;
 
 pub use canvas::{HEIGHT, WIDTH, colour};
 pub use chart::{Chart, Series};
-pub(crate) use svg::escaped;
 
-use dapple_imaging::sheet::Frame;
+use dapple_imaging::Frame;
+use maud::Markup;
 
 impl Chart {
     /// The plot as a self-contained `<svg>` element.
     pub fn svg(&self) -> String {
+        self.markup().into_string()
+    }
+
+    /// The plot as a part of a page.
+    pub(crate) fn markup(&self) -> Markup {
         let mut canvas = svg::Svg::new(&self.title);
         layout::draw(self, &mut canvas);
         canvas.finish()
@@ -55,7 +60,7 @@ mod tests {
     #[test]
     fn both_kinds_show_the_same_marks() {
         let svg = chart().svg();
-        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && svg.contains("a &lt; b &amp; c"));
+        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>") && svg.contains("a &lt; b &amp; c"));
         assert_eq!(svg.matches("<circle").count(), 9 + 1);
         let frame = chart().frame();
         assert_eq!((frame.width, frame.height, frame.data.len()), (WIDTH, HEIGHT, WIDTH * HEIGHT * 3));

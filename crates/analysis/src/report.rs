@@ -9,10 +9,11 @@ mod words;
 pub use words::summary;
 
 use crate::curve::{Error, Over, band};
-use crate::plot::{Chart, Series, escaped};
+use crate::plot::{Chart, Series};
 use crate::results::{Results, RunRecord};
 use crate::statistics::Interval;
 use base64::Engine;
+use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 use words::file_name;
 
 /// An image of the page.
@@ -69,121 +70,132 @@ fn guide(series: &[Series], over: Over) -> Option<Series> {
 /// The page as HTML. `pictures` are by scene, in the order of [`Results::scenes`].
 pub fn html(results: &Results, pictures: &[Vec<Shown>]) -> String {
     let scenes = results.scenes();
-    let none = Vec::new();
-    let sections: String = scenes
-        .iter()
-        .enumerate()
-        .map(|(i, scene)| section(results, scene, i, pictures.get(i).unwrap_or(&none)))
-        .collect();
     let names: Vec<&str> = scenes.iter().map(|scene| file_name(scene)).collect();
-    let title = format!("Error against run time: {}", escaped(&names.join(", ")));
-    format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
-         <style>\n{}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{sections}{}\n<script>\n{}</script>\n</body>\n</html>\n",
-        include_str!("report/page.css"),
-        about(results),
-        include_str!("report/flip.js"),
-    )
+    let title = format!("Error against run time: {}", names.join(", "));
+    let page = markup! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(include_str!("report/page.css"))) }
+            }
+            body {
+                h1 { (title) }
+                @for (i, scene) in scenes.iter().enumerate() {
+                    (section(results, scene, i, pictures.get(i).map_or(&[], Vec::as_slice)))
+                }
+                (about(results))
+                script { (PreEscaped(include_str!("report/flip.js"))) }
+            }
+        }
+    };
+    page.into_string()
 }
 
-fn section(results: &Results, scene: &str, index: usize, pictures: &[Shown]) -> String {
-    let said = summary(results, scene);
-    let said: String = said.iter().map(|line| format!("<li>{}</li>\n", marked(line))).collect();
-    let plot = |over| format!("<figure>{}</figure>\n", chart(results, scene, over).svg());
-    let plots = [Over::Seconds, Over::CpuSeconds, Over::Samples].map(plot).concat();
-    format!(
-        "<section>\n<h2>{}</h2>\n<ul class=\"words\">\n{said}</ul>\n<div class=\"plots\">\n{plots}</div>\n{}{}{}</section>\n",
-        escaped(file_name(scene)),
-        table::runs(results, scene),
-        equal::tables(results, scene),
-        viewer(index, pictures),
-    )
+fn section(results: &Results, scene: &str, index: usize, pictures: &[Shown]) -> Markup {
+    markup! {
+        section {
+            h2 { (file_name(scene)) }
+            ul.words { @for line in summary(results, scene) { li { (marked(&line)) } } }
+            div.plots {
+                @for over in [Over::Seconds, Over::CpuSeconds, Over::Samples] {
+                    figure { (chart(results, scene, over).markup()) }
+                }
+            }
+            (table::runs(results, scene))
+            (equal::tables(results, scene))
+            @if !pictures.is_empty() { (viewer(index, pictures)) }
+        }
+    }
 }
 
 /// Buttons and images; the script shows one image at a time.
-fn viewer(index: usize, pictures: &[Shown]) -> String {
-    if pictures.is_empty() {
-        return String::new();
+fn viewer(index: usize, pictures: &[Shown]) -> Markup {
+    markup! {
+        h3 { "Images" }
+        div.viewer id={ "viewer-" (index) } tabindex="0" {
+            div.bar {
+                @for (i, shown) in pictures.iter().enumerate() {
+                    button type="button" data-show=(i) { (shown.label) }
+                }
+                label { input type="checkbox"; " error map" }
+            }
+            div.stage {
+                @for (i, shown) in pictures.iter().enumerate() {
+                    (embedded(i, &shown.label, "picture", &shown.picture))
+                    @if let Some(png) = &shown.errors { (embedded(i, &shown.label, "errors", png)) }
+                }
+            }
+            p.note {
+                "Select an image with the buttons or the arrow keys. Each run is shown at its last sample count, first \
+                 seed. Error map: root of each pixel's squared error over R² + 0.01, R its reference, from 0.001 (black) \
+                 to 1 (yellow), logarithmic."
+            }
+        }
     }
-    let button = |(i, shown): (usize, &Shown)| {
-        format!("<button type=\"button\" data-show=\"{i}\">{}</button>\n", escaped(&shown.label))
-    };
-    let image = |(i, shown): (usize, &Shown)| {
-        let one = |png: &[u8], kind: &str| {
-            let data = base64::engine::general_purpose::STANDARD.encode(png);
-            let hidden = if i == 0 && kind == "picture" { "" } else { " hidden" };
-            format!(
-                "<img data-index=\"{i}\" data-kind=\"{kind}\" alt=\"{} ({kind})\" \
-                 src=\"data:image/png;base64,{data}\"{hidden}>\n",
-                escaped(&shown.label)
-            )
-        };
-        let errors = shown.errors.as_ref().map(|png| one(png, "errors"));
-        one(&shown.picture, "picture") + &errors.unwrap_or_default()
-    };
-    let buttons: String = pictures.iter().enumerate().map(button).collect();
-    let images: String = pictures.iter().enumerate().map(image).collect();
-    format!(
-        "<h3>Images</h3>\n<div class=\"viewer\" id=\"viewer-{index}\" tabindex=\"0\">\n<div class=\"bar\">{buttons}\
-         <label><input type=\"checkbox\"> error map</label></div>\n<div class=\"stage\">{images}</div>\n\
-         <p class=\"note\">Select an image with the buttons or the arrow keys. Each run is shown at its last sample \
-         count, first seed. Error map: root of each pixel's squared error over R² + 0.01, R its reference, from 0.001 \
-         (black) to 1 (yellow), logarithmic.</p>\n</div>\n"
-    )
+}
+
+/// A PNG as a data URI; only the first image is shown before the script runs.
+fn embedded(index: usize, label: &str, kind: &str, png: &[u8]) -> Markup {
+    let data = base64::engine::general_purpose::STANDARD.encode(png);
+    markup! {
+        img data-index=(index) data-kind=(kind) alt={ (label) " (" (kind) ")" } src={ "data:image/png;base64," (data) }
+            hidden[index > 0 || kind != "picture"];
+    }
 }
 
 /// The section on machine, command, references, missing runs, and the meaning of the numbers.
-fn about(results: &Results) -> String {
+fn about(results: &Results) -> Markup {
     let m = &results.machine;
-    let memory = match m.memory_bytes {
-        0 => String::new(),
-        bytes => format!(", {:.1} GB of memory", bytes as f64 / 1e9),
+    let short = |line: &str| {
+        results.scenes().iter().fold(line.to_string(), |l, scene| l.replace(scene, file_name(scene)))
     };
-    let references: String =
-        results.references.iter().map(|r| format!("<li>{}</li>\n", table::reference(r))).collect();
-    let left_out = match results.left_out.is_empty() {
-        true => "<p>None: every seed of every run was rendered.</p>".into(),
-        false => {
-            let short = |line: &String| {
-                results.scenes().iter().fold(line.clone(), |l, scene| l.replace(scene, file_name(scene)))
-            };
-            let items = results.left_out.iter().map(|l| format!("<li>{}</li>", escaped(&short(l))));
-            format!("<ul>{}</ul>", items.collect::<String>())
+    markup! {
+        section {
+            h2 { "Measurement" }
+            dl {
+                dt { "Command" } dd { code { (results.command) } }
+                dt { "Machine" }
+                dd {
+                    (m.cpu) ", " (m.threads) " threads"
+                    @if m.memory_bytes > 0 { (format!(", {:.1} GB of memory", m.memory_bytes as f64 / 1e9)) }
+                    "; " (m.system)
+                }
+                dt { "Program" } dd { "dapple " (results.version) }
+                dt { "Time" }
+                dd { (format!("{:.1} s in all, {:.0} s limit of the last call", results.spent_seconds, results.budget_seconds)) }
+            }
+            h3 { "References" }
+            ul { @for r in &results.references { li { (table::reference(r)) } } }
+            h3 { "Missing seeds" }
+            @if results.left_out.is_empty() { p { "None: every seed of every run was rendered." } }
+            @else { ul { @for line in &results.left_out { li { (short(line)) } } } }
+            (PreEscaped(include_str!("report/method.html")))
         }
-    };
-    format!(
-        "<section>\n<h2>Measurement</h2>\n<dl>\n<dt>Command</dt><dd><code>{}</code></dd>\n\
-         <dt>Machine</dt><dd>{}, {} threads{memory}; {}</dd>\n<dt>Program</dt><dd>dapple {}</dd>\n\
-         <dt>Time</dt><dd>{:.1} s in all, limit of the last call {:.0} s</dd>\n</dl>\n\
-         <h3>References</h3>\n<ul>\n{references}</ul>\n<h3>Missing seeds</h3>\n{left_out}\n{}\n</section>\n",
-        escaped(&results.command),
-        escaped(&m.cpu),
-        m.threads,
-        escaped(&m.system),
-        escaped(&results.version),
-        results.spent_seconds,
-        results.budget_seconds,
-        include_str!("report/method.html"),
-    )
-}
-
-/// Converts text with `code` in backticks and exponents such as N^-1.5 to HTML.
-fn marked(text: &str) -> String {
-    let escaped = escaped(text);
-    let parts = escaped.split('`').enumerate();
-    parts.map(|(i, part)| if i % 2 == 1 { format!("<code>{part}</code>") } else { raised(part) }).collect()
-}
-
-fn raised(text: &str) -> String {
-    let mut parts = text.split("N^");
-    let mut out = parts.next().unwrap_or_default().to_string();
-    for part in parts {
-        let end = part.find(|c: char| c != '-' && c != '.' && !c.is_ascii_digit()).unwrap_or(part.len());
-        let exponent = part[..end].replace('-', "−");
-        out += &format!("N<sup>{exponent}</sup>{}", &part[end..]);
     }
-    out
+}
+
+/// Text with `code` in backticks and superscript exponents such as N^-1.5.
+fn marked(text: &str) -> Markup {
+    markup! {
+        @for (i, part) in text.split('`').enumerate() {
+            @if i % 2 == 1 { code { (part) } } @else { (raised(part)) }
+        }
+    }
+}
+
+fn raised(text: &str) -> Markup {
+    let mut parts = text.split("N^");
+    let first = parts.next().unwrap_or_default();
+    markup! {
+        (first)
+        @for part in parts {
+            @let end = part.find(|c: char| c != '-' && c != '.' && !c.is_ascii_digit()).unwrap_or(part.len());
+            "N" sup { (part[..end].replace('-', "−")) } (&part[end..])
+        }
+    }
 }
 
 #[cfg(test)]

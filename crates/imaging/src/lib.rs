@@ -7,11 +7,14 @@
 
 pub mod color;
 pub mod error;
+pub mod frame;
 pub mod memory;
 pub mod metering;
 pub mod picture;
 pub mod read;
+#[cfg(feature = "text")]
 pub mod sheet;
+#[cfg(feature = "text")]
 pub mod text;
 pub mod texture;
 pub mod tone;
@@ -21,6 +24,7 @@ pub mod write;
 
 pub use dapple_math::{self as math, Image};
 pub use error::ImageError;
+pub use frame::Frame;
 pub use memory::MemoryLimit;
 pub use picture::{Layer, Layers, MetaValue};
 pub use read::{Rgba8, Rgba16, Texels};

@@ -4,18 +4,8 @@
 //! widest cell and rows as high as the highest one. Labels are light grey on a nearly black background, so that neither
 //! highlights nor shadows of the images are judged against white.
 
-use crate::{Image, Tone, text, write};
-
-/// 8-bit sRGB code values (red, green, blue), row by row from the top left.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Frame {
-    /// Pixels per row.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// `width * height * 3` code values, as accepted by [`write::rgb8`].
-    pub data: Vec<u8>,
-}
+pub use crate::frame::Frame;
+use crate::text;
 
 /// An image with a label.
 #[derive(Clone, Debug)]
@@ -30,53 +20,44 @@ const BACKGROUND: u8 = 24;
 const INK: [u8; 3] = [208; 3];
 const GAP: usize = 8;
 
-impl Frame {
-    /// Converts an image with an exposure (in stops) and a tone curve.
-    pub fn of(picture: &Image, tone: Tone, exposure: f32) -> Self {
-        Self {
-            width: picture.width,
-            height: picture.height,
-            data: write::code_values(picture, tone, exposure),
-        }
-    }
+/// Font size of labels in pixels, below and from a cell width of 256 pixels.
+const SIZES: [f32; 2] = [11.0, 18.0];
 
-    fn plain(width: usize, height: usize) -> Self {
-        Self { width, height, data: vec![BACKGROUND; width * height * 3] }
-    }
-
-    /// Copies `cell` with its top-left corner at (x, y); it must fit.
-    fn paste(&mut self, cell: &Frame, x: usize, y: usize) {
-        for (i, row) in cell.data.chunks_exact(cell.width.max(1) * 3).take(cell.height).enumerate() {
-            let at = ((y + i) * self.width + x) * 3;
-            self.data[at..at + row.len()].copy_from_slice(row);
-        }
-    }
-}
-
-/// Arranges the cells in rows of `columns`. Text is drawn at twice its size if cells are at least 256 pixels wide.
+/// Arranges the cells in rows of `columns`. Labels are larger if cells are at least 256 pixels wide.
 pub fn grid(cells: &[Cell], columns: usize) -> Frame {
     let columns = columns.clamp(1, cells.len().max(1));
     let width = cells.iter().map(|c| c.frame.width).max().unwrap_or(0);
-    let scale = if width < 256 { 1 } else { 2 };
+    let size = SIZES[usize::from(width >= 256)];
     let lines = cells.iter().map(|c| c.label.lines().count()).max().unwrap_or(0);
-    let label = lines * text::LINE * scale + if lines > 0 { GAP / 2 } else { 0 };
+    let label = lines * text::line_height(size) + if lines > 0 { GAP / 2 } else { 0 };
     let height = cells.iter().map(|c| c.frame.height).max().unwrap_or(0);
     let rows = cells.len().div_ceil(columns);
-    let mut sheet = Frame::plain(GAP + columns * (width + GAP), GAP + rows * (height + label + GAP));
+    let mut sheet = plain(GAP + columns * (width + GAP), GAP + rows * (height + label + GAP));
     for (i, cell) in cells.iter().enumerate() {
         let x = GAP + i % columns * (width + GAP);
         let y = GAP + i / columns * (height + label + GAP);
-        sheet.paste(&cell.frame, x, y);
-        let sheet_width = sheet.width;
-        let label = fitting(&cell.label, width / (text::ADVANCE * scale));
-        text::draw(&mut sheet.data, sheet_width, (x, y + height + GAP / 2), scale, INK, &label);
+        paste(&mut sheet, &cell.frame, x, y);
+        let label = fitting(&cell.label, size, width as f32);
+        text::draw(&mut sheet, (x as f32, (y + height + GAP / 2) as f32), size, INK, &label);
     }
     sheet
 }
 
-/// The lines of a label, each truncated to `most` characters.
-fn fitting(label: &str, most: usize) -> String {
-    label.lines().map(|line| line.chars().take(most).collect::<String>()).collect::<Vec<_>>().join("\n")
+fn plain(width: usize, height: usize) -> Frame {
+    Frame { width, height, data: vec![BACKGROUND; width * height * 3] }
+}
+
+/// Copies `cell` into `sheet` with its top-left corner at (x, y); it must fit.
+fn paste(sheet: &mut Frame, cell: &Frame, x: usize, y: usize) {
+    for (i, row) in cell.data.chunks_exact(cell.width.max(1) * 3).take(cell.height).enumerate() {
+        let at = ((y + i) * sheet.width + x) * 3;
+        sheet.data[at..at + row.len()].copy_from_slice(row);
+    }
+}
+
+/// The lines of a label, each truncated to a width in pixels.
+fn fitting(label: &str, size: f32, width: f32) -> String {
+    label.lines().map(|line| text::fitting(line, size, width)).collect::<Vec<_>>().join("\n")
 }
 
 #[cfg(test)]
@@ -91,7 +72,10 @@ mod tests {
     fn every_pixel_of_every_cell_is_there_once() {
         let cells = [cell(20, 10, 101, "a"), cell(8, 12, 102, "two\nlines"), cell(20, 12, 103, "")];
         let sheet = grid(&cells, 2);
-        assert_eq!((sheet.width, sheet.height), (8 + 2 * 28, 8 + 2 * (12 + 22 + 8)));
+        assert_eq!(
+            (sheet.width, sheet.height),
+            (8 + 2 * 28, 8 + 2 * (12 + 2 * text::line_height(SIZES[0]) + 4 + 8))
+        );
         assert_eq!(sheet.data.len(), sheet.width * sheet.height * 3);
         for c in &cells {
             let count = sheet.data.iter().filter(|v| **v == c.frame.data[0]).count();

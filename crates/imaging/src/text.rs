@@ -1,188 +1,157 @@
-//! Text labels in images, without a font file.
+//! Text in 8-bit RGB images, in a subset of the font Inter (SIL Open Font License 1.1, `fonts/OFL.txt`).
 //!
-//! A fixed-width font of 5×7 dots contains all printable ASCII characters and is drawn into 8-bit RGB data (row by row
-//! from the top left). Parts outside the image are clipped.
+//! Sizes are font sizes in pixels. The font has Latin, Greek and common mathematical characters; other characters
+//! are drawn as its replacement glyph. Text outside the image is clipped.
 
-/// Dots from one character to the next, including the gap, at scale 1.
-pub const ADVANCE: usize = 6;
+use crate::frame::Frame;
+use ab_glyph::{Font, FontRef, Glyph, GlyphId, PxScale, PxScaleFont, ScaleFont, point};
+use std::sync::LazyLock;
 
-/// Dots from one line to the next, including the gap, at scale 1.
-pub const LINE: usize = 9;
+static FONT: LazyLock<FontRef<'static>> = LazyLock::new(|| {
+    let bytes = include_bytes!("../fonts/Inter-Regular.otf");
+    FontRef::try_from_slice(bytes).expect("the embedded font is valid")
+});
 
-/// Width of `text` in pixels, on one line at `scale`, without the gap after its last character.
-pub fn width(text: &str, scale: usize) -> usize {
-    (text.chars().count() * ADVANCE).saturating_sub(1) * scale
+/// Distance between the baselines of consecutive lines, in whole pixels.
+pub fn line_height(size: f32) -> usize {
+    (1.25 * size).ceil() as usize
 }
 
-/// Draws `text` with its top-left corner at (x, y) and `scale` pixels per dot. A line feed starts a new line;
-/// characters other than printable ASCII are drawn as a box.
-pub fn draw(data: &mut [u8], width: usize, (x, y): (usize, usize), scale: usize, color: [u8; 3], text: &str) {
+/// Width of one line of text in pixels.
+pub fn width(text: &str, size: f32) -> f32 {
+    glyphs(text, size).last().map_or(0.0, |g| g.glyph.position.x + g.advance)
+}
+
+/// The longest beginning of one line of text that is at most `most` pixels wide, with an ellipsis if it is truncated.
+pub fn fitting(text: &str, size: f32, most: f32) -> String {
+    if width(text, size) <= most {
+        return text.into();
+    }
+    let mut short: String = text.into();
+    while short.pop().is_some() {
+        let cut = format!("{}…", short.trim_end());
+        if width(&cut, size) <= most {
+            return cut;
+        }
+    }
+    short
+}
+
+/// Draws text with the top-left corner of its first line at (x, y); a line feed starts a new line.
+pub fn draw(frame: &mut Frame, (x, y): (f32, f32), size: f32, color: [u8; 3], text: &str) {
+    let font = scaled(size);
+    // The baseline that centres ascenders and descenders in the line.
+    let ascent = 0.5 * (line_height(size) as f32 + font.ascent() + font.descent());
     for (row, line) in text.split('\n').enumerate() {
-        for (column, c) in line.chars().enumerate() {
-            let at = (x + column * ADVANCE * scale, y + row * LINE * scale);
-            draw_glyph(data, width, at, scale, color, glyph(c));
+        let baseline = (y + (row * line_height(size)) as f32 + ascent).round();
+        for placed in glyphs(line, size) {
+            let mut glyph = placed.glyph;
+            glyph.position += point(x, baseline);
+            draw_glyph(frame, glyph, color);
         }
     }
 }
 
-fn draw_glyph(
-    data: &mut [u8],
-    width: usize,
-    (x, y): (usize, usize),
-    scale: usize,
-    color: [u8; 3],
-    rows: [u8; 7],
-) {
-    for (py, px) in (0..7 * scale).flat_map(|py| (0..5 * scale).map(move |px| (py, px))) {
-        let lit = rows[py / scale] >> (4 - px / scale) & 1 == 1;
-        if lit
-            && x + px < width
-            && let Some(pixel) = data.get_mut(((y + py) * width + x + px) * 3..).and_then(|d| d.get_mut(..3))
-        {
-            pixel.copy_from_slice(&color);
+fn draw_glyph(frame: &mut Frame, glyph: Glyph, color: [u8; 3]) {
+    let Some(outline) = FONT.outline_glyph(glyph) else { return };
+    let corner = outline.px_bounds().min;
+    outline.draw(|i, j, coverage| {
+        let at = (corner.x + i as f32, corner.y + j as f32);
+        if at.0 < 0.0 || at.1 < 0.0 || at.0 >= frame.width as f32 || at.1 >= frame.height as f32 {
+            return;
         }
-    }
+        let start = (at.1 as usize * frame.width + at.0 as usize) * 3;
+        if let Some(pixel) = frame.data.get_mut(start..start + 3) {
+            for (old, new) in pixel.iter_mut().zip(color) {
+                let mixed = f32::from(*old) + coverage.clamp(0.0, 1.0) * (f32::from(new) - f32::from(*old));
+                *old = (mixed + 0.5) as u8;
+            }
+        }
+    });
 }
 
-/// The rows of five dots of a character, from top to bottom, with the leftmost dot in bit 4.
-fn glyph(c: char) -> [u8; 7] {
-    const BOX: [u8; 7] = [0x1f, 0x11, 0x11, 0x11, 0x11, 0x11, 0x1f];
-    let index = (c as usize).checked_sub(0x20);
-    index.and_then(|i| GLYPHS.get(i)).copied().unwrap_or(BOX)
+struct Placed {
+    glyph: Glyph,
+    advance: f32,
 }
 
-/// The characters from space (0x20) to tilde (0x7e).
-#[rustfmt::skip]
-const GLYPHS: [[u8; 7]; 95] = [
-    [0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00], // space
-    [0x04, 0x04, 0x04, 0x04, 0x04, 0x00, 0x04], // !
-    [0x0a, 0x0a, 0x0a, 0x00, 0x00, 0x00, 0x00], // "
-    [0x0a, 0x0a, 0x1f, 0x0a, 0x1f, 0x0a, 0x0a], // #
-    [0x04, 0x0f, 0x14, 0x0e, 0x05, 0x1e, 0x04], // $
-    [0x18, 0x19, 0x02, 0x04, 0x08, 0x13, 0x03], // %
-    [0x0c, 0x12, 0x14, 0x08, 0x15, 0x12, 0x0d], // &
-    [0x04, 0x04, 0x04, 0x00, 0x00, 0x00, 0x00], // '
-    [0x02, 0x04, 0x08, 0x08, 0x08, 0x04, 0x02], // (
-    [0x08, 0x04, 0x02, 0x02, 0x02, 0x04, 0x08], // )
-    [0x00, 0x04, 0x15, 0x0e, 0x15, 0x04, 0x00], // *
-    [0x00, 0x04, 0x04, 0x1f, 0x04, 0x04, 0x00], // +
-    [0x00, 0x00, 0x00, 0x00, 0x0c, 0x04, 0x08], // ,
-    [0x00, 0x00, 0x00, 0x1f, 0x00, 0x00, 0x00], // -
-    [0x00, 0x00, 0x00, 0x00, 0x00, 0x0c, 0x0c], // .
-    [0x01, 0x01, 0x02, 0x04, 0x08, 0x10, 0x10], // /
-    [0x0e, 0x11, 0x13, 0x15, 0x19, 0x11, 0x0e], // 0
-    [0x04, 0x0c, 0x04, 0x04, 0x04, 0x04, 0x0e], // 1
-    [0x0e, 0x11, 0x01, 0x02, 0x04, 0x08, 0x1f], // 2
-    [0x1f, 0x02, 0x04, 0x02, 0x01, 0x11, 0x0e], // 3
-    [0x02, 0x06, 0x0a, 0x12, 0x1f, 0x02, 0x02], // 4
-    [0x1f, 0x10, 0x1e, 0x01, 0x01, 0x11, 0x0e], // 5
-    [0x06, 0x08, 0x10, 0x1e, 0x11, 0x11, 0x0e], // 6
-    [0x1f, 0x01, 0x02, 0x04, 0x08, 0x08, 0x08], // 7
-    [0x0e, 0x11, 0x11, 0x0e, 0x11, 0x11, 0x0e], // 8
-    [0x0e, 0x11, 0x11, 0x0f, 0x01, 0x02, 0x0c], // 9
-    [0x00, 0x0c, 0x0c, 0x00, 0x0c, 0x0c, 0x00], // :
-    [0x00, 0x0c, 0x0c, 0x00, 0x0c, 0x04, 0x08], // ;
-    [0x02, 0x04, 0x08, 0x10, 0x08, 0x04, 0x02], // <
-    [0x00, 0x00, 0x1f, 0x00, 0x1f, 0x00, 0x00], // =
-    [0x08, 0x04, 0x02, 0x01, 0x02, 0x04, 0x08], // >
-    [0x0e, 0x11, 0x01, 0x02, 0x04, 0x00, 0x04], // ?
-    [0x0e, 0x11, 0x17, 0x15, 0x17, 0x10, 0x0e], // @
-    [0x0e, 0x11, 0x11, 0x1f, 0x11, 0x11, 0x11], // A
-    [0x1e, 0x11, 0x11, 0x1e, 0x11, 0x11, 0x1e], // B
-    [0x0e, 0x11, 0x10, 0x10, 0x10, 0x11, 0x0e], // C
-    [0x1e, 0x11, 0x11, 0x11, 0x11, 0x11, 0x1e], // D
-    [0x1f, 0x10, 0x10, 0x1e, 0x10, 0x10, 0x1f], // E
-    [0x1f, 0x10, 0x10, 0x1e, 0x10, 0x10, 0x10], // F
-    [0x0e, 0x11, 0x10, 0x17, 0x11, 0x11, 0x0f], // G
-    [0x11, 0x11, 0x11, 0x1f, 0x11, 0x11, 0x11], // H
-    [0x0e, 0x04, 0x04, 0x04, 0x04, 0x04, 0x0e], // I
-    [0x07, 0x02, 0x02, 0x02, 0x02, 0x12, 0x0c], // J
-    [0x11, 0x12, 0x14, 0x18, 0x14, 0x12, 0x11], // K
-    [0x10, 0x10, 0x10, 0x10, 0x10, 0x10, 0x1f], // L
-    [0x11, 0x1b, 0x15, 0x15, 0x11, 0x11, 0x11], // M
-    [0x11, 0x19, 0x15, 0x13, 0x11, 0x11, 0x11], // N
-    [0x0e, 0x11, 0x11, 0x11, 0x11, 0x11, 0x0e], // O
-    [0x1e, 0x11, 0x11, 0x1e, 0x10, 0x10, 0x10], // P
-    [0x0e, 0x11, 0x11, 0x11, 0x15, 0x12, 0x0d], // Q
-    [0x1e, 0x11, 0x11, 0x1e, 0x14, 0x12, 0x11], // R
-    [0x0f, 0x10, 0x10, 0x0e, 0x01, 0x01, 0x1e], // S
-    [0x1f, 0x04, 0x04, 0x04, 0x04, 0x04, 0x04], // T
-    [0x11, 0x11, 0x11, 0x11, 0x11, 0x11, 0x0e], // U
-    [0x11, 0x11, 0x11, 0x11, 0x11, 0x0a, 0x04], // V
-    [0x11, 0x11, 0x11, 0x15, 0x15, 0x1b, 0x11], // W
-    [0x11, 0x11, 0x0a, 0x04, 0x0a, 0x11, 0x11], // X
-    [0x11, 0x11, 0x0a, 0x04, 0x04, 0x04, 0x04], // Y
-    [0x1f, 0x01, 0x02, 0x04, 0x08, 0x10, 0x1f], // Z
-    [0x0e, 0x08, 0x08, 0x08, 0x08, 0x08, 0x0e], // [
-    [0x10, 0x10, 0x08, 0x04, 0x02, 0x01, 0x01], // \
-    [0x0e, 0x02, 0x02, 0x02, 0x02, 0x02, 0x0e], // ]
-    [0x04, 0x0a, 0x11, 0x00, 0x00, 0x00, 0x00], // ^
-    [0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x1f], // _
-    [0x08, 0x04, 0x00, 0x00, 0x00, 0x00, 0x00], // `
-    [0x00, 0x00, 0x0e, 0x01, 0x0f, 0x11, 0x0f], // a
-    [0x10, 0x10, 0x1e, 0x11, 0x11, 0x11, 0x1e], // b
-    [0x00, 0x00, 0x0f, 0x10, 0x10, 0x10, 0x0f], // c
-    [0x01, 0x01, 0x0f, 0x11, 0x11, 0x11, 0x0f], // d
-    [0x00, 0x00, 0x0e, 0x11, 0x1f, 0x10, 0x0e], // e
-    [0x06, 0x08, 0x1e, 0x08, 0x08, 0x08, 0x08], // f
-    [0x00, 0x00, 0x0f, 0x11, 0x0f, 0x01, 0x0e], // g
-    [0x10, 0x10, 0x1e, 0x11, 0x11, 0x11, 0x11], // h
-    [0x04, 0x00, 0x0c, 0x04, 0x04, 0x04, 0x0e], // i
-    [0x02, 0x00, 0x02, 0x02, 0x02, 0x12, 0x0c], // j
-    [0x10, 0x10, 0x12, 0x14, 0x18, 0x14, 0x12], // k
-    [0x0c, 0x04, 0x04, 0x04, 0x04, 0x04, 0x0e], // l
-    [0x00, 0x00, 0x1a, 0x15, 0x15, 0x15, 0x15], // m
-    [0x00, 0x00, 0x1e, 0x11, 0x11, 0x11, 0x11], // n
-    [0x00, 0x00, 0x0e, 0x11, 0x11, 0x11, 0x0e], // o
-    [0x00, 0x00, 0x1e, 0x11, 0x1e, 0x10, 0x10], // p
-    [0x00, 0x00, 0x0f, 0x11, 0x0f, 0x01, 0x01], // q
-    [0x00, 0x00, 0x16, 0x18, 0x10, 0x10, 0x10], // r
-    [0x00, 0x00, 0x0f, 0x10, 0x0e, 0x01, 0x1e], // s
-    [0x08, 0x08, 0x1e, 0x08, 0x08, 0x08, 0x06], // t
-    [0x00, 0x00, 0x11, 0x11, 0x11, 0x11, 0x0f], // u
-    [0x00, 0x00, 0x11, 0x11, 0x11, 0x0a, 0x04], // v
-    [0x00, 0x00, 0x11, 0x15, 0x15, 0x15, 0x0a], // w
-    [0x00, 0x00, 0x11, 0x0a, 0x04, 0x0a, 0x11], // x
-    [0x00, 0x00, 0x11, 0x11, 0x0f, 0x01, 0x0e], // y
-    [0x00, 0x00, 0x1f, 0x02, 0x04, 0x08, 0x1f], // z
-    [0x03, 0x04, 0x04, 0x08, 0x04, 0x04, 0x03], // {
-    [0x04, 0x04, 0x04, 0x04, 0x04, 0x04, 0x04], // |
-    [0x18, 0x04, 0x04, 0x02, 0x04, 0x04, 0x18], // }
-    [0x00, 0x00, 0x09, 0x15, 0x12, 0x00, 0x00], // ~
-];
+fn scaled(size: f32) -> PxScaleFont<&'static FontRef<'static>> {
+    // `ab_glyph` measures the height from descender to ascender; a font size is the size of the em square.
+    let height = FONT.height_unscaled() / FONT.units_per_em().unwrap_or(1000.0);
+    FONT.as_scaled(PxScale::from(size * height))
+}
+
+/// The glyphs of one line with their positions, from x = 0 on the baseline y = 0.
+fn glyphs(line: &str, size: f32) -> impl Iterator<Item = Placed> {
+    let font = scaled(size);
+    let mut pen = 0.0;
+    let mut previous: Option<GlyphId> = None;
+    line.chars().map(move |c| {
+        let id = FONT.glyph_id(if c.is_control() { '\u{fffd}' } else { c });
+        pen += previous.map_or(0.0, |p| font.kern(p, id));
+        let advance = font.h_advance(id);
+        let glyph = id.with_scale_and_position(font.scale(), point(pen, 0.0));
+        pen += advance;
+        previous = Some(id);
+        Placed { glyph, advance }
+    })
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn glyphs_differ() {
-        for (i, a) in GLYPHS.iter().enumerate() {
-            assert!(a.iter().all(|row| *row < 32));
-            assert!(GLYPHS[..i].iter().all(|b| a != b), "{:?} looks like another", (i as u8 + 0x20) as char);
-        }
-        assert_eq!(glyph('é'), glyph('\u{1}'));
+    const SIZE: f32 = 16.0;
+
+    fn page(text: &str, at: (f32, f32)) -> Frame {
+        let mut frame = Frame { width: 64, height: 48, data: vec![255; 64 * 48 * 3] };
+        draw(&mut frame, at, SIZE, [0; 3], text);
+        frame
+    }
+
+    /// Rows and columns that contain ink.
+    fn ink(frame: &Frame) -> Option<[usize; 4]> {
+        let dark = |i: &usize| frame.data[3 * i] < 128;
+        let dark: Vec<usize> = (0..frame.width * frame.height).filter(dark).collect();
+        let xs = || dark.iter().map(|i| i % frame.width);
+        let ys = || dark.iter().map(|i| i / frame.width);
+        Some([xs().min()?, ys().min()?, xs().max()?, ys().max()?])
     }
 
     #[test]
-    fn a_letter_lands_where_it_should() {
-        let (w, h) = (9, 10);
-        let mut data = vec![0; w * h * 3];
-        draw(&mut data, w, (2, 1), 1, [9, 8, 7], "L");
-        let lit = |x: usize, y: usize| data[(y * w + x) * 3..][..3] == [9, 8, 7];
-        for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
-            let expected = (x == 2 && (1..=7).contains(&y)) || (y == 7 && (2..=6).contains(&x));
-            assert_eq!(lit(x, y), expected, "({x}, {y})");
+    fn letters_lie_within_their_line_and_their_width() {
+        for text in ["H", "gjpqy", "ÄÅ", "0.123", "−½∝σ²≤×…"] {
+            let [left, top, right, bottom] = ink(&page(text, (4.0, 4.0))).unwrap();
+            assert!(left >= 3 && top >= 4 && bottom < 4 + line_height(SIZE), "{text}: {left} {top} {bottom}");
+            assert!((right as f32) < 5.0 + width(text, SIZE), "{text}: {right}");
         }
+        // The cap height of Inter is 0.727 em.
+        let [_, top, _, bottom] = ink(&page("H", (4.0, 4.0))).unwrap();
+        assert!((11..=13).contains(&(bottom + 1 - top)), "{top} to {bottom}");
     }
 
     #[test]
-    fn outside_is_left_out() {
-        for (at, scale) in [((8, 0), 1), ((0, 9), 3), ((500, 500), 2), ((0, 0), 0), ((3, 3), 40)] {
-            let mut data = vec![0; 10 * 10 * 3];
-            draw(&mut data, 10, at, scale, [255; 3], "Wide\nlines");
+    fn lines_follow_each_other() {
+        let (one, two) = (page("H", (4.0, 2.0)), page("\nH", (4.0, 2.0)));
+        let shift = line_height(SIZE) * 64 * 3;
+        assert_eq!(one.data[..one.data.len() - shift], two.data[shift..]);
+    }
+
+    #[test]
+    fn every_character_used_has_a_glyph() {
+        let missing = FONT.glyph_id('\u{10ffff}');
+        let used = (' '..='~').chain("äöüéÅß×·±²³½µ−–…∝≤≥≈√∞→αβγδεηθλμπρσΩ".chars());
+        assert!(used.clone().all(|c| FONT.glyph_id(c) != missing), "{:?}", used.collect::<String>());
+    }
+
+    #[test]
+    fn text_is_clipped_and_truncated() {
+        for at in [(-20.0, -8.0), (60.0, 40.0), (1e9, 1e9), (f32::NAN, 0.0)] {
+            page("clipped\nat every side", at);
         }
-        draw(&mut [], 0, (0, 0), 1, [255; 3], "x");
-        assert_eq!((width("", 2), width("ab", 2)), (0, 22));
+        assert_eq!(fitting("short", SIZE, 100.0), "short");
+        let cut = fitting("a label much wider than its cell", SIZE, 80.0);
+        assert!(cut.ends_with('…') && width(&cut, SIZE) <= 80.0 && cut.len() > 8, "{cut}");
+        assert_eq!(fitting("none", SIZE, 1.0), "");
     }
 }

@@ -6,8 +6,8 @@ use dapple_imaging::text;
 
 /// Subpixels per pixel along each axis.
 const FINE: usize = 3;
-/// Pixels per dot of a letter.
-const LETTER: usize = 2;
+/// Font size in pixels.
+const SIZE: f32 = 14.0;
 
 /// Position, anchor, colour and text.
 type Text = ((f64, f64), Anchor, [u8; 3], String);
@@ -31,25 +31,19 @@ impl Raster {
             (sum / (FINE * FINE) as u32) as u8
         };
         let pixels = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y)));
-        let mut data: Vec<u8> = pixels.flat_map(|(x, y)| [0, 1, 2].map(|c| mean(x, y, c))).collect();
+        let data = pixels.flat_map(|(x, y)| [0, 1, 2].map(|c| mean(x, y, c))).collect();
+        let mut frame = Frame { width: WIDTH, height: HEIGHT, data };
         for ((x, y), anchor, colour, words) in &self.texts {
-            let width = text::width(words, LETTER) as f64;
-            let x = match anchor {
-                Anchor::Start => *x,
-                Anchor::Middle => x - 0.5 * width,
-                Anchor::End => x - width,
+            let width = text::width(words, SIZE);
+            let left = match anchor {
+                Anchor::Start => *x as f32,
+                Anchor::Middle => *x as f32 - 0.5 * width,
+                Anchor::End => *x as f32 - width,
             };
-            let top = y - 3.5 * LETTER as f64;
-            text::draw(
-                &mut data,
-                WIDTH,
-                (x.max(0.0) as usize, top.max(0.0) as usize),
-                LETTER,
-                *colour,
-                words,
-            );
+            let top = *y as f32 - 0.5 * text::line_height(SIZE) as f32;
+            text::draw(&mut frame, (left.max(0.0), top.max(0.0)), SIZE, *colour, words);
         }
-        Frame { width: WIDTH, height: HEIGHT, data }
+        frame
     }
 
     fn mix(&mut self, x: usize, y: usize, colour: [u8; 3], cover: f64) {

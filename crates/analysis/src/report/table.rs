@@ -1,65 +1,70 @@
 //! The table of runs and the descriptions of the references.
 
 use super::words::{file_name, percent, two};
-use crate::plot::escaped;
 use crate::results::{ReferenceRecord, Results, RunRecord, TARGETS};
+use maud::{Markup, html};
 
-const HEAD: [&str; 10] = [
-    "run",
-    "samples",
-    "seconds",
-    "processor seconds",
-    "final relative RMSE",
-    "FLIP",
-    "squared error ∝ N<sup>s</sup>: s",
+/// Heads of the columns before and after those of [`TARGETS`].
+const FIRST: [&str; 6] = ["run", "samples", "seconds", "processor seconds", "final relative RMSE", "FLIP"];
+const LAST: [&str; 3] = [
     "efficiency 1/(relMSE·s)",
     "speed-up over the first run, seconds",
     "speed-up over the first run, processor seconds",
 ];
 
-/// One row per run of a scene.
-pub(super) fn runs(results: &Results, scene: &str) -> String {
-    let mut head: Vec<String> = HEAD.iter().map(|h| h.to_string()).collect();
-    head.splice(7..7, TARGETS.map(|t| format!("seconds to {} %", 100.0 * t)));
-    let head: String = head.iter().map(|h| format!("<th>{h}</th>")).collect();
-    let rows: String = results.of_scene(scene).map(row).collect();
-    format!(
-        "<div class=\"wide\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
-    )
+/// A table with one row per run of a scene.
+pub(super) fn runs(results: &Results, scene: &str) -> Markup {
+    html! {
+        div.wide {
+            table {
+                thead {
+                    tr {
+                        @for head in FIRST { th { (head) } }
+                        th { "squared error ∝ N" sup { "s" } ": s" }
+                        @for target in TARGETS { th { "seconds to " (100.0 * target) " %" } }
+                        @for head in LAST { th { (head) } }
+                    }
+                }
+                tbody { @for run in results.of_scene(scene) { (row(run)) } }
+            }
+        }
+    }
 }
 
-fn row(run: &RunRecord) -> String {
+fn row(run: &RunRecord) -> Markup {
     let s = &run.summary;
     let last = |list: &[f64]| list.last().copied();
-    let mut cells = vec![
-        format!("<b>{}</b>", escaped(&run.name)),
-        last(&s.samples).map_or_else(none, |n| format!("{n:.0}")),
-        number(last(&s.seconds).filter(|t| *t > 0.0)),
-        number(last(&s.cpu_seconds).filter(|t| *t > 0.0)),
-        last(&s.relative_rmse).map_or_else(none, percent),
-        run.flip.map_or_else(none, |f| format!("{f:.4}")),
-        with(s.slope, s.slope_ci, two_places),
-    ];
-    cells.extend(TARGETS.iter().map(|t| {
-        let key = t.to_string();
-        let find = s.seconds_to.get(&key).copied().flatten();
-        with(find, s.seconds_to_ci.get(&key).copied().flatten(), short)
-    }));
-    cells.push(with(s.efficiency, s.efficiency_ci, short));
-    cells.push(with(s.speed_up, s.speed_up_ci, |x| two(x) + "×"));
-    cells.push(with(s.cpu_speed_up, s.cpu_speed_up_ci, |x| two(x) + "×"));
-    let cells: String = cells.iter().map(|c| format!("<td>{c}</td>")).collect();
-    // Options are in a row of their own across all columns, because they are longer than any number.
-    let timing = if run.timing.is_empty() { String::new() } else { format!("<br>{}", escaped(&run.timing)) };
-    let options = format!(
-        "<td class=\"options\" colspan=\"{}\"><small>{}{timing}</small></td>",
-        HEAD.len() + TARGETS.len(),
-        escaped(&run.options)
-    );
-    format!("<tr>{cells}</tr>\n<tr>{options}</tr>\n")
+    html! {
+        tr {
+            td { b { (run.name) } }
+            td { (last(&s.samples).map_or_else(none, |n| format!("{n:.0}"))) }
+            td { (number(last(&s.seconds).filter(|t| *t > 0.0))) }
+            td { (number(last(&s.cpu_seconds).filter(|t| *t > 0.0))) }
+            td { (last(&s.relative_rmse).map_or_else(none, percent)) }
+            td { (run.flip.map_or_else(none, |f| format!("{f:.4}"))) }
+            td { (with(s.slope, s.slope_ci, two_places)) }
+            @for target in TARGETS {
+                @let key = target.to_string();
+                @let seconds = s.seconds_to.get(&key).copied().flatten();
+                td { (with(seconds, s.seconds_to_ci.get(&key).copied().flatten(), short)) }
+            }
+            td { (with(s.efficiency, s.efficiency_ci, short)) }
+            td { (with(s.speed_up, s.speed_up_ci, |x| two(x) + "×")) }
+            td { (with(s.cpu_speed_up, s.cpu_speed_up_ci, |x| two(x) + "×")) }
+        }
+        // The options are longer than any number, so they have a row of their own.
+        tr {
+            td.options colspan=(FIRST.len() + 1 + TARGETS.len() + LAST.len()) {
+                small {
+                    (run.options)
+                    @if !run.timing.is_empty() { br; (run.timing) }
+                }
+            }
+        }
+    }
 }
 
-/// Two decimal places, with a minus sign instead of a hyphen.
+/// With a minus sign instead of a hyphen.
 fn two_places(x: f64) -> String {
     format!("{x:.2}").replace('-', "−")
 }
@@ -84,17 +89,21 @@ pub(super) fn short(x: f64) -> String {
     }
 }
 
-/// A value with its interval underneath, or the statement that the interval is not known.
-pub(super) fn with(value: Option<f64>, ci: Option<[f64; 2]>, show: impl Fn(f64) -> String) -> String {
-    let Some(value) = value else { return none() };
+/// A value with its interval below it, or a note that the interval is not known.
+pub(super) fn with(value: Option<f64>, ci: Option<[f64; 2]>, show: impl Fn(f64) -> String) -> Markup {
     let ci = ci
         .map_or_else(|| "interval not known".into(), |[low, high]| format!("{} … {}", show(low), show(high)));
-    format!("{}<br><small>{ci}</small>", show(value))
+    html! {
+        @match value {
+            Some(value) => { (show(value)) br; small { (ci) } },
+            None => { (none()) },
+        }
+    }
 }
 
-/// The description of a reference in a sentence.
+/// The description of a reference in one sentence.
 pub(super) fn reference(r: &ReferenceRecord) -> String {
-    let (scene, name, kind) = (escaped(file_name(&r.scene)), escaped(&r.name), escaped(&r.kind));
+    let (scene, name, kind) = (file_name(&r.scene), &r.name, &r.kind);
     if r.samples == 0 {
         return format!(
             "{scene}, {name}: {kind}. It is assumed to be exact: its own noise, and every systematic difference \

@@ -5,6 +5,7 @@ use crate::say::say;
 use crate::{saving, standard_output};
 use dapple_integrator::imaging::write;
 use dapple_verify::stress::Outcome;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -155,43 +156,57 @@ impl Table {
     }
 
     fn page(&self, title: &str) -> String {
-        let rows: String = self.cases.iter().map(html_row).collect();
         let Self { version, passed, failed, pending, seconds, .. } = self;
-        format!(
-            "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>dapple {title}</title>\
-             <meta name=\"viewport\" content=\"width=device-width\"><style>{STYLE}</style>\
-             <h1>dapple {title}</h1><p>dapple {version}: {passed} pass, {failed} fail, {pending} pending, in {seconds:.1} s.\
-             </p><table><tr><th>case<th>result<th>expected<th>measured<th>standard error<th>tolerance<th>seconds\
-             <th>what</tr>{rows}</table></html>\n"
-        )
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width";
+                    title { "dapple " (title) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    h1 { "dapple " (title) }
+                    p {
+                        "dapple " (version) ": " (passed) " pass, " (failed) " fail, " (pending) " pending, in "
+                        (format!("{seconds:.1}")) " s."
+                    }
+                    table {
+                        tr { @for head in HEADS { th { (head) } } }
+                        @for row in &self.cases { (html_row(row)) }
+                    }
+                }
+            }
+        };
+        page.into_string()
     }
 }
+
+const HEADS: [&str; 8] =
+    ["case", "result", "expected", "measured", "standard error", "tolerance", "seconds", "description"];
 
 const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;margin:2em auto;max-width:75em;padding:0 1em;color:#222;\
     background:#fff}table{border-collapse:collapse}td,th{padding:.35em .6em;border-bottom:1px solid #ddd;text-align:left;\
     vertical-align:top}td.n{font-variant-numeric:tabular-nums;white-space:nowrap}.pass{color:#17692d}.FAIL{color:#b00020;\
     font-weight:700}.pending{color:#666}small{color:#555}";
 
-fn html_row(row: &Row) -> String {
+fn html_row(row: &Row) -> Markup {
     let verdict = row.verdict();
-    let cell = |x: Option<f64>| format!("<td class=n>{}", number(x));
-    let numbers = match &row.numbers {
-        Some(n) => [n.expected, n.measured, n.error, n.tolerance].map(cell).concat(),
-        None => "<td><td><td><td>".into(),
-    };
+    let numbers = row.numbers.as_ref().map(|n| [n.expected, n.measured, n.error, n.tolerance]);
     let note = row.numbers.as_ref().map_or(row.pending.unwrap_or_default(), |n| &n.note);
-    let naive =
-        if row.naive.is_empty() { String::new() } else { format!("<br>Naive: {}", escaped(row.naive)) };
-    format!(
-        "<tr><td>{}<td class={verdict}>{verdict}{numbers}<td class=n>{:.2}<td>{}{naive}<br><small>{}<br>{}</small></tr>",
-        escaped(&row.id),
-        row.seconds,
-        escaped(&row.title),
-        escaped(note),
-        escaped(row.source)
-    )
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    html! {
+        tr {
+            td { (row.id) }
+            td class=(verdict) { (verdict) }
+            @for i in 0..4 { td.n { @if let Some(n) = numbers { (number(n[i])) } } }
+            td.n { (format!("{:.2}", row.seconds)) }
+            td {
+                (row.title)
+                @if !row.naive.is_empty() { br; "Naive: " (row.naive) }
+                br;
+                small { (note) br; (row.source) }
+            }
+        }
+    }
 }
