@@ -35,7 +35,7 @@ pub const PIXEL_PLAN: &str = "pixel-plan";
 pub enum Command {
     /// Render a scene to image files
     Render(RenderArgs),
-    /// Print what a scene file contains and the warnings that a render with these options would give
+    /// Print the contents of a scene file and the warnings about it
     Info(InfoArgs),
     /// Print which features a render of a scene uses and omits, with reasons
     Plan(PlanArgs),

@@ -13,8 +13,8 @@ pub struct Line {
 }
 
 impl From<Entry> for Line {
-    fn from(Entry { count, energy }: Entry) -> Self {
-        Self { count, energy: energy.is_finite().then_some(energy) }
+    fn from(entry: Entry) -> Self {
+        Self { count: entry.count, energy: Some(entry.energy()).filter(|e| e.is_finite()) }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::say::say;
 use crate::uses;
 use dapple_integrator::camera::Camera;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{MethodKind, Settings, forecast};
+use dapple_integrator::{Effect, MethodKind, Settings, forecast};
 use std::time::Duration;
 
 /// Longest time that a sidecar may request.
@@ -21,22 +21,8 @@ const MANY_BOUNCES: u32 = 1 << 16;
 /// Most rays, by the forecast's upper bound, of an image whose size or samples a sidecar sets: some hours of rendering.
 const MANY_RAYS: f64 = 1e11;
 
-/// Keys that affect the number of rays.
-const OF_RAYS: [&str; 13] = [
-    "spp",
-    "size",
-    "max-bounces",
-    "method",
-    "pixel",
-    "lens",
-    "time",
-    "light",
-    "glossy",
-    "refract",
-    "diffuse",
-    "combine",
-    "secondary",
-];
+/// Keys that affect the number of rays, beside the names of the effects.
+const OF_RAYS: [&str; 6] = ["spp", "size", "max-bounces", "method", "combine", "secondary"];
 
 impl OfScene {
     fn refuse(&self, keys: &[&str], why: &str) -> Failure {
@@ -86,7 +72,8 @@ pub fn of_rays(
     camera: &Camera,
 ) -> Result<(), Failure> {
     let file = &options.of_scene;
-    let keys: Vec<&str> = OF_RAYS.into_iter().filter(|key| file.set(key)).collect();
+    let effects = Effect::ALL.iter().map(|(_, name)| *name);
+    let keys: Vec<&str> = OF_RAYS.into_iter().chain(effects).filter(|key| file.set(key)).collect();
     let is_limited = options.time_limit.is_some() || RenderOptions::is(options.effects.yes);
     if is_limited || keys.is_empty() {
         return Ok(());

@@ -58,7 +58,7 @@ pub fn with_lens(mut camera: Camera, scene: &Scene, options: &RenderOptions) -> 
         let distance = centre_depth(scene, &camera, backfaces).unwrap_or(f32::INFINITY);
         say(&format!(
             "note: focus distance {:.4}, at the image centre",
-            f64::from(distance) / scene.space.scale
+            scene.space.length_to_world(f64::from(distance))
         ));
         distance
     });

@@ -8,7 +8,7 @@ use crate::values;
 use dapple_integrator::camera::{Camera, Projection, Shutter};
 use dapple_integrator::imaging::picture::MetaValue;
 use dapple_integrator::sampling::SampleSet;
-use dapple_integrator::scene::{NamedCamera, Scene, Space};
+use dapple_integrator::scene::{NamedCamera, Scene, Space, WorldPoint};
 use dapple_integrator::{Combine, Effect, MethodKind, Settings, Stats};
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
@@ -110,7 +110,7 @@ fn estimator_lines(settings: &Settings) -> Vec<String> {
 fn exposure_lines(settings: &Settings, view: &NamedCamera, scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
     lines.extend(view.camera.lens.iter().flat_map(|lens| {
-        let length = |render: f32| f64::from(render) / scene.space.scale;
+        let length = |render: f32| scene.space.length_to_world(f64::from(render));
         [
             format!("aperture-radius = {}", length(lens.radius) as f32),
             format!("focus-distance = {}", length(lens.focus_distance) as f32),
@@ -169,7 +169,7 @@ fn plan_of(settings: &Settings, effect: Effect) -> SampleSet {
 
 /// Returns the matrix from world to camera space, both in scene units; column vectors.
 fn world_to_camera(camera: &Camera, space: &Space) -> DMat4 {
-    let origin = space.to_world(camera.origin);
+    let WorldPoint(origin) = space.to_world(camera.origin);
     let row = |axis: glam::Vec3| {
         let axis: DVec3 = axis.as_dvec3();
         DVec4::from((axis, -axis.dot(origin)))
@@ -192,7 +192,7 @@ fn camera_to_ndc(camera: &Camera, space: &Space, size: (u32, u32)) -> DMat4 {
             ]
         }
         Projection::Orthographic { half_height } => {
-            let half = f64::from(half_height) / space.scale;
+            let half = space.length_to_world(f64::from(half_height));
             [
                 DVec4::new(0.5 / (half * aspect), 0.0, 0.0, 0.5),
                 DVec4::new(0.0, -0.5 / half, 0.0, 0.5),
@@ -236,7 +236,7 @@ mod tests {
             let m = camera_to_ndc(&camera, &space, (20, 10)) * world_to_camera(&camera, &space);
             // One scene unit (two render units) high and two wide, two scene units in front of the camera.
             let half = 1.0;
-            let centre = space.to_world(camera.origin) - camera.backward.as_dvec3() * 2.0;
+            let centre = space.to_world(camera.origin).0 - camera.backward.as_dvec3() * 2.0;
             for (x, y, ndc) in [(-1.0, 1.0, (0.0, 0.0)), (1.0, -1.0, (1.0, 1.0)), (0.0, 0.0, (0.5, 0.5))] {
                 let p = centre + camera.right.as_dvec3() * x * 2.0 * half + camera.up.as_dvec3() * y * half;
                 let q = m * p.extend(1.0);

@@ -21,6 +21,7 @@ pub struct Report {
     pub peak_memory_bytes: u64,
     pub bad_samples: u64,
     /// Deliberate biases of the estimate.
+    #[serde(rename = "ledger")]
     pub bias: BiasReport,
     pub triangles: usize,
     pub lights: usize,

@@ -8,7 +8,7 @@ use crate::options::{Orbit, RenderOptions, ViewOptions};
 use crate::say::say;
 use dapple_integrator::camera::{Camera, Projection};
 use dapple_integrator::scene::view::{self, FIELD_OF_VIEW};
-use dapple_integrator::scene::{CameraPose, NamedCamera, Scene};
+use dapple_integrator::scene::{CameraPose, NamedCamera, Scene, WorldPoint};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Maximum number of cameras that an error message lists.
@@ -19,10 +19,11 @@ pub fn view(scene: &Scene, options: &RenderOptions) -> Result<NamedCamera, Failu
     let asked = &options.view;
     let up = asked.up.map_or(DVec3::Y, |up| up.0);
     let yfov = asked.fov.map_or(FIELD_OF_VIEW, f64::to_radians);
-    let centre = || asked.look_at.map_or_else(|| scene.centre(), |at| at.0);
+    let centre = || asked.look_at.map_or_else(|| scene.centre().0, |at| at.0);
     if let Some(Orbit { yaw, pitch, distance }) = asked.orbit {
         let orbit = view::Orbit { yaw: yaw.to_radians(), pitch: pitch.to_radians(), distance };
-        let (centre, radius) = (centre(), distance.map_or_else(|| scene.reach(centre()), |_| 0.0));
+        let (centre, radius) =
+            (centre(), distance.map_or_else(|| scene.reach(WorldPoint(centre())), |_| 0.0));
         return placed(scene, "orbit", &orbit.pose(centre, radius, up, yfov));
     }
     if let Some(from) = asked.look_from {
@@ -83,7 +84,7 @@ fn changed(scene: &Scene, mut camera: Camera, asked: &ViewOptions) -> Result<Cam
         return Ok(camera);
     }
     camera.motion = None;
-    let from = scene.space.to_world(camera.origin);
+    let WorldPoint(from) = scene.space.to_world(camera.origin);
     let ahead = -camera.backward.as_dvec3();
     let axes = match asked.look_at {
         Some(at) => towards("--look-at", from, at.0, asked.up.map_or(DVec3::Y, |up| up.0))?,

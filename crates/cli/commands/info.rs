@@ -115,7 +115,7 @@ fn camera(named: &NamedCamera, scene: &Scene) -> Value {
     let (camera, space) = (&named.camera, &scene.space);
     let vector = |v: glam::Vec3| v.as_dvec3().to_array();
     let mut facts = json!({
-        "name": &*named.name, "position": space.to_world(camera.origin).to_array(),
+        "name": &*named.name, "position": space.to_world(camera.origin).0.to_array(),
         "direction": vector(glam::Vec3::ZERO - camera.backward), "up": vector(camera.up), "aspect": named.aspect,
     });
     match camera.projection {
@@ -124,7 +124,7 @@ fn camera(named: &NamedCamera, scene: &Scene) -> Value {
             facts["yfov_degrees"] = (2.0 * f64::from(tan_half).atan().to_degrees()).into();
         }
         Projection::Orthographic { half_height } => {
-            let height = 2.0 * f64::from(half_height) / space.scale;
+            let height = space.length_to_world(2.0 * f64::from(half_height));
             facts["kind"] = "orthographic".into();
             facts["size"] = json!([height * f64::from(named.aspect.unwrap_or(1.0)), height]);
         }

@@ -3,6 +3,7 @@
 //! A render with clean settings (roulette, no clamp, more bounces than paths take) has an empty report. Counting costs
 //! time only where an event happens.
 
+use dapple_math::ExactSum;
 use dapple_scene::Scene;
 use glam::Vec3;
 
@@ -27,21 +28,26 @@ pub(crate) enum Truncation {
 pub struct Entry {
     /// Number of events.
     pub count: u64,
-    /// Sum of the channel means. For clamped samples: radiance, summed over samples. For truncated paths: their
-    /// throughput, which is the radiance lost if radiance 1 had arrived, because the actual incident radiance is
-    /// unknown.
-    pub energy: f64,
+    /// Sums of the channels; exact, so that the order in which threads and passes add does not matter.
+    sum: ExactSum,
 }
 
 impl Entry {
+    /// Sum of the channel means. For clamped samples: radiance, summed over samples. For truncated paths: their
+    /// throughput, which is the radiance lost if radiance 1 had arrived, because the actual incident radiance is
+    /// unknown. NaN if an event's energy was not finite.
+    pub fn energy(&self) -> f64 {
+        self.sum.value() / 3.0
+    }
+
     fn add(&mut self, energy: Vec3) {
         self.count += 1;
-        self.energy += f64::from(energy.element_sum()) / 3.0;
+        self.sum.add(energy.element_sum());
     }
 
     fn merge(&mut self, other: &Self) {
         self.count += other.count;
-        self.energy += other.energy;
+        self.sum.merge(&other.sum);
     }
 }
 
@@ -83,7 +89,7 @@ impl BiasReport {
 
     /// Energies: clamped, truncated at the maximum number of bounces, faint.
     pub(crate) fn energies(&self) -> [f64; 3] {
-        [self.clamped, self.depth, self.faint].map(|entry| entry.energy)
+        [self.clamped, self.depth, self.faint].map(|entry| entry.energy())
     }
 
     pub(crate) fn cut(&mut self, why: Truncation, throughput: Vec3) {
@@ -128,7 +134,7 @@ mod tests {
         assert_eq!(bias.clamp(Vec3::new(1.0, 2.0, 0.5), 2.0), Vec3::new(1.0, 2.0, 0.5));
         assert!(bias.is_clean());
         assert_eq!(bias.clamp(Vec3::new(8.0, 4.0, 0.0), 2.0), Vec3::new(2.0, 1.0, 0.0));
-        assert_eq!(bias.clamped, Entry { count: 1, energy: 3.0 });
+        assert_eq!((bias.clamped.count, bias.clamped.energy()), (1, 3.0));
         assert!(bias.clamp(Vec3::NAN, 1.0).is_nan());
         assert_eq!(bias.clamp(Vec3::INFINITY, 1.0), Vec3::INFINITY);
         assert_eq!(bias.clamped.count, 1);

@@ -36,6 +36,8 @@ pub(crate) struct Job<'a> {
     pub again: Option<Effect>,
     /// Maximum number of scattering events.
     pub bounces: u32,
+    /// Whether paths are ended by Russian roulette.
+    pub roulette: bool,
     /// Once set, samples in progress end as soon as they can, and their results must be discarded.
     pub stop: Arc<AtomicBool>,
     /// Upper bound of the ray parameter of the near plane along camera rays; 0 where nothing is clipped.
@@ -77,6 +79,7 @@ impl<'a> Job<'a> {
             needs: DimensionsUsed::new(scene, &camera, settings),
             integrals: Integrals::new(scene, &camera, settings),
             bounces: settings.bounces(),
+            roulette: settings.roulette(),
             scene,
             settings,
             sharp,

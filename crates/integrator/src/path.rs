@@ -104,7 +104,7 @@ fn li<V: Visibility, O: PathObserver>(
         }
         ray = if V::PLAIN { next.ray } else { state.arrival.ending(next.ray) };
         if depth >= ROULETTE_FROM
-            && settings.roulette()
+            && job.roulette
             && !state.survives(sample.point_1d(depth, Dimension::Roulette))
         {
             return radiance;

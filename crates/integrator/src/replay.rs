@@ -67,7 +67,7 @@ impl PathObserver for Recorder<'_> {
             kind: "surface".into(),
             object: object.name.to_string(),
             material: self.scene.materials[object.material as usize].name.clone(),
-            p: self.scene.space.to_world(vertex.surface.p),
+            p: self.scene.space.to_world(vertex.surface.p).0,
             n: vertex.frame.z,
             lobe: String::new(),
             pdf: 0.0,

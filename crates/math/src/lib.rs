@@ -5,6 +5,7 @@
 //! - [`Motion`], [`motion::Pose`], [`motion::Track`]: key-framed node transforms and their inverses, in f64.
 //! - [`offset`]: bounds of rounding errors (γₙ), and ray origins that avoid self-intersection without an epsilon.
 //! - [`Aabb`]: axis-aligned bounding boxes.
+//! - [`ExactSum`]: sums that do not depend on the order of summation.
 //! - [`Image`], [`PixelRect`]: images in linear colour, and rectangles of pixels.
 //!
 //! The crate does not depend on surfaces, lights, materials or files. [`glam`] is re-exported because its vectors are
@@ -12,6 +13,7 @@
 #![forbid(unsafe_code)]
 
 pub mod aabb;
+pub mod exact_sum;
 pub mod frame;
 pub mod image;
 pub mod motion;
@@ -21,6 +23,7 @@ pub mod rect;
 pub mod vector;
 
 pub use aabb::Aabb;
+pub use exact_sum::ExactSum;
 pub use frame::Frame;
 pub use glam;
 pub use image::Image;

@@ -5,7 +5,9 @@
 //! priority the one with the smaller bounding volume, then the one with the lower node index. Bodies are stored in that
 //! order, highest precedence first, so that the medium at a point is that of the lowest index among the bodies that
 //! contain the point, regardless of the path by which it was reached.
-use crate::{Object, Space, TexturedMaterial, Warning, builder::Placed, error::quoted, exposure::Exposure};
+use crate::{
+    Object, Space, TexturedMaterial, Warning, WorldPoint, builder::Placed, error::quoted, exposure::Exposure,
+};
 use glam::{DVec3, Vec3};
 
 /// Maximum number of warnings about bodies.
@@ -123,7 +125,8 @@ impl Finder {
                     "the primitives of '{name}' bound one volume, but differ in ior, attenuation or priority: the first one is used; give each volume a mesh node of its own"
                 )));
             }
-            let render = world.map(|(lo, hi)| (space.to_render(lo), space.to_render(hi)));
+            let render =
+                world.map(|(lo, hi)| (space.to_render(WorldPoint(lo)), space.to_render(WorldPoint(hi))));
             let moving = whole(i).map(|(lo, hi)| (lo.as_vec3(), hi.as_vec3()));
             bodies.bounds = bodies.bounds.into_iter().chain(moving.or(render)).reduce(union);
         }

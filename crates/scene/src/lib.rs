@@ -48,7 +48,7 @@ pub use material::{AlphaMode, TextureUse, TexturedMaterial};
 pub use object::Object;
 pub use reads::Reads;
 pub use scene::{NamedCamera, Scene, Shading};
-pub use space::{Placement, Space};
+pub use space::{Placement, Space, WorldPoint};
 pub use survey::{Survey, Unread};
 
 #[cfg(doctest)]

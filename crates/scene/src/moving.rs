@@ -6,7 +6,7 @@ use crate::attributes::for_material;
 use crate::builder::Body;
 use crate::exposure::Exposure;
 use crate::form::{Form, Movement};
-use crate::{Placement, SceneBuilder, Space, TexturedMaterial, bake};
+use crate::{Placement, SceneBuilder, Space, TexturedMaterial, WorldPoint, bake};
 use dapple_camera::{Camera, Shutter};
 use dapple_geometry::{AccelBuilder, Mesh};
 use dapple_math::Motion;
@@ -90,7 +90,7 @@ impl Own {
     /// unit scale (docs/science.md, "Render space").
     fn new(mesh: &Mesh, material: &TexturedMaterial) -> Self {
         let bounds = bake::bounds(mesh, &Placement::IDENTITY);
-        let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));
+        let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(WorldPoint(min), WorldPoint(max)));
         let baked = bake::bake(mesh, &Placement::IDENTITY, &space);
         let bounds = bake::bounds(&baked.mesh, &Placement::IDENTITY);
         Self {

@@ -2,7 +2,7 @@
 //!
 //! Units are radiometric, per channel: W/sr and W/m² (see [`crate::light_unit`] for those of files). Irradiance I/d²
 //! does not depend on the unit of length, so I is multiplied by scale² in render space.
-use crate::{Space, exposure::Exposure};
+use crate::{Space, WorldPoint, exposure::Exposure};
 use dapple_lights::{Distant, Light, Moving, Point, Spot};
 use dapple_math::motion::Chain;
 use glam::{DVec3, Vec3};
@@ -44,7 +44,7 @@ impl Punctual {
 
     fn to_render(self, space: &Space) -> Result<Option<Light>, &'static str> {
         self.strengths(space)?.map_or(Ok(None), |strength| {
-            let p = |p| place(space.to_render(p));
+            let p = |p| place(space.to_render(WorldPoint(p)));
             self.light(strength, p).map(Some)
         })
     }

@@ -6,6 +6,11 @@
 //! power of two, has a bit-identical render space.
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
+/// A point in world space: the units of the file, or of the builder, in f64. Points in render space are plain vectors,
+/// mostly [`Vec3`]; [`Space`] converts between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WorldPoint(pub DVec3);
+
 /// Golden-ratio offset of the rounding boundary of the centre. Centres of real scenes are mostly round numbers; with a
 /// boundary half way between grid points, the rounding errors of a far translation could change the result.
 const ROUNDING: f64 = 0.618_033_988_749_895;
@@ -25,7 +30,7 @@ impl Space {
 
     /// Space in which the box from `min` to `max` is around the origin and has a diagonal in [256, 512). The scale is 1
     /// for a box without extent. Both corners must be finite.
-    pub fn fit(min: DVec3, max: DVec3) -> Self {
+    pub fn fit(WorldPoint(min): WorldPoint, WorldPoint(max): WorldPoint) -> Self {
         let size = (max - min).max(DVec3::ZERO);
         let largest = size.max_element();
         let scale = if largest > 0.0 {
@@ -38,13 +43,23 @@ impl Space {
     }
 
     /// Transforms a world-space point to render space.
-    pub fn to_render(&self, p: DVec3) -> Vec3 {
-        ((p - self.centre) * self.scale).as_vec3()
+    pub fn to_render(&self, p: WorldPoint) -> Vec3 {
+        self.to_render_f64(p).as_vec3()
+    }
+
+    /// Transforms a world-space point to render space without rounding to f32.
+    pub fn to_render_f64(&self, WorldPoint(p): WorldPoint) -> DVec3 {
+        (p - self.centre) * self.scale
     }
 
     /// Transforms a render-space point to world space.
-    pub fn to_world(&self, p: Vec3) -> DVec3 {
-        p.as_dvec3() / self.scale + self.centre
+    pub fn to_world(&self, p: Vec3) -> WorldPoint {
+        self.to_world_f64(p.as_dvec3())
+    }
+
+    /// Transforms a render-space point in f64, such as a mean of points, to world space.
+    pub fn to_world_f64(&self, p: DVec3) -> WorldPoint {
+        WorldPoint(p / self.scale + self.centre)
     }
 
     /// Transform from world to render space.
@@ -57,6 +72,11 @@ impl Space {
     pub(crate) fn to_world_affine(self) -> DAffine3 {
         let scale = DMat3::from_diagonal(DVec3::splat(1.0 / self.scale));
         DAffine3 { matrix3: scale, translation: self.centre }
+    }
+
+    /// Converts a length in render units to world units.
+    pub fn length_to_world(&self, length: f64) -> f64 {
+        length / self.scale
     }
 
     /// Converts a world-space length to render units.
@@ -142,9 +162,10 @@ mod tests {
     fn the_diagonal_lands_between_256_and_512() {
         for k in -40..40 {
             let side = 1.37 * libm::exp2(k as f64 * 0.91);
-            let space = Space::fit(DVec3::splat(-side), DVec3::splat(side));
-            let diagonal =
-                (space.to_render(DVec3::splat(side)) - space.to_render(DVec3::splat(-side))).length();
+            let space = Space::fit(WorldPoint(DVec3::splat(-side)), WorldPoint(DVec3::splat(side)));
+            let diagonal = (space.to_render(WorldPoint(DVec3::splat(side)))
+                - space.to_render(WorldPoint(DVec3::splat(-side))))
+            .length();
             assert!((256.0..512.0).contains(&diagonal), "{side}: {diagonal}");
             assert_eq!(libm::frexp(space.scale).0, 0.5, "power of two");
         }
@@ -152,25 +173,28 @@ mod tests {
 
     #[test]
     fn round_sizes_do_not_flip() {
-        let a = Space::fit(DVec3::ZERO, DVec3::new(0.6, 0.8, 0.0));
-        let b = Space::fit(DVec3::splat(1e5), DVec3::splat(1e5) + DVec3::new(0.6, 0.8, 0.0));
+        let a = Space::fit(WorldPoint(DVec3::ZERO), WorldPoint(DVec3::new(0.6, 0.8, 0.0)));
+        let b = Space::fit(
+            WorldPoint(DVec3::splat(1e5)),
+            WorldPoint(DVec3::splat(1e5) + DVec3::new(0.6, 0.8, 0.0)),
+        );
         assert_eq!(a.scale, 256.0);
         assert_eq!(b.scale, 256.0);
     }
 
     #[test]
     fn a_point_keeps_unit_scale() {
-        let space = Space::fit(DVec3::splat(3.0), DVec3::splat(3.0));
+        let space = Space::fit(WorldPoint(DVec3::splat(3.0)), WorldPoint(DVec3::splat(3.0)));
         assert_eq!(space.scale, 1.0);
-        assert_eq!(space.to_render(DVec3::splat(3.0)), Vec3::ZERO);
+        assert_eq!(space.to_render(WorldPoint(DVec3::splat(3.0))), Vec3::ZERO);
     }
 
     #[test]
     fn extremes_stay_finite() {
         for size in [5e-324, 1e-300, 1e-45, 1e38, 1e300] {
-            let space = Space::fit(DVec3::splat(-size), DVec3::splat(size));
+            let space = Space::fit(WorldPoint(DVec3::splat(-size)), WorldPoint(DVec3::splat(size)));
             assert!(space.scale.is_finite() && space.scale > 0.0 && space.centre.is_finite());
-            assert!(space.to_render(DVec3::splat(size)).is_finite());
+            assert!(space.to_render(WorldPoint(DVec3::splat(size))).is_finite());
         }
     }
 
@@ -182,7 +206,7 @@ mod tests {
             let root = Placement::from(DAffine3::from_translation(DVec3::splat(t)));
             let placement = root.child(&local);
             let ends = [placement.point(-corner), placement.point(corner)];
-            let space = Space::fit(ends[0].min(ends[1]), ends[0].max(ends[1]));
+            let space = Space::fit(WorldPoint(ends[0].min(ends[1])), WorldPoint(ends[0].max(ends[1])));
             (0..1000)
                 .map(|i| space.place(&placement, corner * (i as f64 / 999.0)).as_vec3().to_array())
                 .collect::<Vec<_>>()
@@ -196,17 +220,18 @@ mod tests {
     fn scaling_by_a_power_of_two_leaves_no_trace() {
         let (min, max) = (DVec3::new(-0.3, 0.1, 2.0), DVec3::new(1.9, 0.7, 2.2));
         let p = DVec3::new(0.123, 0.456, 2.1);
-        let a = Space::fit(min, max).to_render(p);
+        let a = Space::fit(WorldPoint(min), WorldPoint(max)).to_render(WorldPoint(p));
         for k in [-40, -3, 1, 17] {
             let s = libm::ldexp(1.0, k);
-            assert_eq!(a, Space::fit(min * s, max * s).to_render(p * s));
+            assert_eq!(a, Space::fit(WorldPoint(min * s), WorldPoint(max * s)).to_render(WorldPoint(p * s)));
         }
     }
 
     #[test]
     fn there_and_back() {
-        let space = Space::fit(DVec3::new(10.0, 20.0, 30.0), DVec3::new(11.0, 21.5, 30.2));
+        let space =
+            Space::fit(WorldPoint(DVec3::new(10.0, 20.0, 30.0)), WorldPoint(DVec3::new(11.0, 21.5, 30.2)));
         let p = DVec3::new(10.25, 20.5, 30.125);
-        assert_eq!(space.to_world(space.to_render(p)), p);
+        assert_eq!(space.to_world(space.to_render(WorldPoint(p))), WorldPoint(p));
     }
 }

@@ -1,5 +1,5 @@
 //! Views that the user defines by position and direction instead of a camera of the scene.
-use crate::{CameraPose, Scene};
+use crate::{CameraPose, Scene, WorldPoint};
 use dapple_camera::{Camera, Projection};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -67,15 +67,15 @@ pub fn axes_towards(from: DVec3, at: DVec3, up: DVec3) -> Option<DMat3> {
 }
 
 impl Scene {
-    /// Centre of the scene's bounding box, in world units.
-    pub fn centre(&self) -> DVec3 {
+    /// Centre of the scene's bounding box.
+    pub fn centre(&self) -> WorldPoint {
         let middle = self.accel.bounds().map(|(min, max)| (min.as_dvec3() + max.as_dvec3()) * 0.5);
-        middle.unwrap_or(DVec3::ZERO) / self.space.scale + self.space.centre
+        self.space.to_world_f64(middle.unwrap_or(DVec3::ZERO))
     }
 
     /// Largest distance from a world-space point to any point of the scene, in world units.
-    pub fn reach(&self, from: DVec3) -> f64 {
-        let from = (from - self.space.centre) * self.space.scale;
+    pub fn reach(&self, from: WorldPoint) -> f64 {
+        let from = self.space.to_render_f64(from);
         let Some((min, max)) = self.accel.bounds() else { return 0.0 };
         let corner = |i: u32| {
             let of = |axis: usize| if i >> axis & 1 == 0 { min[axis] } else { max[axis] };
@@ -88,7 +88,7 @@ impl Scene {
         // For static meshes the corners give a tighter bound than the bounding box.
         let is_known = self.survey.shapes == 0 && !self.accel.has_motion();
         let radius = if is_known { outermost(&mut self.corners()) } else { of_box };
-        radius.min(of_box) / self.space.scale
+        self.space.length_to_world(radius.min(of_box))
     }
 
     /// Corners of all triangles, in render space.

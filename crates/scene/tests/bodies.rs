@@ -5,7 +5,7 @@ mod file;
 
 use dapple_geometry::Mesh;
 use dapple_materials::Material;
-use dapple_scene::{Scene, SceneBuilder, SceneError, TexturedMaterial, gltf};
+use dapple_scene::{Scene, SceneBuilder, SceneError, TexturedMaterial, WorldPoint, gltf};
 use file::{File, json};
 use glam::{DAffine3, DVec3, Vec3};
 use serde_json::Value;
@@ -62,7 +62,7 @@ fn the_strongest_body_comes_first() {
     let iors: Vec<f32> = scene.bodies.all.iter().map(|body| body.ior).collect();
     assert_eq!(iors, [1.3, 1.2, 1.2, 1.2, 1.2, 1.1]);
     let (lo, hi) = scene.bodies.bounds.unwrap();
-    let corner = scene.space.to_render(DVec3::new(12.0, 0.0, 0.0));
+    let corner = scene.space.to_render(WorldPoint(DVec3::new(12.0, 0.0, 0.0)));
     assert!(hi.x >= corner.x && hi.x - corner.x < 1e-4 * (hi.x - lo.x) && lo.x < hi.x);
 }
 

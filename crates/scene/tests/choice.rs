@@ -37,7 +37,7 @@ fn refused(file: &File, choice: gltf::Choice) -> String {
 }
 
 fn corner(scene: &Scene, object: u32) -> DVec3 {
-    scene.space.to_world(scene.accel.corners(object, 0)[0])
+    scene.space.to_world(scene.accel.corners(object, 0)[0]).0
 }
 
 fn info(file: &File, options: &gltf::Options) -> Result<gltf::Info, SceneError> {
@@ -213,7 +213,7 @@ fn animations_alone_and_together() {
     // The second corner of each square, which rotates.
     let second = |animation: &str, object: u32| {
         let scene = load(&file, choice("", "", animation), 1.0);
-        let p = scene.space.to_world(scene.accel.corners(object, 0)[1]);
+        let p = scene.space.to_world(scene.accel.corners(object, 0)[1]).0;
         (p.x.round(), p.y.round())
     };
     for (animation, first_node, second_node) in [

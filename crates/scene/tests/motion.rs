@@ -4,7 +4,7 @@ mod file;
 
 use dapple_camera::Shutter;
 use dapple_lights::{AreaShape, Light};
-use dapple_scene::{Scene, gltf};
+use dapple_scene::{Scene, WorldPoint, gltf};
 use file::{File, json};
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use std::path::Path;
@@ -111,7 +111,7 @@ fn a_chain_is_composed_at_every_time() {
     for i in 0..=40 {
         let since = 2.0 * i as f32 / 40.0;
         let hand = hand(AT + SHUTTER.open + f64::from(since));
-        let world = |p: Vec3| scene.space.to_world(p);
+        let world = |p: Vec3| scene.space.to_world(p).0;
         let corners = scene.accel.corners_at(0, 0, since);
         near(world(corners[1]), hand.transform_point3(DVec3::new(1.5, 0.0, 0.0)));
         let camera = scene.cameras[0].camera.at(since);
@@ -145,12 +145,12 @@ fn at_the_opening_it_is_the_picture_of_an_instant() {
     assert_eq!(open.space, still.space);
     assert_eq!(open.accel.corners(2, 1), still.accel.corners(2, 1));
     near(
-        open.space.to_world(open.accel.corners(0, 1)[2]),
-        still.space.to_world(still.accel.corners(0, 1)[2]),
+        open.space.to_world(open.accel.corners(0, 1)[2]).0,
+        still.space.to_world(still.accel.corners(0, 1)[2]).0,
     );
     let (a, b) = (&open.cameras[0].camera, &still.cameras[0].camera);
     assert!(a.motion.is_some() && b.motion.is_none());
-    near(open.space.to_world(a.origin), still.space.to_world(b.origin));
+    near(open.space.to_world(a.origin).0, still.space.to_world(b.origin).0);
     let rays = [a.at(0.0), b.clone()].map(|c| c.ray((3, 4), Vec2::splat(0.5), (8, 8), Vec2::ZERO));
     near(rays[0].d.as_dvec3(), rays[1].d.as_dvec3());
 }
@@ -162,7 +162,7 @@ fn lights_that_move_can_be_chosen_wherever_they_go() {
     let choice = scene.light_choice.as_ref().unwrap();
     for i in 0..200 {
         let hand = hand(AT + SHUTTER.open + 0.01 * f64::from(i));
-        let p = scene.space.to_render(hand.transform_point3(DVec3::new(1.0, 0.5, 0.2)));
+        let p = scene.space.to_render(WorldPoint(hand.transform_point3(DVec3::new(1.0, 0.5, 0.2))));
         let n = hand.transform_vector3(-DVec3::Z).normalize().as_vec3();
         let all: f32 = (0..scene.lights.len()).map(|light| choice.pmf(p, n, light)).sum();
         assert!((all - 1.0).abs() < 1e-5);

@@ -5,7 +5,8 @@ use dapple_imaging::{Interpolation, Sampler, Texture, read::Rgba8, texture::Enco
 use dapple_lights::{AreaShape, Environment, Light, LightPoint};
 use dapple_math::Ray;
 use dapple_scene::{
-    AlphaMode, CameraPose, Scene, SceneBuilder, TextureUse, TexturedMaterial, builtin, builtin::NAMES,
+    AlphaMode, CameraPose, Scene, SceneBuilder, TextureUse, TexturedMaterial, WorldPoint, builtin,
+    builtin::NAMES,
 };
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
@@ -46,7 +47,7 @@ fn scene_of_mesh(
 
 /// The hit of a ray from `from` (world space) along `d`.
 fn shoot(scene: &Scene, from: DVec3, d: Vec3) -> (Hit, Surface) {
-    let ray = Ray::new(scene.space.to_render(from), d);
+    let ray = Ray::new(scene.space.to_render(WorldPoint(from)), d);
     let hit = scene.accel.intersect(&ray, 0.0, &Opaque).expect("a hit");
     (hit, scene.accel.surface(&ray, 0.0, &hit))
 }

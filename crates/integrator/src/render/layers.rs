@@ -167,14 +167,14 @@ fn places(rect: PixelRect, tiles: &[Tile]) -> impl Iterator<Item = Option<DVec3>
 
 /// Position in world space; zero where nothing was hit.
 fn position(job: &Job<'_>, at: Option<DVec3>) -> DVec3 {
-    at.map_or(DVec3::ZERO, |at| at / job.scene.space.scale + job.scene.space.centre)
+    at.map_or(DVec3::ZERO, |at| job.scene.space.to_world_f64(at).0)
 }
 
 /// Distance along the view axis in scene units; infinite where nothing was hit.
 fn depth(job: &Job<'_>, at: Option<DVec3>) -> f32 {
     let Some(at) = at else { return f32::INFINITY };
     let from_camera = at - job.camera.origin.as_dvec3();
-    (-from_camera.dot(job.camera.backward.as_dvec3()) / job.scene.space.scale) as f32
+    job.scene.space.length_to_world(-from_camera.dot(job.camera.backward.as_dvec3())) as f32
 }
 
 fn rgb(name: &str, picture: &Image) -> Layer {

@@ -2,7 +2,7 @@
 use super::{CameraPose, Geometry, SceneBuilder, placed::Placed};
 use crate::{
     AlphaMode, NamedCamera, Object, Scene, SceneError, SharedPlaces, Space, Survey, TexturedMaterial,
-    Warning,
+    Warning, WorldPoint,
     attributes::for_material,
     bake,
     bodies::Finder,
@@ -45,7 +45,7 @@ impl SceneBuilder {
         self.strip_emission();
         let constant_textures = constants::fold(&mut self.materials, &mut self.textures);
         let bounds = self.bounds()?;
-        let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(min, max));
+        let space = bounds.map_or(Space::IDENTITY, |(min, max)| Space::fit(WorldPoint(min), WorldPoint(max)));
         self.simplify_alpha();
         channels::drop_others(&self.materials, &mut self.textures, &self.reads);
         let mut cameras = self.cameras(&space)?;
@@ -275,12 +275,12 @@ impl Assembly<'_> {
                 form
             }
             Geometry::Sphere { centre, radius } => {
-                let (centre, radius) = (space.to_render(centre), space.length_to_render(radius));
+                let (centre, radius) = (space.to_render(WorldPoint(centre)), space.length_to_render(radius));
                 self.accel.add_sphere(Sphere { centre, radius });
                 Form::Sphere { centre, radius }
             }
             Geometry::Disk { centre, normal, radius } => {
-                let (centre, radius) = (space.to_render(centre), space.length_to_render(radius));
+                let (centre, radius) = (space.to_render(WorldPoint(centre)), space.length_to_render(radius));
                 let normal = normal.normalize().as_vec3();
                 self.accel.add_disk(Disk { centre, normal, radius });
                 Form::Disk { centre, normal, radius }

@@ -1,5 +1,5 @@
 //! World-space pose of a camera, and its conversion to render space.
-use crate::Space;
+use crate::{Space, WorldPoint};
 use dapple_camera::{Camera, Clip, Projection, camera::axes};
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -39,7 +39,7 @@ impl CameraPose {
         let Some((right, up, backward)) = axes(&self.transform.matrix3) else {
             return Err("has no viewing direction: its transform is singular or not finite");
         };
-        let origin = space.to_render(self.transform.translation);
+        let origin = space.to_render(WorldPoint(self.transform.translation));
         let projection = match self.projection {
             Projection::Orthographic { half_height } => {
                 Projection::Orthographic { half_height: space.length_to_render(f64::from(half_height)) }

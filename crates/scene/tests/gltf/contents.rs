@@ -30,7 +30,7 @@ fn shapes_lights_and_cameras_arrive() {
     assert_eq!(scene.survey.shapes, 2);
     let camera = &scene.cameras[0];
     assert_eq!((&*camera.name, camera.aspect), ("eye", Some(1.5)));
-    assert_near(scene.space.to_world(camera.camera.origin), DVec3::new(0.0, 1.0, 8.0));
+    assert_near(scene.space.to_world(camera.camera.origin).0, DVec3::new(0.0, 1.0, 8.0));
     let kinds: Vec<&str> = scene
         .lights
         .iter()

@@ -49,7 +49,7 @@ fn error(file: &File) -> String {
 
 /// World-space corners of a triangle.
 fn corners(scene: &Scene, object: u32, primitive: u32) -> [DVec3; 3] {
-    scene.accel.corners(object, primitive).map(|p| scene.space.to_world(p))
+    scene.accel.corners(object, primitive).map(|p| scene.space.to_world(p).0)
 }
 
 fn assert_near(a: DVec3, b: DVec3) {

@@ -210,7 +210,7 @@ fn compare(tally: &mut Tally, effort: Effort) -> Result<(), SceneError> {
             let ray: Ray = scene.cameras[0].camera.ray((x, y), half, (side, side), half);
             let hit = scene.accel.intersect(&ray, 0.0, &Opaque)?;
             let p = scene.accel.surface(&ray, 0.0, &hit).p;
-            (hit.object == 0).then(|| (hit.primitive, scene.space.to_world(p)))
+            (hit.object == 0).then(|| (hit.primitive, scene.space.to_world(p).0))
         };
         match (hit(&alone), hit(&whole)) {
             (Some((_, a)), Some((_, b))) => {

@@ -11,7 +11,7 @@ use dapple_integrator::lights::Environment;
 use dapple_integrator::materials::Material;
 use dapple_integrator::math::Ray;
 use dapple_integrator::sampling::Moments;
-use dapple_integrator::scene::{Scene, SceneError, TextureUse, TexturedMaterial};
+use dapple_integrator::scene::{Scene, SceneError, TextureUse, TexturedMaterial, WorldPoint};
 use dapple_integrator::settings::MethodKind;
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
@@ -197,7 +197,7 @@ fn frames(tally: &mut Tally, scene: &Scene, what: &str, effort: Effort) {
     let (mut noise, mut worst) = (Noise(61), 0.0f64);
     for _ in 0..effort.of(20, 500, 20_000) {
         let p = noise.cube();
-        let o = scene.space.to_render(DVec3::new(f64::from(p.x), 1.0, f64::from(p.z)));
+        let o = scene.space.to_render(WorldPoint(DVec3::new(f64::from(p.x), 1.0, f64::from(p.z))));
         let ray = Ray::new(o, Vec3::NEG_Y);
         let Some(hit) = scene.accel.intersect(&ray, 0.0, &Opaque) else { continue };
         let surface = scene.accel.surface(&ray, 0.0, &hit);
