@@ -146,7 +146,7 @@ fn exr_says_how_it_was_made() {
     render(folder.path(), &["-o", "a.exr", "--threads", "1", "--seed", "5"]);
     let layers = layers(&folder.path().join("a.exr"));
     let keys: Vec<&str> = layers.metadata.iter().map(|(key, _)| key.as_str()).collect();
-    for key in ["worldToCamera", "worldToNDC", "software", "spp", "seed", "settings"] {
+    for key in ["worldToCamera", "worldToNDC", "software", "bits", "spp", "seed", "settings"] {
         assert!(keys.contains(&key), "{key} is missing from {keys:?}");
     }
     let text = format!("{:?}", layers.metadata);

@@ -9,7 +9,7 @@ use dapple_integrator::camera::{Camera, Projection, Shutter};
 use dapple_integrator::imaging::picture::MetaValue;
 use dapple_integrator::sampling::SampleSet;
 use dapple_integrator::scene::{NamedCamera, Scene, Space, WorldPoint};
-use dapple_integrator::{Combine, Effect, MethodKind, Settings, Stats};
+use dapple_integrator::{BITS, Combine, Effect, MethodKind, Settings, Stats};
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
 /// Returns all attributes of a render.
@@ -28,6 +28,7 @@ pub fn attributes(
         ("worldToCamera".into(), matrix(to_camera)),
         ("worldToNDC".into(), matrix(to_ndc)),
         ("software".into(), text(format!("dapple {}", env!("CARGO_PKG_VERSION")))),
+        ("bits".into(), MetaValue::Int(BITS)),
         ("spp".into(), MetaValue::Int(i32::try_from(stats.spp).unwrap_or(i32::MAX))),
         ("seed".into(), text(settings.seed.to_string())),
         ("settings".into(), text(settings_text(options, settings, stats, view, scene))),

@@ -16,7 +16,7 @@ use crate::medium::{Boundary, MediumStack};
 use crate::observer::{PathObserver, cut_short};
 use crate::sample::Sample;
 use crate::scatter::Scattered;
-use crate::settings::ROULETTE_FROM;
+use crate::settings::{ROULETTE_FROM, ROULETTE_SCALE};
 use crate::shared_place;
 use crate::trace_context::TraceContext;
 use crate::vertex::Vertex;
@@ -270,7 +270,7 @@ impl PathState {
     }
 
     fn survives(&mut self, u: f32) -> bool {
-        let q = (self.beta * self.eta).max_element().min(1.0);
+        let q = (ROULETTE_SCALE * (self.beta * self.eta).max_element()).min(1.0);
         if u >= q {
             return false;
         }

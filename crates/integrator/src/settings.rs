@@ -17,7 +17,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// Number of bounces before Russian roulette begins.
-pub(crate) const ROULETTE_FROM: u32 = 3;
+pub(crate) const ROULETTE_FROM: u32 = 2;
+
+/// Survival probability of Russian roulette per unit of throughput (docs/science.md, "Russian roulette").
+pub(crate) const ROULETTE_SCALE: f32 = 4.0;
 
 /// The integrator, with the settings that only it has.
 #[derive(Clone, Debug)]

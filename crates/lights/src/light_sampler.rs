@@ -70,6 +70,9 @@ impl LightSampler {
     /// Selects a light for a receiver at `p` with normal `n` on the side from which light is received (zero: no normal,
     /// any side), with `uc` in \[0,1). The field `u` of the result is `uc` rescaled to \[0,1).
     pub fn sample(&self, p: Vec3, n: Vec3, uc: f32) -> Option<Choice> {
+        if let &[light] = &*self.lights {
+            return Some(Choice { index: light as usize, pmf: 1.0, u: uc });
+        }
         let uc = refined(uc, p);
         let (count, even) = (self.lights.len(), self.even);
         let receiver = self.receiver(p, n);
@@ -89,6 +92,7 @@ impl LightSampler {
     pub fn pmf(&self, p: Vec3, n: Vec3, light: usize) -> f32 {
         match self.slots.get(light) {
             None | Some(&NEVER) => 0.0,
+            Some(_) if self.lights.len() == 1 => 1.0,
             Some(&slot) => {
                 let by_importance = self.importance_pmf(&self.receiver(p, n), p, n, slot as usize);
                 (self.even / self.lights.len() as f64 + (1.0 - self.even) * by_importance) as f32

@@ -74,17 +74,26 @@ fn alone(side: u32, spp: u32) -> Settings {
     }
 }
 
+/// In a closed room: number of reflections before the first roulette that can end a path, and its survival
+/// probability.
+fn first_roulette(albedo: f64) -> (f64, f64) {
+    let before = f64::max(3.0, (0.25f64.ln() / albedo.ln()).floor() + 1.0);
+    (before, 4.0 * albedo.powf(before))
+}
+
 fn long(effort: Effort) -> Outcome {
     let mut tally = Tally::default();
     let Ok(scene) = furnace(0.9999) else { return tally.finish() };
     let albedo = f64::from(0.9999f32);
     let exact = 1.0 / (1.0 - albedo);
+    let (before, first) = first_roulette(albedo);
+    let exact_rays = before + first * exact;
     let outcome = run(&scene, &alone(16, effort.of(2, 40, 4000)));
     let m = moments(&outcome);
     tally.mean("radiance", &m, exact, effort.of(0.1, 0.02, 0.002));
     let per_path = outcome.stats.rays as f64 / outcome.stats.samples as f64;
     let error = exact / (outcome.stats.samples as f64).sqrt();
-    tally.within("rays per path", per_path, exact, 4.0 * error);
+    tally.within("rays per path", per_path, exact_rays, 4.0 * error);
     tally.finish()
 }
 
@@ -96,12 +105,12 @@ fn variance(effort: Effort) -> Outcome {
         let outcome = run(&scene, &alone(effort.of(16, 64, 64), spp));
         let variances: Moments =
             outcome.film.variance().pixels.iter().map(|p| f64::from(p.x) * f64::from(spp)).collect();
-        // The first roulette, after four reflections, survives with probability ρ⁴ and leaves a throughput of 1; every
-        // later one with q = ρ, the case of the law in which the number of vertices is geometric.
+        // Survivors of the first roulette have a throughput of ¼; every later roulette has q = ρ, the case of the law in
+        // which the number of vertices is geometric.
         let rho = f64::from(albedo);
         let later = roulette_variance(rho, rho);
-        let (alive, mean) = (rho.powi(4), 1.0 / (1.0 - rho));
-        let exact = alive * later + alive * (1.0 - alive) * mean * mean;
+        let ((_, alive), mean) = (first_roulette(rho), 1.0 / (1.0 - rho));
+        let exact = (alive * later + alive * (1.0 - alive) * mean * mean) / 16.0;
         let what = format!("variance at albedo {albedo}");
         tally.mean(&*what, &variances, exact, effort.of(0.2, 0.0125, 0.005));
         tally.mean(format!("mean at albedo {albedo}"), &moments(&outcome), mean, effort.of(0.2, 0.02, 0.01));

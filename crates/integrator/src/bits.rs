@@ -1,0 +1,10 @@
+//! The version of the sample values.
+
+/// Increases whenever a render of the same scene, settings and seed can give other bits than before, so that samples of
+/// different versions are never combined unnoticed. It is written into the metadata of images.
+///
+/// | version | change |
+/// |---|---|
+/// | 1 | the first version |
+/// | 2 | Russian roulette from the third reflection on, with four times the throughput as survival probability |
+pub const BITS: i32 = 2;

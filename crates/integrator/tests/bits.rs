@@ -1,0 +1,34 @@
+//! Pins the bits of small images, so that [`BITS`] increases whenever they change.
+
+use dapple_integrator::{BITS, MethodKind, Settings, render};
+use dapple_scene::builtin::{NAMES, builtin};
+use std::ops::ControlFlow;
+
+/// FNV-1a over the bits of all pixels of both integrators.
+fn hash(name: &str) -> u64 {
+    let scene = builtin(name).unwrap().build().unwrap();
+    let mut hash = 0xcbf2_9ce4_8422_2325u64;
+    for method in [MethodKind::Path, MethodKind::Distribution] {
+        let settings = Settings { size: (12, 9), seed: 7, ..Settings::default() };
+        let settings = settings.with_method(method).with_spp(4);
+        let outcome = render(&scene, &scene.cameras[0].camera, &settings, &|_| ControlFlow::Continue(()));
+        for pixel in &outcome.film.mean().pixels {
+            for byte in pixel.to_array().into_iter().flat_map(|x| x.to_bits().to_le_bytes()) {
+                hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+            }
+        }
+    }
+    hash
+}
+
+/// If this test fails although the sample values were meant to stay, they have changed. If they were meant to change,
+/// increase [`BITS`], describe the change there and in the changelog, and replace the hashes.
+#[test]
+fn images_have_the_bits_of_this_version() {
+    let found: Vec<(&str, u64)> = NAMES.iter().map(|(name, _)| (*name, hash(name))).collect();
+    let list: String =
+        found.iter().map(|(name, hash)| format!("    (\"{name}\", {hash:#018x}),\n")).collect();
+    assert_eq!((BITS, found), (2, HASHES.to_vec()), "the images now have:\n{list}");
+}
+
+const HASHES: &[(&str, u64)] = &[];
