@@ -11,7 +11,7 @@ const PINNED: [(&str, &[&str], &[&str]); 12] = [
     (
         "dapple-imaging",
         &["dapple-math", "gethostname", "glam", "libm", "tempfile", "thiserror"],
-        &["exr", "half", "image", "rayon"],
+        &["ab_glyph", "exr", "half", "image", "rayon"],
     ),
     ("dapple-materials", &["dapple-sampling", "glam", "libm"], &[]),
     ("dapple-lights", &["dapple-math", "dapple-sampling", "glam", "libm"], &[]),
@@ -53,7 +53,17 @@ const PINNED: [(&str, &[&str], &[&str]); 12] = [
     ),
     (
         "dapple-analysis",
-        &["base64", "dapple-imaging", "dapple-integrator", "glam", "libm", "serde", "statrs", "thiserror"],
+        &[
+            "base64",
+            "dapple-imaging",
+            "dapple-integrator",
+            "glam",
+            "libm",
+            "maud",
+            "serde",
+            "statrs",
+            "thiserror",
+        ],
         &[],
     ),
     ("dapple-verify", &["dapple-analysis", "dapple-integrator", "glam", "libm", "serde"], &[]),
@@ -75,7 +85,7 @@ const PINNED: [(&str, &[&str], &[&str]); 12] = [
             "tracing",
             "tracing-subscriber",
         ],
-        &["clap_complete", "clap_mangen", "dapple-analysis", "dapple-verify", "rustix"],
+        &["clap_complete", "clap_mangen", "dapple-analysis", "dapple-verify", "maud", "rustix"],
     ),
 ];
 
@@ -88,7 +98,7 @@ const FEATURES: [(&str, &[&str]); 6] = [
     ("exr", &["exr"]),
     ("png", &["image", "png", "zune-jpeg", "image-webp"]),
     ("parallel", &["rayon", "rayon-core"]),
-    ("report", &["base64", "dapple-analysis", "dapple-verify"]),
+    ("report", &["ab_glyph", "base64", "dapple-analysis", "dapple-verify", "maud"]),
     ("manual", &["clap_complete", "clap_mangen", "roff"]),
 ];
 

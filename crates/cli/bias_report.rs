@@ -14,7 +14,7 @@ pub struct Line {
 
 impl From<Entry> for Line {
     fn from(entry: Entry) -> Self {
-        Self { count: entry.count, energy: Some(entry.energy()).filter(|e| e.is_finite()) }
+        Self { count: entry.count, energy: Some(entry.energy).filter(|e| e.is_finite()) }
     }
 }
 

@@ -25,7 +25,7 @@ pub enum Study {
     Diff(DiffArgs),
     /// Plot error against render time for several methods
     Converge(Box<ConvergeArgs>),
-    /// Attribute the error of an image to its sources, and predict the cost of reaching --error-limit
+    /// Attribute the error of an image to its sources, and predict the cost of less error
     ///
     /// The estimates come from a pilot render, which continues while confidence intervals are wider than a factor of 4,
     /// up to a fixed number of rays or to --time-limit if that is given. An interval whose ends differ by more than a

@@ -28,26 +28,16 @@ pub(crate) enum Truncation {
 pub struct Entry {
     /// Number of events.
     pub count: u64,
-    /// Sums of the channels; exact, so that the order in which threads and passes add does not matter.
-    sum: ExactSum,
+    /// Sum of the channel means. For clamped samples: radiance, summed over samples. For truncated paths: their
+    /// throughput, which is the radiance lost if radiance 1 had arrived, because the actual incident radiance is
+    /// unknown. NaN if it is not finite.
+    pub energy: f64,
 }
 
 impl Entry {
-    /// Sum of the channel means. For clamped samples: radiance, summed over samples. For truncated paths: their
-    /// throughput, which is the radiance lost if radiance 1 had arrived, because the actual incident radiance is
-    /// unknown. NaN if an event's energy was not finite.
-    pub fn energy(&self) -> f64 {
-        self.sum.value() / 3.0
-    }
-
     fn add(&mut self, energy: Vec3) {
         self.count += 1;
-        self.sum.add(energy.element_sum());
-    }
-
-    fn merge(&mut self, other: &Self) {
-        self.count += other.count;
-        self.sum.merge(&other.sum);
+        self.energy += f64::from(energy.element_sum()) / 3.0;
     }
 }
 
@@ -89,7 +79,7 @@ impl BiasReport {
 
     /// Energies: clamped, truncated at the maximum number of bounces, faint.
     pub(crate) fn energies(&self) -> [f64; 3] {
-        [self.clamped, self.depth, self.faint].map(|entry| entry.energy())
+        [self.clamped, self.depth, self.faint].map(|entry| entry.energy)
     }
 
     pub(crate) fn cut(&mut self, why: Truncation, throughput: Vec3) {
@@ -113,14 +103,37 @@ impl BiasReport {
         clamped
     }
 
-    pub(crate) fn merge(&mut self, other: &Self) {
-        self.clamped.merge(&other.clamped);
-        self.depth.merge(&other.depth);
-        self.faint.merge(&other.faint);
-        self.nested.merge(&other.nested);
-        self.panes.merge(&other.panes);
-        self.lights_unreachable += other.lights_unreachable;
-        self.lights_culled += other.lights_culled;
+    fn entries(&self) -> [Entry; 5] {
+        [self.clamped, self.depth, self.faint, self.nested, self.panes]
+    }
+}
+
+/// Sums of the bias reports of samples. The energy of each sample is rounded to f32 and then added exactly, so that the
+/// order in which passes, tiles and threads add samples does not matter.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct BiasTotals([(u64, ExactSum); 5]);
+
+impl BiasTotals {
+    /// Adds the report of one sample.
+    pub fn add(&mut self, sample: &BiasReport) {
+        for (total, entry) in self.0.iter_mut().zip(sample.entries()) {
+            total.0 += entry.count;
+            total.1.add(entry.energy as f32);
+        }
+    }
+
+    pub fn merge(&mut self, other: &Self) {
+        for (total, other) in self.0.iter_mut().zip(&other.0) {
+            total.0 += other.0;
+            total.1.merge(&other.1);
+        }
+    }
+
+    /// The report, without the entries that do not come from samples.
+    pub fn report(&self) -> BiasReport {
+        let [clamped, depth, faint, nested, panes] =
+            std::array::from_fn(|i| Entry { count: self.0[i].0, energy: self.0[i].1.value() });
+        BiasReport { clamped, depth, faint, nested, panes, ..BiasReport::default() }
     }
 }
 
@@ -134,7 +147,7 @@ mod tests {
         assert_eq!(bias.clamp(Vec3::new(1.0, 2.0, 0.5), 2.0), Vec3::new(1.0, 2.0, 0.5));
         assert!(bias.is_clean());
         assert_eq!(bias.clamp(Vec3::new(8.0, 4.0, 0.0), 2.0), Vec3::new(2.0, 1.0, 0.0));
-        assert_eq!((bias.clamped.count, bias.clamped.energy()), (1, 3.0));
+        assert_eq!(bias.clamped, Entry { count: 1, energy: 3.0 });
         assert!(bias.clamp(Vec3::NAN, 1.0).is_nan());
         assert_eq!(bias.clamp(Vec3::INFINITY, 1.0), Vec3::INFINITY);
         assert_eq!(bias.clamped.count, 1);

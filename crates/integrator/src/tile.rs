@@ -2,7 +2,7 @@
 
 use crate::allocation::SampleAllocation;
 use crate::aov::Aov;
-use crate::bias_report::BiasReport;
+use crate::bias_report::{BiasReport, BiasTotals};
 use crate::first_hit_sums::FirstHits;
 use crate::job::Job;
 use crate::kernel::Kernel;
@@ -47,7 +47,7 @@ pub(crate) struct Tile {
     pub pixel_rays: Vec<u64>,
     pub bad: Vec<BadSample>,
     pub bad_count: u64,
-    pub bias: BiasReport,
+    pub bias: BiasTotals,
     pub tail: Tail,
 }
 
@@ -78,7 +78,7 @@ impl Tile {
             pixel_rays: Vec::new(),
             bad: Vec::new(),
             bad_count: 0,
-            bias: BiasReport::default(),
+            bias: BiasTotals::default(),
             tail: Tail::default(),
         }
     }
@@ -158,7 +158,7 @@ impl Tile {
             value = first.bias.clamp(value, most);
         }
         if !first.bias.is_clean() {
-            self.bias.merge(&first.bias);
+            self.bias.add(&first.bias);
         }
         let (finite, deviation) = self.film.add_measured(x, y, value, weight);
         self.tail.add(deviation);

@@ -313,7 +313,7 @@ fn what_is_lost_among_too_many_panes_is_told() {
         for outcome in assert_lit("many panes", &scene, exact, &Settings::default()) {
             let panes = outcome.stats.bias.panes;
             assert_eq!(panes.count > 0, !passes);
-            assert_eq!(panes.energy() > 0.0, !passes);
+            assert_eq!(panes.energy > 0.0, !passes);
         }
     }
 }

@@ -137,7 +137,7 @@ fn what_is_removed_is_known_by_pixel() {
     assert_eq!(names, ["clamped", "depth", "faint", "not_finite"]);
     let sum = |k: usize| layer.channels[k].1.iter().map(|&x| f64::from(x) * 16.0).sum::<f64>();
     let bias = outcome.stats.bias;
-    for (k, energy) in [(0, bias.clamped.energy()), (1, bias.depth.energy())] {
+    for (k, energy) in [(0, bias.clamped.energy), (1, bias.depth.energy)] {
         assert!(energy > 1.0 && (sum(k) / energy - 1.0).abs() < 1e-5, "{k}: {} of {energy}", sum(k));
     }
     assert_eq!((sum(2), sum(3), bias.lights_culled), (0.0, 0.0, 0));

@@ -6,7 +6,7 @@ use super::pilot::Pilot;
 use super::pool::Pool;
 use super::snapshot::{self, Snapshot};
 use super::watch::Watch;
-use crate::bias_report::{self, BiasReport};
+use crate::bias_report::{self, BiasReport, BiasTotals};
 use crate::clear;
 use crate::custom::Integrator;
 use crate::job::Job;
@@ -199,11 +199,6 @@ impl<'a> Renderer<'a> {
     pub(super) fn finish_as(self, why: Advance) -> Outcome {
         let Self { job, state, pool, .. } = self;
         let spp = state.next - job.settings.sample_range().start;
-        let bias = BiasReport {
-            lights_culled: bias_report::culled(job.scene),
-            lights_unreachable: clear::unreachable(job.scene, job.sharp),
-            ..BiasReport::default()
-        };
         let mut stats = Stats {
             seconds: state.elapsed.as_secs_f64(),
             spp,
@@ -211,19 +206,24 @@ impl<'a> Renderer<'a> {
             timed_out: why == Advance::TimedOut,
             threads: pool.threads(),
             kernel: format!("{}/{}", self.kernel_name, job.scene.accel.kernel().name()),
-            bias,
             ..Stats::default()
         };
         let mut film = Film::new(job.settings.rect());
+        let mut bias = BiasTotals::default();
         for tile in &state.tiles {
             film.put(&tile.film);
             stats.rays += tile.rays;
             stats.bad_sample_count += tile.bad_count;
-            stats.bias.merge(&tile.bias);
+            bias.merge(&tile.bias);
             let room = REPORTED - stats.bad_samples.len();
             stats.bad_samples.extend(tile.bad.iter().take(room));
         }
         stats.samples = film.samples();
+        stats.bias = BiasReport {
+            lights_culled: bias_report::culled(job.scene),
+            lights_unreachable: clear::unreachable(job.scene, job.sharp),
+            ..bias.report()
+        };
         let layers = layers::compose(&job, &film, &state.tiles, spp == 0);
         let tail = snapshot::tail(&state.tiles);
         Outcome { film, layers, stats, allocation: state.pilot.allocation, tail }
