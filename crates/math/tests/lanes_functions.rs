@@ -119,8 +119,10 @@ impl Errors {
             }
             let error = (f64::from(got) - exact).abs();
             self.absolute = self.absolute.max(error);
-            if error / ulp(exact) > self.ulp.0 {
-                self.ulp = (error / ulp(exact), x[i], y[i]);
+            // What the documentation allows powers beyond 1.25 ulp.
+            let allowed = if f == Powf { (f64::from(y[i]).abs() / 12.0).min(22.75) } else { 0.0 };
+            if error / ulp(exact) - allowed > self.ulp.0 {
+                self.ulp = (error / ulp(exact) - allowed, x[i], y[i]);
             }
         }
     }
@@ -165,7 +167,7 @@ fn sine_and_cosine() {
         Errors::of_sweep(f, 257, |x| x.abs() <= 6.2831855).at_most(f, 0.8);
         let far = Errors::of_sweep(f, 257, |x| x.abs() <= 8192.0 && x.abs() > 6.0);
         println!("{f:?}: {:.3e} absolute below 8192", far.absolute);
-        assert!(far.absolute <= 6.5e-8);
+        assert!(far.absolute <= 5e-8);
         // Beyond 8192 each lane is a call of libm.
         Errors::of_sweep(f, 65_537, |x| x.abs() >= 8190.0).at_most(f, 1.0);
     }
@@ -176,7 +178,7 @@ fn sine_and_cosine() {
         for f in [Sin, Cos] {
             let mut errors = Errors::default();
             errors.add(f, &near, &near);
-            assert!(errors.absolute <= 6.5e-8, "{f:?} near {x}: {}", errors.absolute);
+            assert!(errors.absolute <= 5e-8, "{f:?} near {x}: {}", errors.absolute);
         }
     }
 }
@@ -207,18 +209,18 @@ fn sine_and_cosine_together_are_those_alone() {
 
 #[test]
 fn arcsine_and_arccosine() {
-    Errors::of_sweep(Asin, 257, |x| x.abs() <= 1.5).at_most(Asin, 1.5);
-    Errors::of_sweep(Acos, 257, |x| x.abs() <= 1.5).at_most(Acos, 1.5);
-    Errors::of_sweep(Acos, 9973, |_| true).at_most(Acos, 1.5);
-    Errors::of_sweep(Asin, 9973, |_| true).at_most(Asin, 1.5);
+    Errors::of_sweep(Asin, 257, |x| x.abs() <= 1.5).at_most(Asin, 1.2);
+    Errors::of_sweep(Acos, 257, |x| x.abs() <= 1.5).at_most(Acos, 1.2);
+    Errors::of_sweep(Acos, 9973, |_| true).at_most(Acos, 1.2);
+    Errors::of_sweep(Asin, 9973, |_| true).at_most(Asin, 1.2);
 }
 
 #[test]
 fn exponentials() {
     Errors::of_sweep(Exp, 257, |x| !(x.abs() > 200.0)).at_most(Exp, 1.0);
     Errors::of_sweep(Exp, 9973, |_| true).at_most(Exp, 1.0);
-    Errors::of_sweep(Exp2, 257, |x| !(x.abs() > 200.0)).at_most(Exp2, 1.5);
-    Errors::of_sweep(Exp2, 9973, |_| true).at_most(Exp2, 1.5);
+    Errors::of_sweep(Exp2, 257, |x| !(x.abs() > 200.0)).at_most(Exp2, 1.2);
+    Errors::of_sweep(Exp2, 9973, |_| true).at_most(Exp2, 1.2);
     for n in -149i16..128 {
         assert_eq!(f64::from(one(Exp2, f32::from(n), 0.0)), libm::exp2(f64::from(n)));
     }
@@ -236,36 +238,35 @@ fn logarithms() {
 #[test]
 fn arctangent() {
     let plain = |rng: &mut Rng| (rng.f32() * 4.0 - 2.0, rng.f32() * 4.0 - 2.0);
-    Errors::of_pairs(Atan2, 4_000_000, plain).at_most(Atan2, 1.5);
+    Errors::of_pairs(Atan2, 4_000_000, plain).at_most(Atan2, 1.8);
     let any = |rng: &mut Rng| (f32::from_bits(rng.bits() as u32), f32::from_bits(rng.bits() as u32));
-    Errors::of_pairs(Atan2, 1_000_000, any).at_most(Atan2, 1.5);
+    Errors::of_pairs(Atan2, 1_000_000, any).at_most(Atan2, 1.8);
     let similar = |rng: &mut Rng| {
         let x = f32::from_bits(rng.bits() as u32);
         (x * (rng.f32() * 4.0 - 2.0), x)
     };
-    Errors::of_pairs(Atan2, 2_000_000, similar).at_most(Atan2, 1.5);
+    Errors::of_pairs(Atan2, 2_000_000, similar).at_most(Atan2, 1.8);
     let slope = |rng: &mut Rng| (f32::from_bits(rng.bits() as u32), 1.0);
-    Errors::of_pairs(Atan2, 1_000_000, slope).at_most(Atan2, 1.5);
+    Errors::of_pairs(Atan2, 1_000_000, slope).at_most(Atan2, 1.8);
 }
 
 #[test]
 fn powers() {
     let positive = |rng: &mut Rng| f32::from_bits((rng.bits() as u32) & 0x7fff_ffff);
     let roots = |rng: &mut Rng| (positive(rng), rng.f32() * 8.0 - 4.0);
-    Errors::of_pairs(Powf, 3_000_000, roots).at_most(Powf, 1.5);
+    Errors::of_pairs(Powf, 3_000_000, roots).at_most(Powf, 1.25);
     let unit = |rng: &mut Rng| (rng.f32(), rng.f32() * 4.0);
-    Errors::of_pairs(Powf, 1_000_000, unit).at_most(Powf, 1.5);
-    for scale in [16.0f32, 64.0, 256.0, 1024.0] {
+    Errors::of_pairs(Powf, 1_000_000, unit).at_most(Powf, 1.25);
+    for scale in [16.0f32, 64.0, 256.0, 1024.0, 65_536.0] {
         // Bases whose powers reach the ends of the range of f32.
         let near_one = |rng: &mut Rng| {
             let y = (rng.f32() * 2.0 - 1.0) * scale;
             (libm::exp2f((rng.f32() * 300.0 - 150.0) / y.abs()), y)
         };
-        let bound = 1.5 + f64::from(scale) / 16.0;
-        Errors::of_pairs(Powf, 1_000_000, near_one).at_most(Powf, bound);
+        Errors::of_pairs(Powf, 1_000_000, near_one).at_most(Powf, 1.25);
     }
     let any = |rng: &mut Rng| (positive(rng), f32::from_bits(rng.bits() as u32));
-    Errors::of_pairs(Powf, 1_000_000, any).at_most(Powf, 1.5);
+    Errors::of_pairs(Powf, 1_000_000, any).at_most(Powf, 1.25);
 }
 
 const SPECIAL: [f32; 24] = [
@@ -310,7 +311,7 @@ fn special_values() {
                 let same = (got.is_nan() && exact.is_nan()) || got == exact || close;
                 let signs = got.is_nan() || got.is_sign_negative() == exact.is_sign_negative();
                 // The value 1 of sin and cos near multiples of π is rounding.
-                let tiny = matches!(f, Sin | Cos) && (got - exact).abs() <= 6.5e-8 && got.abs() > 0.0;
+                let tiny = matches!(f, Sin | Cos) && (got - exact).abs() <= 5e-8 && got.abs() > 0.0;
                 assert!((same && signs) || tiny, "{f:?}({x:e}, {y:e}) = {got:e}, exact {exact:e}");
             }
         }

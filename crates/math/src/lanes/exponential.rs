@@ -65,7 +65,7 @@ pub fn exp<R: Real>(x: R) -> R {
     scaled(e, shifted)
 }
 
-/// Returns 2^x. The error is below 1.5 ulp; integers give exact results. Results beyond the range of f32 are 0 or
+/// Returns 2^x. The error is below 1.2 ulp; integers give exact results. Results beyond the range of f32 are 0 or
 /// infinite.
 #[inline(always)]
 pub fn exp2<R: Real>(x: R) -> R {

@@ -64,10 +64,14 @@ pub fn log2<R: Real>(x: R) -> R {
 /// the error of their sum is about 2^−28.
 #[inline(always)]
 pub fn log2_parts<R: Real>(x: R) -> (R, [R; 2]) {
-    let Parts { k, f, h, g } = parts(x);
+    let Parts { k, f, g, .. } = parts(x);
+    // ½·f² is the exact h of its first bits, and a rest.
+    let front = first_bits(f);
+    let h = front * front * R::splat(0.5);
+    let rest = (f - front) * (f + front) * R::splat(0.5);
     // ln(1 + f) = high + low, where `high` has 12 bits and its product with those of 1 / ln 2 is exact.
     let high = first_bits(f - h);
-    let low = ((f - high) - h) + g;
+    let low = ((f - high) - h) + (g - rest);
     let a = high * R::splat(LOG2_E[0]);
     let b = (high + low) * R::splat(LOG2_E[1]) + low * R::splat(LOG2_E[0]);
     // k + a without rounding error [Higham 2002, §4.3]: k is 0 or larger than a.
