@@ -2,9 +2,9 @@
 //!
 //! All methods are `inline(always)` and become their instructions inside a function that is compiled for AVX2.
 //!
-//! Safety: the types cannot be named outside of `lanes`, whose only use of them is `dispatch`. It chooses them where the
-//! machine has AVX2, BMI1, BMI2 and POPCNT, so that instructions of these sets can be executed wherever a method is
-//! called. Further conditions, on pointers, stand beside the code.
+//! Safety: code outside of `lanes` cannot name the types, and `dispatch` alone chooses them, where the machine has
+//! AVX2, BMI1, BMI2 and POPCNT. Instructions of these sets can therefore be executed wherever a method is
+//! called. Further conditions, on pointers, are stated beside the code.
 #![allow(unsafe_code)]
 
 use super::mask::Mask;

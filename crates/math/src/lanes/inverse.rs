@@ -1,4 +1,4 @@
-//! Inverse trigonometric functions.
+//! Inverse trigonometric functions. Arcsine and arccosine are reduced as in fdlibm [Sun 1993].
 
 use super::by_lane::replace_where;
 use super::polynomial::polynomial;
@@ -18,8 +18,8 @@ const RANGE: [f32; 2] = [f32::from_bits(27 << 23), f32::from_bits(227 << 23)];
 
 /// Returns the angle of the vector (x, y) to the x axis, in −π..π radians. The error is below 1.8 ulp.
 ///
-/// The signs of zeros count as in IEEE 754: atan2(±0, −1) = ±π. Where the larger of |x| and |y| lies outside of 2^±100, and for
-/// (0, 0) and NaN, lanes are computed one by one, which is slow.
+/// The signs of zeros count as in IEEE 754: atan2(±0, −1) = ±π. Where the larger of |x| and |y| lies outside of
+/// 2^−100..2^100, and for (0, 0) and NaN, lanes are computed one by one by `libm`, which is slow.
 #[inline(always)]
 pub fn atan2<R: Real>(y: R, x: R) -> R {
     let (a, b) = (y.abs(), x.abs());

@@ -1,10 +1,11 @@
-//! Logarithms.
+//! Logarithms, reduced as in fdlibm [Sun 1993].
 
 use super::exponential::LN_2;
 use super::polynomial::polynomial;
 use super::real::{Real, Word};
 
-/// (ln((1+s)/(1−s)) − 2s) / s³ in powers of s², for s ≤ (√2 − 1)/(√2 + 1); relative error of the logarithm 2e-9.
+/// (ln((1+s)/(1−s)) − 2s) / s³ in powers of s², for s ≤ (√2 − 1)/(√2 + 1); relative error of
+/// the logarithm 2e-9.
 const LOGARITHM: [f32; 3] = [0.66666776, 0.39977583, 0.2987084];
 
 /// 1 / ln 2 in two parts, of which the first has 12 bits.
@@ -53,8 +54,8 @@ pub fn ln<R: Real>(x: R) -> R {
     total(x, log)
 }
 
-/// Returns the binary logarithm. The error is below 1 ulp, and powers of two give exact results. It is −∞ at ±0 and NaN
-/// below.
+/// Returns the binary logarithm. The error is below 1 ulp, and powers of two give exact results. It is −∞ at ±0 and
+/// NaN below.
 #[inline(always)]
 pub fn log2<R: Real>(x: R) -> R {
     log2_parts(x).0

@@ -5,7 +5,7 @@
 //! - [`Vec2x`], [`Vec3x`], [`Framex`]: vectors and orthonormal frames, with the arithmetic of glam and of
 //!   [`Frame`](crate::Frame).
 //! - [`sin_cos`], [`atan2`], [`acos`], [`exp`], [`ln`], [`powf`] and others: elementary functions without branches, with
-//!   stated errors. Where a function hands arguments to `libm`, it does so for the same arguments with any number of lanes.
+//!   stated errors. Arguments outside of the domain of a formula are computed by `libm`, with any number of lanes.
 //! - [`Isa`], [`Kernel`], [`dispatch()`]: the instruction sets, and how a computation over [`Real`] runs with one of them.
 
 #[cfg(all(target_arch = "x86_64", not(dapple_portable)))]

@@ -61,8 +61,8 @@ fn outside<R: Real>(x: R) -> R::Mask {
     !x.abs().le(R::splat(LARGEST))
 }
 
-/// Returns the sine of `x` in radians. The error is below 5e-8, and below 0.8 ulp for |x| ≤ 2π. Beyond |x| = 8192, lanes are
-/// computed one by one, which is slow.
+/// Returns the sine of `x` in radians. The error is below 5e-8, and below 0.8 ulp for |x| ≤ 2π. Beyond |x| = 8192, and
+/// for infinities and NaN, lanes are computed one by one by `libm`, which is slow.
 #[inline(always)]
 pub fn sin<R: Real>(x: R) -> R {
     let (sin, cos, q) = reduced(x);
