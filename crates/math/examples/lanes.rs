@@ -28,7 +28,7 @@ impl Kernel for Ggx<'_> {
 fn main() {
     let cosines: Vec<f32> = (0..4096).map(|i| i as f32 / 4096.0).collect();
     let mut sums = Vec::new();
-    for isa in [Isa::Portable, Isa::widest()] {
+    for isa in [Isa::Portable, Isa::fastest()] {
         let mut out = vec![0.0; cosines.len()];
         let start = Instant::now();
         for _ in 0..1000 {

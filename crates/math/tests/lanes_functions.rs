@@ -217,9 +217,9 @@ fn arcsine_and_arccosine() {
 
 #[test]
 fn exponentials() {
-    Errors::of_sweep(Exp, 257, |x| !(x.abs() > 200.0)).at_most(Exp, 1.0);
+    Errors::of_sweep(Exp, 257, |x| x.abs() <= 200.0).at_most(Exp, 1.0);
     Errors::of_sweep(Exp, 9973, |_| true).at_most(Exp, 1.0);
-    Errors::of_sweep(Exp2, 257, |x| !(x.abs() > 200.0)).at_most(Exp2, 1.2);
+    Errors::of_sweep(Exp2, 257, |x| x.abs() <= 200.0).at_most(Exp2, 1.2);
     Errors::of_sweep(Exp2, 9973, |_| true).at_most(Exp2, 1.2);
     for n in -149i16..128 {
         assert_eq!(f64::from(one(Exp2, f32::from(n), 0.0)), libm::exp2(f64::from(n)));
@@ -320,4 +320,23 @@ fn special_values() {
     assert_eq!(one(Powf, -0.0, -1.0), f32::INFINITY);
     assert_eq!(one(Powf, -0.0, 3.0).to_bits(), 0);
     assert_eq!((one(Exp, 0.0, 0.0), one(Cos, -0.0, 0.0), one(Ln, 1.0, 0.0).to_bits()), (1.0, 1.0, 0));
+}
+
+/// The results themselves are the same on every machine, in a build without the lanes of x86-64 too.
+#[test]
+fn results_are_pinned() {
+    let mut rng = Rng::new(17);
+    let x: Vec<f32> = (0..10_000).map(|_| f32::from_bits(rng.bits() as u32)).collect();
+    let near: Vec<f32> = (0..10_000).map(|_| rng.f32() * 40.0 - 20.0).collect();
+    let unit: Vec<f32> = (0..10_000).map(|_| rng.f32() * 2.0 - 1.0).collect();
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for f in [Sin, Cos, Asin, Acos, Exp, Exp2, Ln, Log2, Atan2, Powf] {
+        for (x, y) in [(&x, &near), (&near, &unit), (&unit, &x)] {
+            for result in results(f, x, y) {
+                let bits = if result.is_nan() { f32::NAN.to_bits() } else { result.to_bits() };
+                hash = (hash ^ u64::from(bits)).wrapping_mul(0x0100_0000_01b3);
+            }
+        }
+    }
+    assert_eq!(hash, 0x1173_f012_ed6a_003e, "{hash:#x}");
 }

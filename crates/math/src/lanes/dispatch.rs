@@ -41,7 +41,7 @@ pub trait Kernel {
 /// }
 ///
 /// let mut x = [4.0, 9.0, 2.25];
-/// dispatch(Isa::widest(), Roots(&mut x));
+/// dispatch(Isa::fastest(), Roots(&mut x));
 /// assert_eq!(x, [2.0, 3.0, 1.5]);
 /// ```
 #[inline]

@@ -14,7 +14,8 @@ pub const LN_2: [f32; 2] = [0.69314575, 0.0000014286068];
 const EXPONENTIAL: [f32; 5] = [0.5, 0.16666515, 0.041666456, 0.008369243, 0.0013935775];
 
 /// (2^r − 1) / r in powers of r, for |r| ≤ ½; relative error of the power 4e-9.
-const POWER: [f32; 6] = [0.6931472, 0.2402265, 0.05550358, 0.009618077, 0.0013391643, 0.00015456358];
+const POWER: [f32; 6] =
+    [std::f32::consts::LN_2, 0.2402265, 0.05550358, 0.009618077, 0.0013391643, 0.00015456358];
 
 /// Returns the integer nearest to a number of less than 2²², as a number and as a shifted word, which [`scaled`] takes.
 #[inline(always)]

@@ -5,7 +5,7 @@ use super::polynomial::polynomial;
 use super::real::{Real, Word};
 
 /// π/4 in two parts, of which the first has 22 bits, so that its products with 0 to 4 are exact.
-const QUARTER_PI: [f32; 2] = [0.785398, 0.00000015695824];
+const QUARTER_PI: [f32; 2] = [f32::from_bits(0x3f49_0fd8), 0.00000015695824];
 
 /// (atan t − t) / t³ in powers of t², for t ≤ ½; relative error of the arctangent 6e-9.
 const ARCTANGENT: [f32; 5] = [-0.3333323, 0.19994085, -0.14173456, 0.101530984, -0.051217962];

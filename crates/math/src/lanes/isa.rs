@@ -12,17 +12,17 @@ pub enum Isa {
 }
 
 impl Isa {
-    /// All instruction sets, widest first.
+    /// All instruction sets, fastest first.
     pub const ALL: [Self; 3] = [Self::Avx512, Self::Avx2, Self::Portable];
 
-    /// Returns the instruction sets that this machine supports, widest first; never empty.
+    /// Returns the instruction sets that this machine supports, fastest first; never empty.
     pub fn available() -> Vec<Self> {
         Self::ALL.into_iter().filter(|isa| isa.runs()).collect()
     }
 
-    /// Returns the widest instruction set that this machine supports. The machine is asked once per process. Whoever
+    /// Returns the fastest instruction set that this machine supports. The machine is asked once per process. Whoever
     /// wants another one passes that to [`dispatch`](super::dispatch()).
-    pub fn widest() -> Self {
+    pub fn fastest() -> Self {
         Self::ALL.into_iter().find(|isa| isa.runs()).unwrap_or(Self::Portable)
     }
 
