@@ -1,42 +1,48 @@
-//! Evaluates the GGX distribution for many half vectors, with one lane and with the most lanes that this machine has.
+//! Samples half vectors of the GGX distribution with one lane, and with the fastest lanes of this machine.
 //! `cargo run --release --example lanes -p dapple-math`
 
-use dapple_math::lanes::{Isa, Kernel, Real, dispatch};
-use std::f32::consts::PI;
+use dapple_math::lanes::{Isa, Kernel, Real, Vec3x, dispatch, sin_cos};
+use std::f32::consts::TAU;
 use std::time::Instant;
 
-/// D = α² / (π·((α² − 1)·cos²θ + 1)²) for the cosines of half vectors [Walter 2007, eq. 33].
-struct Ggx<'a> {
+const N: usize = 4096;
+
+/// Half vectors with density D(h)·cos θ, from uniform numbers in [0, 1) [Walter 2007, eqs. 35 and 36].
+struct HalfVectors<'a> {
     alpha: f32,
-    cosines: &'a [f32],
-    out: &'a mut [f32],
+    u: &'a [[f32; N]; 2],
+    h: &'a mut [[f32; N]; 3],
 }
 
-impl Kernel for Ggx<'_> {
+impl Kernel for HalfVectors<'_> {
     type Output = ();
     #[inline(always)]
     fn run<R: Real>(self) {
-        let a2 = R::splat(self.alpha * self.alpha);
-        for (cos, out) in self.cosines.chunks(R::LANES).zip(self.out.chunks_mut(R::LANES)) {
-            let cos = R::load(cos);
-            let t = (a2 - R::splat(1.0)) * (cos * cos) + R::splat(1.0);
-            (a2 / (t * t * R::splat(PI))).store(out);
+        let (one, a2) = (R::splat(1.0), R::splat(self.alpha * self.alpha));
+        let [x, y, z] = self.h;
+        for i in (0..N).step_by(R::LANES) {
+            let (u, v) = (R::load(&self.u[0][i..]), R::load(&self.u[1][i..]));
+            let cos2 = (one - u) / (one + (a2 - one) * u);
+            let (sin_phi, cos_phi) = sin_cos(v * R::splat(TAU));
+            let sin = (one - cos2).max(R::splat(0.0)).sqrt();
+            let h = Vec3x::new(sin * cos_phi, sin * sin_phi, cos2.sqrt());
+            h.store([&mut x[i..], &mut y[i..], &mut z[i..]]);
         }
     }
 }
 
 fn main() {
-    let cosines: Vec<f32> = (0..4096).map(|i| i as f32 / 4096.0).collect();
-    let mut sums = Vec::new();
-    for isa in [Isa::Portable, Isa::fastest()] {
-        let mut out = vec![0.0; cosines.len()];
+    let u = [3571, 2927].map(|k| std::array::from_fn(|i| (i * k % 8191) as f32 / 8192.0));
+    let results = [Isa::Portable, Isa::fastest()].map(|isa| {
+        let mut h = [[0.0; N]; 3];
+        dispatch(isa, HalfVectors { alpha: 0.3, u: &u, h: &mut h });
         let start = Instant::now();
         for _ in 0..1000 {
-            dispatch(isa, Ggx { alpha: 0.3, cosines: &cosines, out: &mut out });
+            dispatch(isa, HalfVectors { alpha: 0.3, u: &u, h: &mut h });
         }
-        let ns = start.elapsed().as_secs_f64() * 1e9 / (1000.0 * 4096.0);
-        println!("{:9} {:2} lanes  {ns:.2} ns per value", isa.name(), isa.lanes());
-        sums.push(out.iter().map(|&d| f64::from(d)).sum::<f64>());
-    }
-    assert_eq!(sums[0].to_bits(), sums[1].to_bits(), "all lanes give the same bits");
+        let ns = start.elapsed().as_secs_f64() * 1e9 / (1000 * N) as f64;
+        println!("{:9} {:2} lanes  {ns:.2} ns per half vector", isa.name(), isa.lanes());
+        h
+    });
+    assert_eq!(results[0], results[1], "all lanes give the same bits");
 }
