@@ -26,16 +26,16 @@ MOVES = re.compile(r"^\s+v?mov")
 
 def assembly(package, example):
     """Compiles one example and returns the lines of its assembly."""
-    environment = dict(os.environ, CARGO_PROFILE_RELEASE_LTO="off", CARGO_PROFILE_RELEASE_CODEGEN_UNITS="1")
-    target = environment.get("CARGO_TARGET_DIR", "target")
-    pattern = os.path.join(target, "release", "examples", f"{example.replace('-', '_')}-*.s")
-    for old in glob.glob(pattern):
-        os.remove(old)
+    # In a folder of its own: cargo writes the assembly only when it compiles, and it keeps that of the last time there.
+    target = os.path.join(os.environ.get("CARGO_TARGET_DIR", "target"), "kernel_calls")
+    environment = dict(os.environ, CARGO_TARGET_DIR=target, CARGO_PROFILE_RELEASE_LTO="off")
+    environment["CARGO_PROFILE_RELEASE_CODEGEN_UNITS"] = "1"
     command = ["cargo", "rustc", "--quiet", "--release", "-p", package, "--example", example]
     subprocess.run(command + ["--", "--emit", "asm", "-C", "debuginfo=0"], check=True, env=environment)
-    found = glob.glob(pattern)
-    if len(found) != 1:
-        sys.exit(f"{example}: expected one file like {pattern}, found {len(found)}")
+    pattern = os.path.join(target, "release", "examples", f"{example.replace('-', '_')}-*.s")
+    found = sorted(glob.glob(pattern), key=os.path.getmtime, reverse=True)
+    if not found:
+        sys.exit(f"{example}: no assembly at {pattern}; remove {target} and try again")
     with open(found[0], encoding="utf-8") as file:
         return file.read().splitlines()
 
