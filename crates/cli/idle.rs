@@ -36,8 +36,6 @@ pub fn of_outputs(options: &RenderOptions) -> Idle {
     say(options.exposure.is_some() && !writes("png"), "--exposure", "no PNG is written");
     say(options.tone.is_some() && !writes("png"), "--tone", "no PNG is written");
     say(options.png_depth.is_some() && !writes("png"), "--png-depth", "no PNG is written");
-    let has_alpha = writes("exr") || writes("png");
-    say(RenderOptions::is(options.transparent) && !has_alpha, "--transparent", "an HDR file has no alpha");
     idle
 }
 
