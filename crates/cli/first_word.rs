@@ -9,11 +9,12 @@ use std::path::Path;
 /// The command that a file name stands for.
 const RENDER: &str = "render";
 
-/// Returns the words of a command line, with `render` inserted before a file, or an option of `render`, that is in the
-/// place of the command. A word that names a command stays a command, whatever files exist.
+/// Returns the words of a command line, with `render` inserted before a file that is in the place of the command, or
+/// before an option of `render` that is followed by a file. A word that names a command stays a command, whatever files exist.
 pub fn completed(command: &Command, words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut words: Vec<OsString> = words.into_iter().collect();
-    let stands_for = |first: &OsString| is_scene(first) || is_render_option(command, first);
+    let names_scene = words.iter().skip(2).any(|word| is_scene(word));
+    let stands_for = |first: &OsString| is_scene(first) || (names_scene && is_render_option(command, first));
     if words.get(1).is_some_and(|first| !is_command(command, first) && stands_for(first)) {
         words.insert(1, RENDER.into());
     }
@@ -72,6 +73,7 @@ mod tests {
         for option in ["-q", "--spp=4", "--quiet", "-o"] {
             assert_eq!(said(&["dapple", option, "a.glb"]), format!("dapple render {option} a.glb"));
         }
+        assert_eq!(said(&["dapple", "--spp", "3"]), "dapple --spp 3");
         assert_eq!(said(&["dapple"]), "dapple");
     }
 }

@@ -159,7 +159,7 @@ mod tests {
             (&["--shutter=1:1", "--env=a.exr", "--env-nearest"], ""),
             (&["--env-nearest", "--light-unit=auto"], "--env-nearest --light-unit"),
             (&["--png-depth=16", "--transparent", "--output=a.exr"], "--png-depth"),
-            (&["--png-depth=16", "--transparent", "--output=a.hdr"], "--png-depth --transparent"),
+            (&["--png-depth=16", "--transparent", "--output=a.hdr"], "--png-depth"),
         ] {
             assert_eq!(names(typed), idle, "{typed:?}");
         }

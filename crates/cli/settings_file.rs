@@ -314,7 +314,7 @@ mod tests {
         for anywhere in [false, true] {
             let mut options = RenderOptions::default();
             let ignored = apply_file(&mut options, &path, Trust::Scene { anywhere }, "render").unwrap();
-            assert_eq!(ignored.join(" "), "'allow-path' 'log' 'output' 'sppp' 'threads' 'yes'");
+            assert_eq!(ignored.join(" "), "allow-path log output sppp threads yes");
             assert!(options.output.is_none() && options.log.is_none() && options.allow_path.is_none());
             assert!(options.effects.yes.is_none() && options.threads.is_none());
             assert_eq!(options.spp, Some(3));
