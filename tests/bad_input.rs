@@ -439,3 +439,28 @@ fn messages_repeat_the_beginning_of_a_value() {
         assert!(run.code == 2 && !run.err.contains(&long[..81]), "{}", run.err);
     }
 }
+
+/// A scene that is a device or a pipe is not read: reading might never end.
+#[cfg(unix)]
+#[test]
+fn devices_are_no_scenes() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in ["info", "render"] {
+        let run = run(folder.path(), &[command, "/dev/zero"]);
+        assert!(
+            run.code == 2 && run.err.contains("/dev/zero") && run.err.contains("regular file"),
+            "{}",
+            run.err
+        );
+    }
+}
+
+/// A name that no file system takes is rejected before the render.
+#[test]
+fn names_that_are_too_long_are_rejected_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = format!("{}.png", "a".repeat(300));
+    let run = run(folder.path(), &["render", "builtin:cornell", "--size", "8x8", "--spp", "1", "-o", &name]);
+    assert!(run.code == 2 && !run.err.contains("rendered in"), "{}: {}", run.code, run.err);
+    assert!(files(folder.path()).is_empty());
+}

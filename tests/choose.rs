@@ -195,7 +195,7 @@ fn info_lists_what_can_be_chosen() {
     let text = well(folder.path(), &["info", "a.gltf"]).out;
     for line in [
         "  0 'full': 2 root nodes (the default, shown)",
-        "  1 'empty': 1 root nodes",
+        "  1 'empty': 1 root node",
         "  1 'blue': 1 primitives",
         "  1 'up': 2.000 s to 3.500 s, 1.500 s long, 1 channels",
         "bounds: (-1, -1, 0) to (1, 1, 0)",

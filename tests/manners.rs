@@ -383,3 +383,38 @@ fn the_default_picture_is_bright() {
     let white = picture.pixels.iter().filter(|p| p.min_element() >= 1.0).count();
     assert!(white * 20 < picture.pixels.len(), "{white}");
 }
+
+#[test]
+fn the_stress_catalogue_can_be_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = well(folder.path(), &["stress", "--list"]).out;
+    assert!(all.lines().count() > 60 && all.starts_with("A01  "), "{all}");
+    let some = well(folder.path(), &["stress", "--list", "--case", "D*"]).out;
+    assert!(some.lines().all(|line| line.starts_with('D')) && some.lines().count() > 10, "{some}");
+}
+
+#[test]
+fn an_option_in_the_place_of_the_command_renders() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = [&["-q", "builtin:cornell", "-o", "a.png"][..], &SMALL].concat();
+    well(folder.path(), &words);
+    assert_eq!(files(folder.path()), ["a.png"]);
+}
+
+/// What a file beside the scene sets is printed, and a misspelt key is not called forbidden.
+#[test]
+fn settings_beside_a_scene_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("s.gltf"), dapple::triangle(|_, _| ())).unwrap();
+    fs::write(folder.path().join("s.toml"), "spp = 2\nmax-bounces = 1\nsppp = 3\nlog = 'x'\n").unwrap();
+    let base = ["render", "s.gltf", "--size", "8x8", "--crop", "0,0,4,2", "-o", "a.png"];
+    let said = well(folder.path(), &base).err;
+    for part in [
+        "note: s.toml sets max-bounces, spp",
+        "ignored 'log'; a settings file beside the scene cannot set these",
+        "ignored 'sppp'; there are no such options",
+        "8x8 cropped to 4x2 at 0,0, 2 samples per pixel",
+    ] {
+        assert!(said.contains(part), "'{part}' is not in: {said}");
+    }
+}

@@ -172,3 +172,15 @@ fn commands_that_print_write_nothing() {
     run(table.path(), &["info", "scene.gltf", "--json"]);
     table.is_whole(&["info"]);
 }
+
+/// Files with the names of a report that no comparison has written are kept.
+#[test]
+fn a_folder_with_other_reports_is_refused() {
+    for name in ["report.html", "results.csv"] {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(name), "mine").unwrap();
+        let run = dapple::run(folder.path(), &["converge", "builtin:furnace", "--size", "4x4", "-o", "."]);
+        assert!(run.code == 2 && run.err.contains(name) && run.err.contains("not written by"), "{}", run.err);
+        assert_eq!(fs::read(folder.path().join(name)).unwrap(), b"mine");
+    }
+}

@@ -36,6 +36,8 @@ pub enum Command {
     /// Render a scene to image files
     Render(RenderArgs),
     /// Print the contents of a scene file and the warnings about it
+    ///
+    /// A file that can be summarised but that a render would reject is reported with an error line and exit code 0.
     Info(InfoArgs),
     /// Print which features a render of a scene uses and omits, with reasons
     Plan(PlanArgs),

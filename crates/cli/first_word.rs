@@ -2,18 +2,20 @@
 
 use crate::args;
 use crate::standard_output;
-use clap::Command;
+use clap::{Arg, Command};
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 /// The command that a file name stands for.
 const RENDER: &str = "render";
 
-/// Returns the words of a command line, with `render` inserted before a file that is in the place of the command. A
-/// word that names a command stays a command, whatever files exist.
+/// Returns the words of a command line, with `render` inserted before a file that is in the place of the command, or
+/// before an option of `render` that is followed by a file. A word that names a command stays a command, whatever files exist.
 pub fn completed(command: &Command, words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut words: Vec<OsString> = words.into_iter().collect();
-    if words.get(1).is_some_and(|first| !is_command(command, first) && is_scene(first)) {
+    let names_scene = words.iter().skip(2).any(|word| is_scene(word));
+    let stands_for = |first: &OsString| is_scene(first) || (names_scene && is_render_option(command, first));
+    if words.get(1).is_some_and(|first| !is_command(command, first) && stands_for(first)) {
         words.insert(1, RENDER.into());
     }
     words
@@ -22,6 +24,18 @@ pub fn completed(command: &Command, words: impl IntoIterator<Item = OsString>) -
 fn is_command(command: &Command, word: &OsStr) -> bool {
     let is = |c: &Command| word == c.get_name() || c.get_all_aliases().any(|alias| word == alias);
     word == "help" || command.get_subcommands().any(is)
+}
+
+/// Whether a word is an option of `render`, such as `-q`, `--spp` or `--spp=4`.
+fn is_render_option(command: &Command, word: &OsStr) -> bool {
+    let text = word.to_string_lossy();
+    let name = text.split('=').next().unwrap_or_default();
+    let is = |arg: &Arg| {
+        arg.get_long().is_some_and(|long| name.strip_prefix("--") == Some(long))
+            || arg.get_short().is_some_and(|short| *name == *format!("-{short}"))
+    };
+    let is_help = ["-h", "--help", "-V", "--version"].contains(&name);
+    !is_help && command.find_subcommand(RENDER).is_some_and(|render| render.get_arguments().any(is))
 }
 
 /// Whether a word is a path, a built-in scene or an existing file; any other word may be a misspelt command.
@@ -56,6 +70,10 @@ mod tests {
         for first in ["render", "info", "help", "--help", "-V", "--spp.x", "rendr", ""] {
             assert_eq!(said(&["dapple", first, "a.glb"]), format!("dapple {first} a.glb"));
         }
+        for option in ["-q", "--spp=4", "--quiet", "-o"] {
+            assert_eq!(said(&["dapple", option, "a.glb"]), format!("dapple render {option} a.glb"));
+        }
+        assert_eq!(said(&["dapple", "--spp", "3"]), "dapple --spp 3");
         assert_eq!(said(&["dapple"]), "dapple");
     }
 }

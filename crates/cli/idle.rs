@@ -36,8 +36,6 @@ pub fn of_outputs(options: &RenderOptions) -> Idle {
     say(options.exposure.is_some() && !writes("png"), "--exposure", "no PNG is written");
     say(options.tone.is_some() && !writes("png"), "--tone", "no PNG is written");
     say(options.png_depth.is_some() && !writes("png"), "--png-depth", "no PNG is written");
-    let has_alpha = writes("exr") || writes("png");
-    say(RenderOptions::is(options.transparent) && !has_alpha, "--transparent", "an HDR file has no alpha");
     idle
 }
 
@@ -161,7 +159,7 @@ mod tests {
             (&["--shutter=1:1", "--env=a.exr", "--env-nearest"], ""),
             (&["--env-nearest", "--light-unit=auto"], "--env-nearest --light-unit"),
             (&["--png-depth=16", "--transparent", "--output=a.exr"], "--png-depth"),
-            (&["--png-depth=16", "--transparent", "--output=a.hdr"], "--png-depth --transparent"),
+            (&["--png-depth=16", "--transparent", "--output=a.hdr"], "--png-depth"),
         ] {
             assert_eq!(names(typed), idle, "{typed:?}");
         }

@@ -2,7 +2,7 @@
 //!
 //! The render is always the same for a scene, a view and the settings that change the light: it does not depend on the
 //! crop, sample count, seed, sampling pattern or thread count, so that all parts of an image and all frames of a study
-//! get the same exposure.
+//! get the same exposure. Only a time limit can end it early; what it takes counts against the limit.
 
 use crate::interrupt;
 use crate::options::RenderOptions;
@@ -13,6 +13,7 @@ use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{MethodKind, Settings, render};
 use std::ops::ControlFlow;
+use std::time::Instant;
 
 /// Longer side of the metered image, in pixels, and its samples per pixel.
 const SIDE: f64 = 32.0;
@@ -47,9 +48,12 @@ pub fn metered(
     options: &RenderOptions,
     (scene, camera, settings): (&Scene, &Camera, &Settings),
 ) -> f32 {
+    let start = Instant::now();
     let stops = exposure(scene, camera, settings);
     if !RenderOptions::is(options.quiet) {
-        say(&format!("exposure of {what} metered: {stops:+.2} stops (--exposure {stops} repeats it)"));
+        let seconds = start.elapsed().as_secs_f64();
+        let took = if seconds < 1.0 { String::new() } else { format!(" in {seconds:.1} s") };
+        say(&format!("exposure of {what} metered{took}: {stops:+.2} stops (--exposure {stops} repeats it)"));
     }
     stops
 }
@@ -70,7 +74,6 @@ fn small(settings: &Settings) -> Settings {
         ..settings.clone()
     }
     .with_method(MethodKind::Path)
-    .with_time_limit(None)
     .with_spp(SAMPLES)
     .with_path(|p| p.adaptive = false)
     .with_path(|p| p.allocation = None)

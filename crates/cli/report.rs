@@ -28,6 +28,9 @@ pub struct Report {
     pub kernel: String,
     pub width: u32,
     pub height: u32,
+    /// The crop as a part of the summary.
+    #[serde(skip)]
+    pub crop_words: String,
     pub spp: u32,
     /// Whether the render ended before it had all requested samples.
     pub stopped: bool,
@@ -97,6 +100,9 @@ impl Report {
             kernel: stats.kernel.clone(),
             width: settings.size.0,
             height: settings.size.1,
+            crop_words: settings.crop.map_or_else(String::new, |c| {
+                format!(" cropped to {}x{} at {},{}", c.width(), c.y1 - c.y0, c.x0, c.y0)
+            }),
             spp: stats.spp,
             stopped: stats.stopped,
             unsampled_pixels: 0,
@@ -125,10 +131,11 @@ impl Report {
     pub fn summary(&self) -> String {
         let error = &self.error_summary;
         format!(
-            "{}x{}, {} samples per pixel ({}, {}, seed {}), {} threads, {}\n\
+            "{}x{}{}, {} samples per pixel ({}, {}, seed {}), {} threads, {}\n\
              loaded in {:.2} s, built in {:.2} s, rendered in {:.2} s: {:.1} M rays, {:.2} Mrays/s; peak {:.0} MB{error}",
             self.width,
             self.height,
+            self.crop_words,
             self.spp,
             self.method,
             self.pattern.as_ref().or(self.combine.as_ref()).map_or("", String::as_str),

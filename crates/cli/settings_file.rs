@@ -108,13 +108,18 @@ pub fn layered(scene: Option<&Path>, typed: &ArgMatches, command: &str) -> Resul
     let (mut options, warning) = layers(scene, typed, command)?;
     consent::of_values(&mut options)?;
     warning.iter().for_each(|warning| say(&format!("warning: {warning}")));
+    let of_scene = &options.of_scene;
+    if !of_scene.keys.is_empty() && !RenderOptions::is(options.quiet) {
+        say(&format!("note: {} sets {}", of_scene.file.display(), of_scene.keys.join(", ")));
+    }
     Ok(options)
 }
 
 /// Lists keys for a warning: not too many, and each shortened.
 fn listed(keys: &[String]) -> String {
     const NAMED: usize = 12;
-    let mut named: Vec<String> = keys.iter().take(NAMED).map(|key| error::short(key)).collect();
+    let mut named: Vec<String> =
+        keys.iter().take(NAMED).map(|key| format!("'{}'", error::short(key))).collect();
     if keys.len() > NAMED {
         named.push(format!("and {} more", keys.len() - NAMED));
     }
@@ -134,14 +139,19 @@ pub fn layers(
     if let Some(sidecar) = scene.and_then(sidecar) {
         let anywhere = RenderOptions::is(command_line.allow_path);
         let ignored = apply_file(&mut options, &sidecar, Trust::Scene { anywhere }, command)?;
-        if !ignored.is_empty() {
-            let keys = listed(&ignored);
-            warning = Some(format!(
-                "{}: ignored {keys}; a settings file beside the scene cannot set these (use --settings to \
-                 apply it as your own)",
-                sidecar.display()
+        let (known, unknown): (Vec<String>, Vec<String>) =
+            ignored.into_iter().partition(|key| options::names().iter().any(|name| name == key));
+        let mut parts = Vec::new();
+        if !known.is_empty() {
+            parts.push(format!(
+                "ignored {}; a settings file beside the scene cannot set these (use --settings to apply it as your own)",
+                listed(&known)
             ));
         }
+        if !unknown.is_empty() {
+            parts.push(format!("ignored {}; there are no such options", listed(&unknown)));
+        }
+        warning = (!parts.is_empty()).then(|| format!("{}: {}", sidecar.display(), parts.join("; ")));
     }
     if let Some(path) = &command_line.settings {
         apply_file(&mut options, path, Trust::User, command)?;
@@ -169,7 +179,7 @@ fn apply_file(
     let mut keys = Vec::new();
     for (key, value) in &table {
         if trust != Trust::User && !SIDECAR_KEYS.contains(&key.as_str()) {
-            ignored.push(format!("'{key}'"));
+            ignored.push(key.clone());
             continue;
         }
         let wrong =
@@ -304,7 +314,7 @@ mod tests {
         for anywhere in [false, true] {
             let mut options = RenderOptions::default();
             let ignored = apply_file(&mut options, &path, Trust::Scene { anywhere }, "render").unwrap();
-            assert_eq!(ignored.join(" "), "'allow-path' 'log' 'output' 'sppp' 'threads' 'yes'");
+            assert_eq!(ignored.join(" "), "allow-path log output sppp threads yes");
             assert!(options.output.is_none() && options.log.is_none() && options.allow_path.is_none());
             assert!(options.effects.yes.is_none() && options.threads.is_none());
             assert_eq!(options.spp, Some(3));

@@ -80,7 +80,7 @@ fn counted(n: usize, what: &str) -> Option<String> {
     (n > 0).then(|| counted_always(n, what))
 }
 
-fn counted_always(n: usize, what: &str) -> String {
+pub fn counted_always(n: usize, what: &str) -> String {
     let many = match what.split_once(' ') {
         Some(("exact", _)) => "exact spheres and disks".into(),
         _ => format!("{what}s"),

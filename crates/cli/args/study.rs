@@ -63,6 +63,9 @@ pub struct StressArgs {
     /// Run only these cases: comma-separated ids such as A03, or B* for all ids that begin with B
     #[arg(long, value_name = "ID,...")]
     pub case: Option<String>,
+    /// Print the ids and titles of the cases without running them
+    #[arg(long)]
+    pub list: bool,
     /// Run every case at full length: up to 1e8 rays per case
     #[arg(long)]
     pub thorough: bool,
@@ -83,7 +86,7 @@ pub struct VerifyArgs {
 
 #[derive(Debug, Args)]
 pub struct DiffArgs {
-    /// Image to measure: .exr, .hdr or .png
+    /// Image to measure: .exr, .hdr, .png, .jpg or .webp
     pub image: PathBuf,
     /// Reference image
     pub reference: PathBuf,

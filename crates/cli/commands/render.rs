@@ -20,6 +20,7 @@ use dapple_integrator::scene::NamedCamera;
 use dapple_integrator::{MethodKind, Outcome, Settings, SettingsError, Stats, render_watched};
 use std::ops::ControlFlow;
 use std::process::ExitCode;
+use std::time::Instant;
 
 /// Maximum number of bad samples whose replay command is printed.
 const SHOWN: usize = 5;
@@ -37,7 +38,7 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     inputs.add_scene_files(&loaded.scene.files);
     inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
     let view = &load::camera(&loaded.scene, &options)?;
-    let settings = settings(&options, view)?;
+    let mut settings = settings(&options, view)?;
     warn(&loaded);
     say_light_unit(&loaded, &options);
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
@@ -45,10 +46,12 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     effects::confirm(&options, &settings, &loaded.scene, &view.camera)?;
     say_no_picture(&options);
     if settings.transparent && outputs.drops_alpha() && !RenderOptions::is(options.quiet) {
-        say("note: an .hdr has no alpha: its background is black; write an .exr or .png too");
+        say(
+            "note: --transparent: the background of the .hdr is black, because the format has no alpha; write an .exr or .png for alpha",
+        );
     }
     interrupt::listen();
-    expose(&mut outputs, &loaded, view, &settings, &options);
+    expose(&mut outputs, &loaded, view, &mut settings, &options);
     let is_verbose = RenderOptions::is(options.verbose);
     if is_verbose {
         say(&verbose::render(&settings));
@@ -145,16 +148,19 @@ pub fn say_light_unit(loaded: &Loaded, options: &RenderOptions) {
     }
 }
 
-/// Meters the exposure of PNG output if none is given, and prints it.
+/// Meters the exposure of PNG output if none is given, and prints it. Its time is taken from the time limit.
 fn expose(
     outputs: &mut Outputs,
     loaded: &Loaded,
     view: &NamedCamera,
-    settings: &Settings,
+    settings: &mut Settings,
     options: &RenderOptions,
 ) {
-    let what = (&loaded.scene, &view.camera, settings);
+    let start = Instant::now();
+    let what = (&loaded.scene, &view.camera, &*settings);
     outputs.expose(|| metering::metered("the PNG", options, what));
+    let left = settings.limits.time.map(|limit| limit.saturating_sub(start.elapsed()));
+    *settings = settings.clone().with_time_limit(left);
 }
 
 /// Renders the image and estimates its error.

@@ -30,7 +30,7 @@ pub struct RenderOptions {
     /// current folder]
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     pub output: Option<Vec<PathBuf>>,
-    /// Write EXR channels as 16-bit half floats
+    /// Write colour channels of EXR files as 16-bit half floats; depth, positions and ids keep 32 bits
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Output")]
     pub half: Option<bool>,
     /// Make the background transparent and write alpha

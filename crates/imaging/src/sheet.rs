@@ -77,12 +77,15 @@ mod tests {
             (8 + 2 * 28, 8 + 2 * (12 + 2 * text::line_height(SIZES[0]) + 4 + 8))
         );
         assert_eq!(sheet.data.len(), sheet.width * sheet.height * 3);
-        for c in &cells {
-            let count = sheet.data.iter().filter(|v| **v == c.frame.data[0]).count();
-            assert_eq!(count, c.frame.data.len());
+        let row = 8 + 12 + 2 * text::line_height(SIZES[0]) + 4;
+        for (c, (x0, y0)) in cells.iter().zip([(8, 8), (36, 8), (8, 8 + row)]) {
+            for (x, y) in (0..c.frame.height).flat_map(|y| (0..c.frame.width).map(move |x| (x, y))) {
+                assert_eq!(sheet.data[((y0 + y) * sheet.width + x0 + x) * 3], c.frame.data[0], "{x} {y}");
+            }
+            // The gap to the left and above is background.
+            assert_eq!(sheet.data[(y0 * sheet.width + x0 - 1) * 3], BACKGROUND);
+            assert_eq!(sheet.data[((y0 - 1) * sheet.width + x0) * 3], BACKGROUND);
         }
-        assert_eq!(sheet.data[(8 * sheet.width + 8) * 3], 101);
-        assert_eq!(sheet.data[(8 * sheet.width + 36) * 3], 102);
         assert!(sheet.data.contains(&INK[0]));
     }
 

@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn letters_lie_within_their_line_and_their_width() {
-        for text in ["H", "gjpqy", "ÄÅ", "0.123", "−½∝σ²≤×…"] {
+        for text in ["H", "gjpqy", "ÄÅ", "0.123", "−½σ²≤×…"] {
             let [left, top, right, bottom] = ink(&page(text, (4.0, 4.0))).unwrap();
             assert!(left >= 3 && top >= 4 && bottom < 4 + line_height(SIZE), "{text}: {left} {top} {bottom}");
             assert!((right as f32) < 5.0 + width(text, SIZE), "{text}: {right}");
@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn every_character_used_has_a_glyph() {
         let missing = FONT.glyph_id('\u{10ffff}');
-        let used = (' '..='~').chain("äöüéÅß×·±²³½µ−–…∝≤≥≈√∞→αβγδεηθλμπρσΩ".chars());
+        let used = (' '..='~').chain("äöüéÅß×·±²³½µ−–…≤≥≈√∞→αβγδεηθλμπρσΩ".chars());
         assert!(used.clone().all(|c| FONT.glyph_id(c) != missing), "{:?}", used.collect::<String>());
     }
 

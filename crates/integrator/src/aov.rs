@@ -65,7 +65,7 @@ impl fmt::Display for Aov {
 /// Error for an unknown layer name.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error(
-    "unknown layer '{0}' (expected beauty, albedo, normal, depth, position, variance, samples, object, material, removed or cryptomatte)"
+    "unknown layer '{0}' (expected beauty, albedo, normal, depth, position, variance, samples, object, material, removed, cryptomatte or all)"
 )]
 pub struct UnknownAov(String);
 

@@ -116,7 +116,7 @@ fn what_else_there_is_is_noted_unless_it_was_chosen() {
     let notes = |choice| read(&file, &options(choice, 0.0)).unwrap().notes().join("\n");
     assert_eq!(
         notes(choice("", "", "")),
-        "animation 0 'right' is played; the file also has 1 'up', 2 (--animation, or all)"
+        "animation 0 'right' is selected; the file also has 1 'up', 2 (--animation, or all)"
     );
     assert_eq!(notes(choice("", "", "all")), "");
     assert_eq!(read(&squares(), &gltf::Options::default()).unwrap().notes().len(), 0);

@@ -1,6 +1,7 @@
 //! The facts as text: one subject per line, and one line for each item that has more than a name.
 
 use crate::error;
+use crate::verbose::counted_always;
 use serde_json::Value;
 
 /// Maximum number of items of a kind that are listed; JSON lists all.
@@ -81,7 +82,7 @@ fn memory(facts: &Value) -> Option<String> {
 fn scene_line(s: &Value) -> String {
     let roots = s["roots"].as_u64().unwrap_or(0);
     let marks = [(s["default"] == true, "the default"), (s["shown"] == true, "shown")];
-    format!("{}: {roots} root nodes{}", called(s), marked(&marks))
+    format!("{}: {}{}", called(s), counted_always(roots as usize, "root node"), marked(&marks))
 }
 
 fn variant(v: &Value) -> String {
@@ -90,7 +91,7 @@ fn variant(v: &Value) -> String {
 
 fn animation(a: &Value) -> String {
     let seconds = |key: &str| a[key].as_f64().unwrap_or(0.0);
-    let mark = marked(&[(a["played"] == true, "played")]);
+    let mark = marked(&[(a["played"] == true, "selected")]);
     match a["error"].as_str() {
         Some(error) => format!("{}: cannot be read: {error}", called(a)),
         None => {

@@ -24,6 +24,10 @@ pub fn run(arguments: &StressArgs) -> Result<ExitCode, Failure> {
             ))
         })?,
     };
+    if arguments.list {
+        cases.iter().for_each(|case| standard_output::result(&format!("{}  {}", case.id, case.title)));
+        return Ok(ExitCode::SUCCESS);
+    }
     let effort = if arguments.thorough { Effort::Thorough } else { Effort::Normal };
     let page = arguments.output.as_deref().map(|folder| Page::plan(folder, "stress")).transpose()?;
     let start = Instant::now();

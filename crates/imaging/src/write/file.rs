@@ -76,6 +76,13 @@ pub fn probe(path: &Path) -> Result<(), ImageError> {
     let target = target(path)?;
     remove_abandoned(folder(&target));
     let failed = |source| ImageError::Write { path: path.to_path_buf(), source: anonymous(source) };
+    // The temporary file has another name: this detects a name that is too long or not valid.
+    match fs::symlink_metadata(&target) {
+        Err(e) if !matches!(e.kind(), ErrorKind::NotFound | ErrorKind::PermissionDenied) => {
+            return Err(failed(e));
+        }
+        _ => {}
+    }
     create_temporary(&target).and_then(NamedTempFile::close).map_err(failed)
 }
 

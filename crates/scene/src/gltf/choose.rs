@@ -74,8 +74,9 @@ impl Selected {
         let animations = names(&doc.root.animations, |a| a.name.as_deref());
         if choice.animation.is_none() && animations.len() > 1 {
             let (one, others) = (one(&animations, 0), others(&animations, 0));
-            notes
-                .push(format!("animation {one} is played; the file also has {others} (--animation, or all)"));
+            notes.push(format!(
+                "animation {one} is selected; the file also has {others} (--animation, or all)"
+            ));
         }
         notes
     }

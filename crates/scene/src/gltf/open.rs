@@ -5,6 +5,7 @@ use super::info::{self, Info};
 use super::options::Options;
 use super::read::scene;
 use crate::{SceneBuilder, SceneError};
+use std::io::Read;
 use std::path::Path;
 
 /// Reads a .gltf or .glb file into a builder, to which an environment may still be added.
@@ -42,10 +43,16 @@ pub fn files(path: &Path, options: &Options) -> Result<Vec<std::path::PathBuf>, 
 
 fn file(path: &Path, options: &Options) -> Result<Vec<u8>, SceneError> {
     let io = |source| SceneError::Io { file: path.to_owned(), what: "the scene".into(), source };
-    let length = std::fs::metadata(path).map_err(io)?.len();
+    let about = std::fs::metadata(path).map_err(io)?;
+    // Reading a device or a pipe might never end.
+    if !about.is_file() {
+        return Err(io(std::io::Error::other("it is not a regular file")));
+    }
     let memory = |overrun| SceneError::Memory { file: path.to_owned(), place: "the file".into(), overrun };
-    options.memory.admit(length, None).map_err(memory)?;
-    std::fs::read(path).map_err(io)
+    options.memory.admit(about.len(), None).map_err(memory)?;
+    let mut bytes = Vec::new();
+    std::fs::File::open(path).and_then(|file| file.take(about.len()).read_to_end(&mut bytes)).map_err(io)?;
+    Ok(bytes)
 }
 
 fn parse<'o>(

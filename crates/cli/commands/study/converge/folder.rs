@@ -131,7 +131,14 @@ impl Folder {
             Failure::Arguments(format!("{}: {said} ({why})", path.display()))
         };
         let text = match std::fs::read_to_string(&path) {
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Results::default()),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                // Files of these names without results.json are not of an earlier call.
+                let foreign = TABLES.iter().map(|name| self.file(name)).find(|path| path.exists());
+                return foreign.map_or(Ok(Results::default()), |path| {
+                    let said = "was not written by dapple converge; choose another folder or remove the file";
+                    Err(Failure::Arguments(format!("{}: {said}", path.display())))
+                });
+            }
             Err(e) => return Err(failed(e.to_string())),
             Ok(text) => text,
         };
