@@ -13,7 +13,7 @@ const PINNED: [(&str, &[&str], &[&str]); 12] = [
         &["dapple-math", "gethostname", "glam", "libm", "tempfile", "thiserror"],
         &["ab_glyph", "exr", "half", "image", "rayon"],
     ),
-    ("dapple-materials", &["dapple-sampling", "glam", "libm"], &[]),
+    ("dapple-materials", &["dapple-math", "dapple-sampling", "glam"], &[]),
     ("dapple-lights", &["dapple-math", "dapple-sampling", "glam", "libm"], &[]),
     ("dapple-camera", &["dapple-math", "dapple-sampling", "glam", "libm"], &[]),
     (

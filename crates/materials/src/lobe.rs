@@ -1,5 +1,7 @@
 //! Lobes of a BSDF, and sets of them.
 
+use dapple_math::lanes::Word;
+
 /// A lobe of a BSDF. Delta lobes have a direction but no density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
@@ -19,6 +21,16 @@ pub enum Lobe {
 }
 
 impl Lobe {
+    /// All lobes.
+    pub const ALL: [Self; 6] = [
+        Self::Diffuse,
+        Self::GlossyReflection,
+        Self::GlossyTransmission,
+        Self::DeltaReflection,
+        Self::DeltaTransmission,
+        Self::Mirror,
+    ];
+
     /// Whether the lobe has no density: next-event estimation cannot sample it, and its pdf has no MIS weight.
     pub fn is_delta(self) -> bool {
         matches!(self, Self::DeltaReflection | Self::DeltaTransmission)
@@ -78,19 +90,14 @@ impl Lobes {
     }
 
     /// This set with the rough lobes of `which` replaced by smooth ones.
-    pub const fn sharpened(self, which: Self) -> Self {
-        let rough = self.and(which);
-        let mut set = self;
-        if rough.contains(Lobe::GlossyReflection) {
-            set = set.without(Self::of(Lobe::GlossyReflection)).with(Lobe::DeltaReflection);
-        }
-        if rough.contains(Lobe::Mirror) {
-            set = set.without(Self::of(Lobe::Mirror)).with(Lobe::DeltaReflection);
-        }
-        if rough.contains(Lobe::GlossyTransmission) {
-            set = set.without(Self::of(Lobe::GlossyTransmission)).with(Lobe::DeltaTransmission);
-        }
-        set
+    pub fn sharpened(self, which: Self) -> Self {
+        Self(sharpened::<u32>(self.splat(), which) as u8)
+    }
+
+    /// This set for every lane.
+    #[inline(always)]
+    pub fn splat<W: Word>(self) -> W {
+        W::splat(u32::from(self.0))
     }
 
     /// Whether the set contains `lobe`.
@@ -98,10 +105,31 @@ impl Lobes {
         self.0 & (1 << lobe as u8) != 0
     }
 
+    /// The first lobe of the set in the order of [`Lobe`]; `None` if it is empty.
+    pub fn first(self) -> Option<Lobe> {
+        Lobe::ALL.get(self.0.trailing_zeros() as usize).copied()
+    }
+
     /// Whether the set is empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
+}
+
+/// Returns the lanes in which a set, given by its bits, has a lobe in common with `lobes`.
+#[inline(always)]
+pub fn meets<W: Word>(set: W, lobes: Lobes) -> W::Mask {
+    (set & lobes.splat()).ne(W::splat(0))
+}
+
+/// Returns the sets with the rough lobes of `which` replaced by smooth ones.
+#[inline(always)]
+pub fn sharpened<W: Word>(set: W, which: Lobes) -> W {
+    // The bit of a smooth lobe lies two places above that of the rough one; the mirror's two places below.
+    const GLOSSY: Lobes = Lobes::of(Lobe::GlossyReflection).with(Lobe::GlossyTransmission);
+    let glossy = set & which.and(GLOSSY).splat();
+    let mirror = set & which.and(Lobes::of(Lobe::Mirror)).splat();
+    (set & !(glossy | mirror)) | glossy << 2 | mirror >> 2
 }
 
 #[cfg(test)]
@@ -114,6 +142,11 @@ mod tests {
         assert!(both.contains(Lobe::Mirror) && !both.contains(Lobe::DeltaReflection));
         assert_eq!(both.and(Lobes::REFLECTION), Lobes::of(Lobe::Mirror));
         assert!(both.without(Lobes::ALL).is_empty());
+        let rough = both.with(Lobe::GlossyTransmission);
+        let sharp = Lobes::of(Lobe::Diffuse).with(Lobe::DeltaReflection).with(Lobe::DeltaTransmission);
+        assert_eq!(rough.sharpened(Lobes::ALL), sharp);
+        assert_eq!(Lobes::of(Lobe::GlossyReflection).sharpened(Lobes::REFLECTION), Lobes(8));
+        assert_eq!(rough.sharpened(Lobes::of(Lobe::Diffuse)), rough);
         for lobe in [Lobe::DeltaReflection, Lobe::DeltaTransmission] {
             assert!(lobe.is_delta() && Lobes::DELTA.contains(lobe));
             assert_eq!(lobe.is_transmission(), Lobes::TRANSMISSION.contains(lobe));
