@@ -36,7 +36,7 @@ const DIMENSIONLESS: [(&str, &str, &str); 31] = [
     ("materials/src/lanes/microfacet.rs", "1e-3", "roughness"),
     ("materials/src/lanes/mirror.rs", "1e-4", "blur over the distance"),
     ("materials/src/lanes/mirror.rs", "1e-7", "rounding of unit vectors"),
-    ("materials/src/sample.rs", "1e-18", "cosine whose square f32 still holds"),
+    ("materials/src/lanes/kind.rs", "1e-18", "cosine whose square f32 still holds"),
     ("materials/src/lanes/transmission.rs", "1e-3", "probability"),
 ];
 

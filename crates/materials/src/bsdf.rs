@@ -19,43 +19,9 @@ pub struct Bsdf(lanes::Bsdf<f32, Surface>);
 /// A surface of any kind.
 #[derive(Clone, Copy, Debug)]
 enum Surface {
-    /// Seen edge-on; no light is scattered.
-    Nothing,
     Lambert(Lambert<f32>),
     Mirror(Mirrored<f32>),
     Layers(Layers<f32>),
-}
-
-impl Kind<f32> for Surface {
-    #[inline(always)]
-    fn live(&self) -> u32 {
-        match self {
-            Self::Nothing => 0,
-            Self::Lambert(lambert) => lambert.live(),
-            Self::Mirror(mirror) => mirror.live(),
-            Self::Layers(layers) => layers.live(),
-        }
-    }
-
-    #[inline(always)]
-    fn eval(&self, wo: Vec3x<f32>, wi: Vec3x<f32>, asked: u32) -> (Vec3x<f32>, f32) {
-        match self {
-            Self::Nothing => (Vec3::ZERO.into(), 0.0),
-            Self::Lambert(lambert) => lambert.eval(wo, wi, asked),
-            Self::Mirror(mirror) => mirror.eval(wo, wi, asked),
-            Self::Layers(layers) => layers.eval(wo, wi, asked),
-        }
-    }
-
-    #[inline(always)]
-    fn sample(&self, wo: Vec3x<f32>, uc: f32, u: Vec2x<f32>, asked: u32) -> lanes::Sample<f32> {
-        match self {
-            Self::Nothing => lanes::Sample::none(),
-            Self::Lambert(lambert) => lambert.sample(wo, uc, u, asked),
-            Self::Mirror(mirror) => mirror.sample(wo, uc, u, asked),
-            Self::Layers(layers) => layers.sample(wo, uc, u, asked),
-        }
-    }
 }
 
 impl Bsdf {
@@ -70,17 +36,24 @@ impl Bsdf {
     /// energy. The Fresnel terms are those at the shading normal.
     pub fn losing_as(material: &Material, wo: Vec3, mu: Option<f32>) -> Self {
         let (wo, side) = lanes::face::<f32>(wo.into());
+        let face = (wo, side);
+        if !lanes::is_seen(wo) {
+            // Seen edge-on; no light is scattered.
+            return Self::of(face, Lambert { rho: Vec3::ZERO.into() }, Surface::Lambert);
+        }
+        if let Some(mirror) = &material.mirror {
+            return Self::of(face, Mirrored::new(mirror.kr.into(), mirror.blur, wo), Surface::Mirror);
+        }
         let parameters = Parameters::from(material);
-        let surface = if !lanes::is_seen(wo) {
-            Surface::Nothing
-        } else if let Some(mirror) = &material.mirror {
-            Surface::Mirror(Mirrored::new(mirror.kr.into(), mirror.blur, wo))
-        } else if material.specular == 0.0 && material.metallic == 0.0 && material.transmission == 0.0 {
-            Surface::Lambert(Lambert::new(&parameters))
-        } else {
-            Surface::Layers(Layers::new(&parameters, wo, side, mu))
-        };
-        Self(lanes::Bsdf::new((wo, side), surface))
+        if material.specular == 0.0 && material.metallic == 0.0 && material.transmission == 0.0 {
+            return Self::of(face, Lambert::new(&parameters), Surface::Lambert);
+        }
+        Self::of(face, Layers::new(&parameters, wo, side, mu), Surface::Layers)
+    }
+
+    #[inline(always)]
+    fn of<K: Kind<f32>>(face: (Vec3x<f32>, f32), kind: K, surface: fn(K) -> Surface) -> Self {
+        Self(lanes::Bsdf::new(face, kind).of(surface(kind)))
     }
 
     /// BSDF value without the cosine (1/sr), delta lobes excluded; zero for directions in the surface.
@@ -95,29 +68,36 @@ impl Bsdf {
 
     /// [`Self::f`] and [`Self::pdf`] at once.
     pub fn eval(&self, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
-        let (f, pdf) = self.0.eval(wi.into(), lobes.splat());
+        let (wi, lobes) = (wi.into(), lobes.splat());
+        let (f, pdf) = match self.0.kind() {
+            Surface::Lambert(lambert) => self.0.of(lambert).eval(wi, lobes),
+            Surface::Mirror(mirror) => self.0.of(mirror).eval(wi, lobes),
+            Surface::Layers(layers) => eval_layers(&self.0, layers, wi, lobes),
+        };
         (f.into(), pdf)
     }
 
     /// Samples a direction from the given lobes; `None` if they carry no light or if no light can travel in the sampled
     /// direction (the sample then counts as zero). `uc` selects the lobe, `u` the direction.
     pub fn sample_f(&self, uc: f32, u: Vec2, lobes: Lobes) -> Option<BsdfSample> {
-        let sample = self.0.sample_f(uc, u.into(), lobes.splat());
-        let lobe = Lobes(sample.lobe as u8).first()?;
-        let (wi, weight) = (sample.wi.into(), sample.weight.into());
-        Some(BsdfSample { wi, weight, pdf: sample.pdf, lobe, eta: sample.eta })
+        let (u, lobes) = (u.into(), lobes.splat());
+        match self.0.kind() {
+            Surface::Lambert(lambert) => BsdfSample::new(self.0.of(lambert).sample_f(uc, u, lobes)),
+            Surface::Mirror(mirror) => BsdfSample::new(self.0.of(mirror).sample_f(uc, u, lobes)),
+            Surface::Layers(layers) => sample_layers(&self.0, layers, uc, u, lobes),
+        }
     }
 
     /// Whether light that leaves towards `wi` continues in exactly the direction in which it arrived, to the last bit.
     pub fn passes(&self, wi: Vec3) -> bool {
-        Vec3::from(self.0.turn(wi.into())) == -Vec3::from(self.0.wo())
+        Vec3::from(self.0.turn(wi.into())) == -Vec3::from(self.0.face().0)
     }
 
     /// Unrefracted transmission of a smooth surface towards `wo`, from the opposite direction: at a thin wall and where
     /// the indices of both sides are equal. Zero elsewhere.
     pub fn straight(&self) -> Vec3 {
         match self.0.kind() {
-            Surface::Layers(layers) => layers.straight(self.0.wo()).into(),
+            Surface::Layers(layers) => layers.straight(self.0.face().0).into(),
             _ => Vec3::ZERO,
         }
     }
@@ -127,7 +107,7 @@ impl Bsdf {
     /// internal reflection.
     pub fn straightened(&self) -> Vec3 {
         match self.0.kind() {
-            Surface::Layers(layers) => layers.straightened(self.0.wo().z).into(),
+            Surface::Layers(layers) => layers.straightened(self.0.face().0.z).into(),
             _ => Vec3::ZERO,
         }
     }
@@ -145,10 +125,9 @@ impl Bsdf {
     /// Estimate of the directional albedo, for lobe selection and AOVs; transmission without its radiance scaling.
     pub fn albedo(&self) -> Vec3 {
         match self.0.kind() {
-            Surface::Nothing => Vec3::ZERO,
             Surface::Lambert(lambert) => lambert.rho.into(),
             Surface::Mirror(mirror) => mirror.kr.into(),
-            Surface::Layers(layers) => layers.albedo(self.0.wo().z).into(),
+            Surface::Layers(layers) => layers.albedo(self.0.face().0.z).into(),
         }
     }
 
@@ -157,7 +136,7 @@ impl Bsdf {
         match self.0.kind() {
             Surface::Lambert(lambert) => lambert.rho.into(),
             Surface::Layers(layers) => layers.diffuse_albedo().into(),
-            Surface::Nothing | Surface::Mirror(_) => Vec3::ZERO,
+            Surface::Mirror(_) => Vec3::ZERO,
         }
     }
 
@@ -165,11 +144,27 @@ impl Bsdf {
     /// with F at the macroscopic angle, a mirror without blur. A ray tracer without the integral over these lobes shows
     /// this limit.
     pub fn sharp(self, lobes: Lobes) -> Self {
-        let surface = match *self.0.kind() {
-            Surface::Mirror(mirror) if lobes.contains(Lobe::Mirror) => Surface::Mirror(mirror.sharp()),
-            Surface::Layers(layers) => Surface::Layers(layers.sharp(self.0.wo().z, lobes)),
-            surface => surface,
-        };
-        Self(self.0.with(surface))
+        let face = self.0.face();
+        match *self.0.kind() {
+            Surface::Mirror(mirror) if lobes.contains(Lobe::Mirror) => {
+                Self::of(face, mirror.sharp(), Surface::Mirror)
+            }
+            Surface::Layers(layers) => Self::of(face, layers.sharp(face.0.z, lobes), Surface::Layers),
+            _ => self,
+        }
     }
+}
+
+type Any = lanes::Bsdf<f32, Surface>;
+
+/// In a function of its own, so that simple surfaces do not pay for its registers.
+#[inline(never)]
+fn eval_layers(bsdf: &Any, layers: &Layers<f32>, wi: Vec3x<f32>, lobes: u32) -> (Vec3x<f32>, f32) {
+    bsdf.of(layers).eval(wi, lobes)
+}
+
+/// As [`eval_layers`].
+#[inline(never)]
+fn sample_layers(bsdf: &Any, layers: &Layers<f32>, uc: f32, u: Vec2x<f32>, lobes: u32) -> Option<BsdfSample> {
+    BsdfSample::new(bsdf.of(layers).sample_f(uc, u, lobes))
 }

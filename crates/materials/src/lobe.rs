@@ -21,16 +21,6 @@ pub enum Lobe {
 }
 
 impl Lobe {
-    /// All lobes.
-    pub const ALL: [Self; 6] = [
-        Self::Diffuse,
-        Self::GlossyReflection,
-        Self::GlossyTransmission,
-        Self::DeltaReflection,
-        Self::DeltaTransmission,
-        Self::Mirror,
-    ];
-
     /// Whether the lobe has no density: next-event estimation cannot sample it, and its pdf has no MIS weight.
     pub fn is_delta(self) -> bool {
         matches!(self, Self::DeltaReflection | Self::DeltaTransmission)
@@ -107,7 +97,15 @@ impl Lobes {
 
     /// The first lobe of the set in the order of [`Lobe`]; `None` if it is empty.
     pub fn first(self) -> Option<Lobe> {
-        Lobe::ALL.get(self.0.trailing_zeros() as usize).copied()
+        match self.0.trailing_zeros() {
+            0 => Some(Lobe::Diffuse),
+            1 => Some(Lobe::GlossyReflection),
+            2 => Some(Lobe::GlossyTransmission),
+            3 => Some(Lobe::DeltaReflection),
+            4 => Some(Lobe::DeltaTransmission),
+            5 => Some(Lobe::Mirror),
+            _ => None,
+        }
     }
 
     /// Whether the set is empty.

@@ -26,10 +26,13 @@ pub struct Shares<R> {
     pub facets: R,
 }
 
+/// Index of no choice.
+const NONE: u32 = 4;
+
 /// The layer that a sample follows.
 #[derive(Clone, Copy, Debug)]
 pub struct Pick<R: Real> {
-    /// Index of the choice, in the order of the fields of [`Shares`].
+    /// Index of the choice, in the order of the fields of [`Shares`], or [`NONE`].
     choice: R::Word,
     /// Its probability; 0 if no lobe carries light.
     pub share: R,
@@ -85,13 +88,17 @@ impl<R: Real> Shares<R> {
     #[inline(always)]
     pub fn pick(&self, uc: R, clear: bool) -> Pick<R> {
         let zero = R::splat(0.0);
-        let none = Pick { choice: R::Word::splat(0), share: zero, rest: zero };
+        let none = Pick { choice: R::Word::splat(NONE), share: zero, rest: zero };
         let mut offers = Offers { pick: none, left: uc, open: R::Mask::splat(true) };
         offers.next(0, self.diffuse);
-        offers.next(1, self.reflection);
-        if clear {
+        if offers.open.any() {
+            offers.next(1, self.reflection);
+        }
+        if clear && offers.open.any() {
             offers.next(2, self.transmission);
-            offers.next(3, self.facets);
+            if offers.open.any() {
+                offers.next(3, self.facets);
+            }
         }
         let pick = offers.pick;
         Pick { rest: (pick.rest / pick.share).min(R::splat(BELOW_ONE)), ..pick }
@@ -121,7 +128,7 @@ impl<R: Real> Pick<R> {
     /// Whether the choice has the given index.
     #[inline(always)]
     fn is(&self, index: u32) -> R::Mask {
-        self.choice.eq(R::Word::splat(index)) & self.share.gt(R::splat(0.0))
+        self.choice.eq(R::Word::splat(index))
     }
 
     /// The diffuse base.

@@ -145,8 +145,9 @@ impl<R: Real> Interface<R> {
             return (-wo, keeps);
         }
         let (ct, passes) = far_cosine(wo.z, self.eta);
-        let z = Vec3x::new(R::splat(0.0), R::splat(0.0), R::splat(1.0));
-        let bent = refract(wo, z, wo.z, ct, self.eta);
+        // As `refract` at the normal z, where the terms of wo.z cancel.
+        let inverse = R::splat(1.0) / self.eta;
+        let bent = Vec3x::new(-wo.x * inverse, -wo.y * inverse, -ct).normalize();
         (Vec3x::select(keeps, -wo, bent), keeps | passes)
     }
 
@@ -163,7 +164,11 @@ impl<R: Real> Interface<R> {
         let (ct, passes) = far_cosine(c, self.eta);
         // Total internal reflection is complete, whatever the tint. An unknown index knows none.
         let total = !(passes | self.eta.eq(R::splat(0.0)));
-        Vec3x::select(total, Vec3x::splat(glam::Vec3::ONE), self.reflectance_between(c, ct))
+        let all = Vec3x::splat(glam::Vec3::ONE);
+        if total.all() {
+            return all;
+        }
+        Vec3x::select(total, all, self.reflectance_between(c, ct))
     }
 
     /// As [`Self::reflectance`] with the cosines on both sides given: symmetric in the two sides.

@@ -1,9 +1,12 @@
 //! Kinds of surfaces, and the BSDF over lanes of one kind.
 
 use crate::lobe::{Lobes, meets};
-use crate::sample::GRAZING;
 use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x, Word};
 use glam::Vec3;
+
+/// Cosines below this count as in the surface, where no light is transported: the product of two of them reaches the
+/// limit of f32.
+pub(super) const GRAZING: f32 = 1e-18;
 
 /// Sampled directions.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +44,9 @@ impl<R: Real> Sample<R> {
     #[inline(always)]
     pub fn only(self, mask: R::Mask) -> Self {
         let none = Self::none();
+        if mask.all() {
+            return self;
+        }
         Self {
             wi: self.wi,
             weight: Vec3x::select(mask, self.weight, none.weight),
@@ -63,6 +69,23 @@ pub trait Kind<R: Real>: Copy {
 
     /// Samples a direction from the given live lobes: `uc` selects the lobe, `u` the direction.
     fn sample(&self, wo: Vec3x<R>, uc: R, u: Vec2x<R>, asked: R::Word) -> Sample<R>;
+}
+
+impl<R: Real, K: Kind<R>> Kind<R> for &K {
+    #[inline(always)]
+    fn live(&self) -> R::Word {
+        (*self).live()
+    }
+
+    #[inline(always)]
+    fn eval(&self, wo: Vec3x<R>, wi: Vec3x<R>, asked: R::Word) -> (Vec3x<R>, R) {
+        (*self).eval(wo, wi, asked)
+    }
+
+    #[inline(always)]
+    fn sample(&self, wo: Vec3x<R>, uc: R, u: Vec2x<R>, asked: R::Word) -> Sample<R> {
+        (*self).sample(wo, uc, u, asked)
+    }
 }
 
 /// The BSDFs of surfaces of one kind, one per lane, for one outgoing direction each: [`crate::Bsdf`] over lanes.
@@ -90,36 +113,44 @@ pub fn is_seen<R: Real>(wo: Vec3x<R>) -> R::Mask {
     wo.z.ge(R::splat(GRAZING)) & wo.x.eq(wo.x) & wo.y.eq(wo.y)
 }
 
-impl<R: Real, K: Kind<R>> Bsdf<R, K> {
-    /// Builds the BSDFs of surfaces of a kind, given `wo` and its side from [`face`].
-    #[inline(always)]
-    pub fn new((wo, side): (Vec3x<R>, R), kind: K) -> Self {
-        let live = R::Word::select(is_seen(wo), kind.live(), R::Word::splat(0));
-        Self { wo, side, live, kind }
-    }
-
+impl<R: Real, K> Bsdf<R, K> {
     /// Returns the surface.
     #[inline(always)]
     pub fn kind(&self) -> &K {
         &self.kind
     }
 
-    /// Replaces the surface by one that differs from it in its lobes.
+    /// Returns the same directions and lobes with the surface given in another form.
     #[inline(always)]
-    pub fn with(self, kind: K) -> Self {
-        Self::new((self.wo, self.side), kind)
+    pub fn of<L>(&self, kind: L) -> Bsdf<R, L> {
+        Bsdf { wo: self.wo, side: self.side, live: self.live, kind }
     }
 
-    /// Returns `wo`, flipped so that it is above the surface.
+    /// Returns `wo`, flipped so that it is above the surface, and −1 where it was flipped, else 1.
     #[inline(always)]
-    pub fn wo(&self) -> Vec3x<R> {
-        self.wo
+    pub fn face(&self) -> (Vec3x<R>, R) {
+        (self.wo, self.side)
     }
 
     /// Returns the lobes with non-zero weight, as the bits of [`Lobes`].
     #[inline(always)]
     pub fn lobes(&self) -> R::Word {
         self.live
+    }
+
+    /// Converts a direction to and from the frame in which `wo` is above the surface.
+    #[inline(always)]
+    pub fn turn(&self, w: Vec3x<R>) -> Vec3x<R> {
+        Vec3x::new(w.x, w.y, w.z * self.side)
+    }
+}
+
+impl<R: Real, K: Kind<R>> Bsdf<R, K> {
+    /// Builds the BSDFs of surfaces of a kind, given `wo` and its side from [`face`].
+    #[inline(always)]
+    pub fn new((wo, side): (Vec3x<R>, R), kind: K) -> Self {
+        let live = R::Word::select(is_seen(wo), kind.live(), R::Word::splat(0));
+        Self { wo, side, live, kind }
     }
 
     /// Returns the BSDF value without the cosine (1/sr), delta lobes excluded, and the solid-angle density of
@@ -146,11 +177,5 @@ impl<R: Real, K: Kind<R>> Bsdf<R, K> {
         }
         let sample = self.kind.sample(self.wo, uc, u, asked);
         Sample { wi: self.turn(sample.wi), ..sample.only(lit) }
-    }
-
-    /// Converts a direction to and from the frame in which `wo` is above the surface.
-    #[inline(always)]
-    pub fn turn(&self, w: Vec3x<R>) -> Vec3x<R> {
-        Vec3x::new(w.x, w.y, w.z * self.side)
     }
 }

@@ -1,11 +1,10 @@
 //! An uncoated diffuse base over lanes: the most common material, without any other data.
 
 use super::cosine::{hemisphere_cosine, hemisphere_cosine_pdf};
-use super::kind::{Kind, Sample};
+use super::kind::{GRAZING, Kind, Sample};
 use super::parameters::Parameters;
 use crate::lobe::{Lobe, Lobes};
-use crate::sample::GRAZING;
-use dapple_math::lanes::{Real, Vec2x, Vec3x, Word};
+use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x, Word};
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
@@ -33,9 +32,12 @@ impl<R: Real> Kind<R> for Lambert<R> {
 
     #[inline(always)]
     fn eval(&self, _: Vec3x<R>, wi: Vec3x<R>, _: R::Word) -> (Vec3x<R>, R) {
-        let above = wi.z.gt(R::splat(0.0));
+        let (none, above) = (Vec3x::splat(Vec3::ZERO), wi.z.gt(R::splat(0.0)));
+        if !above.any() {
+            return (none, R::splat(0.0));
+        }
         let f = self.rho * R::splat(FRAC_1_PI);
-        (Vec3x::select(above, f, Vec3x::splat(Vec3::ZERO)), hemisphere_cosine_pdf(wi.z))
+        (Vec3x::select(above, f, none), hemisphere_cosine_pdf(wi.z))
     }
 
     #[inline(always)]

@@ -6,7 +6,7 @@
 //! cos³θ).
 
 use super::microfacet::unit;
-use dapple_math::lanes::{Real, Vec2x, Vec3x};
+use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x};
 use glam::Vec3;
 
 /// Blurs below this are treated as a perfect mirror: f32 directions could not distinguish the inside of the square from
@@ -53,9 +53,15 @@ impl<R: Real> SquareBlur<R> {
     pub fn pdf(&self, wi: Vec3x<R>) -> R {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
         let c = wi.dot(self.r);
+        let front = wi.z.gt(zero) & c.gt(zero);
+        if !front.any() {
+            return zero;
+        }
         let half = R::splat(0.5) * self.blur * c + R::splat(SLACK) * (one + self.blur);
-        let across = wi.dot(self.u).abs().le(half) & wi.dot(self.v).abs().le(half);
-        let inside = wi.z.gt(zero) & c.gt(zero) & across;
+        let inside = front & wi.dot(self.u).abs().le(half) & wi.dot(self.v).abs().le(half);
+        if !inside.any() {
+            return zero;
+        }
         R::select(inside, one / (self.blur * self.blur * c * c * c), zero)
     }
 }

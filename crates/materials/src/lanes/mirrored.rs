@@ -1,9 +1,8 @@
 //! Mirrors over lanes, perfect or with square blur.
 
-use super::kind::{Kind, Sample};
+use super::kind::{GRAZING, Kind, Sample};
 use super::mirror::{SHARP_BLUR, SquareBlur};
 use crate::lobe::{Lobe, Lobes};
-use crate::sample::GRAZING;
 use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x, Word};
 use glam::Vec3;
 
@@ -41,9 +40,12 @@ impl<R: Real> Kind<R> for Mirrored<R> {
 
     #[inline(always)]
     fn eval(&self, _: Vec3x<R>, wi: Vec3x<R>, _: R::Word) -> (Vec3x<R>, R) {
-        let pdf = self.square.pdf(wi);
-        let (f, lit) = (self.kr * (pdf / wi.z), wi.z.gt(R::splat(0.0)));
-        (Vec3x::select(lit, f, Vec3x::splat(Vec3::ZERO)), pdf)
+        let (zero, pdf) = (R::splat(0.0), self.square.pdf(wi));
+        let (none, lit) = (Vec3x::splat(Vec3::ZERO), pdf.gt(zero));
+        if !lit.any() {
+            return (none, zero);
+        }
+        (Vec3x::select(lit, self.kr * (pdf / wi.z), none), pdf)
     }
 
     #[inline(always)]

@@ -48,10 +48,10 @@ pub fn clamped<R: Real>(x: R) -> R {
 }
 
 impl<R: Real> Parameters<R> {
-    /// Returns the base colour without negative channels; NaN becomes 0.
+    /// Returns the base colour, with channels clamped to finite numbers from 0; NaN becomes 0.
     #[inline(always)]
     pub fn base(&self) -> Vec3x<R> {
-        self.base_color.max(Vec3x::splat(Vec3::ZERO))
+        self.base_color.max(Vec3x::splat(Vec3::ZERO)).min(Vec3x::splat(Vec3::MAX))
     }
 
     /// Returns the Fresnel term of the dielectric, `KHR_materials_ior` and `_specular`: F0 = min(r0·colour,

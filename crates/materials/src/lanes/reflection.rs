@@ -5,7 +5,7 @@
 //! light that is reflected more than once between facets is lost (docs/science.md, "GGX").
 
 use super::microfacet::Ggx;
-use dapple_math::lanes::{Real, Vec2x, Vec3x};
+use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x};
 
 /// A rough surface for one `wo`, with the values that depend on `wo` alone.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +49,9 @@ impl<R: Real> Rough<R> {
         let h = wo + wi;
         let length = h.length();
         let seen = length.gt(zero);
+        if !seen.any() {
+            return Reflection { value: zero, pdf: zero, cos: zero };
+        }
         let half_d = R::select(seen, half * self.ggx.d(h * (one / length)), zero);
         let value = self.gain * half_d / (self.t * wi.z + self.ggx.t(wi) * wo.z);
         // wo·m = |wo + wi|/2 for unit vectors: symmetric in wo and wi, and accurate at grazing angles.

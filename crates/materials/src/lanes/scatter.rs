@@ -5,13 +5,12 @@
 
 use super::choice::{Pick, Shares};
 use super::cosine::{hemisphere_cosine, hemisphere_cosine_pdf};
-use super::kind::{Kind, Sample};
+use super::kind::{GRAZING, Kind, Sample};
 use super::layers::Layers;
 use super::microfacet::reflect;
 use super::reflection::Rough;
 use super::transmission::FacetCosines;
 use crate::lobe::{Lobe, Lobes, meets};
-use crate::sample::GRAZING;
 use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x, Word};
 use glam::Vec3;
 
@@ -45,6 +44,9 @@ impl<R: Real> Kind<R> for Layers<R> {
         let shares = self.shares(asked);
         let pick = shares.pick(uc, self.clear.is_some());
         let Direction { wi, lobe, known } = self.direction(&pick, wo, u, asked);
+        if !meets(lobe, Lobes::ALL).any() {
+            return Sample::none();
+        }
         let mut eta = one;
         if let Some(clear) = &self.clear {
             eta = R::select(meets(lobe, Lobes::TRANSMISSION), clear.interface.eta_squared(), one);
@@ -226,13 +228,15 @@ impl<R: Real> Layers<R> {
     /// Weight of a smooth layer before division by its selection probability.
     #[inline(always)]
     fn delta_weight(&self, lobe: R::Word, wo: Vec3x<R>) -> Vec3x<R> {
-        let opaque = self.opaque.at(wo.z);
-        let Some(clear) = &self.clear else { return opaque };
+        let Some(clear) = &self.clear else { return self.opaque.at(wo.z) };
         let through = meets(lobe, Lobes::TRANSMISSION);
-        let reflected = opaque + clear.interface.reflectance(wo.z) * clear.share;
-        if !through.any() {
-            return reflected;
+        let mut weight = Vec3x::splat(Vec3::ZERO);
+        if !through.all() {
+            weight = self.opaque.at(wo.z) + clear.interface.reflectance(wo.z) * clear.share;
         }
-        Vec3x::select(through, clear.delta_weight(wo), reflected)
+        if through.any() {
+            weight = Vec3x::select(through, clear.delta_weight(wo), weight);
+        }
+        weight
     }
 }

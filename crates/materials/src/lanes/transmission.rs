@@ -52,6 +52,9 @@ pub fn eval_refraction<R: Real>(rough: &Rough<R>, wo: Vec3x<R>, wi: Vec3x<R>, et
     let facet = FacetCosines { o: wo.dot(m), i: -wi.dot(m) };
     // A facet that faces away from either direction contributes nothing.
     let faces = found & facet.o.gt(zero) & facet.i.gt(zero);
+    if !faces.any() {
+        return Transmission { value: zero, pdf: zero, facet };
+    }
     let inverse = one / eta;
     let denominator = facet.o * inverse - facet.i;
     let d = R::splat(2.0) * rough.ggx.d(m) * facet.o * facet.i / (denominator * denominator);
