@@ -3,10 +3,10 @@
 //!
 //! Surfaces come in [kinds](Kind), and a [`Bsdf`] holds surfaces of one kind with parameters of their own:
 //!
-//! - [`Lambert`]: diffuse reflection alone;
-//! - [`Layers::opaque`]: metals and dielectrics, coat over diffuse base;
-//! - [`Layers::new`]: all of these, and clear dielectrics;
-//! - [`Mirrored`]: mirrors.
+//! - diffuse reflection alone: [`Lambert`];
+//! - metals and dielectrics, coat over diffuse base: [`Layers::opaque`];
+//! - all of these, and clear dielectrics: [`Layers::new`];
+//! - mirrors: [`Mirrored`].
 //!
 //! Material parameters are read from [`Columns`]. Whether a lane has a lobe is a mask; what no lane has is skipped.
 
