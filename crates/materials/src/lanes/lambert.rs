@@ -1,10 +1,10 @@
 //! An uncoated diffuse base over lanes: the most common material, without any other data.
 
-use super::cosine::{hemisphere_cosine, hemisphere_cosine_pdf};
 use super::kind::{GRAZING, Kind, Sample};
 use super::parameters::Parameters;
 use crate::lobe::{Lobe, Lobes};
 use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x, Word};
+use dapple_sampling::lanes::warp::{hemisphere_cosine, hemisphere_cosine_pdf};
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 

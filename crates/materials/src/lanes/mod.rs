@@ -12,7 +12,6 @@
 
 mod albedo;
 mod choice;
-mod cosine;
 mod diffuse;
 mod fresnel;
 mod kind;

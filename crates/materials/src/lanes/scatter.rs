@@ -4,7 +4,6 @@
 //! the mixture density: the balance heuristic over lobes (see `choice`).
 
 use super::choice::{Pick, Shares};
-use super::cosine::{hemisphere_cosine, hemisphere_cosine_pdf};
 use super::kind::{GRAZING, Kind, Sample};
 use super::layers::Layers;
 use super::microfacet::reflect;
@@ -12,6 +11,7 @@ use super::reflection::Rough;
 use super::transmission::FacetCosines;
 use crate::lobe::{Lobe, Lobes, meets};
 use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x, Word};
+use dapple_sampling::lanes::warp::{hemisphere_cosine, hemisphere_cosine_pdf};
 use glam::Vec3;
 
 /// Sampled directions, their lobes (the bits of one, or none where no light can travel), and the cosines of the facets
