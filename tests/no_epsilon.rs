@@ -30,14 +30,14 @@ const DIMENSIONLESS: [(&str, &str, &str); 31] = [
     ("lights/src/rectangle.rs", "1e-5", "cosine between edges"),
     ("lights/src/solid_angle.rs", "1e-5", "tangent at which a series takes over, to 3e-11 of its value"),
     ("materials/src/bounds.rs", "2e-4", "ratio of indices of refraction"),
-    ("materials/src/diffuse.rs", "1e-4", "transmitted fraction of light"),
-    ("materials/src/fresnel.rs", "1e-4", "difference of indices"),
-    ("materials/src/layers.rs", "1e-6", "least index of refraction"),
-    ("materials/src/microfacet.rs", "1e-3", "roughness"),
-    ("materials/src/mirror.rs", "1e-4", "blur over the distance"),
-    ("materials/src/mirror.rs", "1e-7", "rounding of unit vectors"),
-    ("materials/src/sample.rs", "1e-18", "cosine whose square f32 still holds"),
-    ("materials/src/transmission.rs", "1e-3", "probability"),
+    ("materials/src/lanes/diffuse.rs", "1e-4", "transmitted fraction of light"),
+    ("materials/src/lanes/fresnel.rs", "1e-4", "difference of indices"),
+    ("materials/src/lanes/layers.rs", "1e-6", "least index of refraction"),
+    ("materials/src/lanes/microfacet.rs", "1e-3", "roughness"),
+    ("materials/src/lanes/mirror.rs", "1e-4", "blur over the distance"),
+    ("materials/src/lanes/mirror.rs", "1e-7", "rounding of unit vectors"),
+    ("materials/src/lanes/kind.rs", "1e-18", "cosine whose square f32 still holds"),
+    ("materials/src/lanes/transmission.rs", "1e-3", "probability"),
 ];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {

@@ -4,12 +4,11 @@
 //! whether it transmits light without refraction, and how many lobes a ray can meet. [`crate::Bsdf::lobes`] is always a
 //! subset of them.
 
-use crate::microfacet::SMOOTH_ALPHA;
-use crate::mirror::SHARP_BLUR;
+use crate::lanes::{SHARP_BLUR, SMOOTH_ALPHA};
 use crate::{Lobe, Lobes, Material, Mirror};
 use glam::Vec3;
 
-/// Indices that differ by less are treated as equal. [`crate::fresnel::Interface`] uses half of this.
+/// Indices that differ by less are treated as equal. [`crate::lanes::Interface`] uses half of this.
 const EQUAL_INDICES: f32 = 2e-4;
 
 /// Parameters that vary over a surface. Textures multiply factors, so each value lies between 0 and that of the

@@ -4,42 +4,24 @@
 //! surface has one lobe and no table lookup). Either side of a surface may be hit: all directions are flipped so that
 //! `wo` is above it, and only the index of refraction depends on the side. Opaque materials therefore look alike from
 //! both sides.
-//!
-//! With several lobes, one is selected by its share of the light, and the weight is the sum of f·cos of all lobes over
-//! the mixture density: the balance heuristic over lobes (see `choice`).
 
-use crate::layers::Layers;
-use crate::mirror::{SHARP_BLUR, SquareBlur, WIDEST_BLUR};
-use crate::sample::{BsdfSample, GRAZING};
-use crate::{Lobe, Lobes, Material, Mirror};
-use dapple_sampling::warp;
+use crate::lanes::{self, Kind, Lambert, Layers, Mirrored, Parameters};
+use crate::sample::BsdfSample;
+use crate::{Lobe, Lobes, Material};
+use dapple_math::lanes::{Vec2x, Vec3x};
 use glam::{Vec2, Vec3};
-use std::f32::consts::FRAC_1_PI;
 
 /// A BSDF for one `wo`. Directions are unit vectors that point away, in the local frame; wo.z may be negative (back
 /// side).
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf {
-    /// Outgoing direction, flipped so that z ≥ 0.
-    wo: Vec3,
-    /// −1 if `wo` was flipped, else 1.
-    side: f32,
-    live: Lobes,
-    body: Body,
-}
+pub struct Bsdf(lanes::Bsdf<f32, Surface>);
 
-/// Kind of the surface.
+/// A surface of any kind.
 #[derive(Clone, Copy, Debug)]
-enum Body {
-    /// Seen edge-on; no light is scattered.
-    Nothing,
-    /// An uncoated diffuse base of this reflectance: the most common material, stored without any other data.
-    Lambert(Vec3),
-    Mirror {
-        kr: Vec3,
-        blur: Option<SquareBlur>,
-    },
-    Layers(Layers),
+enum Surface {
+    Lambert(Lambert<f32>),
+    Mirror(Mirrored<f32>),
+    Layers(Layers<f32>),
 }
 
 impl Bsdf {
@@ -53,18 +35,25 @@ impl Bsdf {
     /// that at cosine `mu`, the cosine of `wo` to the unperturbed normal, so that a normal map neither removes nor adds
     /// energy. The Fresnel terms are those at the shading normal.
     pub fn losing_as(material: &Material, wo: Vec3, mu: Option<f32>) -> Self {
-        let side = if wo.z < 0.0 { -1.0 } else { 1.0 };
-        let wo = Vec3::new(wo.x, wo.y, wo.z * side);
-        let body = if wo.z < GRAZING || wo.is_nan() {
-            Body::Nothing
-        } else if let Some(mirror) = &material.mirror {
-            Body::mirror(mirror, wo)
-        } else if material.specular == 0.0 && material.metallic == 0.0 && material.transmission == 0.0 {
-            Body::Lambert(material.base_color.max(Vec3::ZERO))
-        } else {
-            Body::Layers(Layers::new(material, wo, side, mu))
-        };
-        Self { wo, side, live: body.live(), body }
+        let (wo, side) = lanes::face::<f32>(wo.into());
+        let face = (wo, side);
+        if !lanes::is_seen(wo) {
+            // Seen edge-on; no light is scattered.
+            return Self::of(face, Lambert { rho: Vec3::ZERO.into() }, Surface::Lambert);
+        }
+        if let Some(mirror) = &material.mirror {
+            return Self::of(face, Mirrored::new(mirror.kr.into(), mirror.blur, wo), Surface::Mirror);
+        }
+        let parameters = Parameters::from(material);
+        if material.specular == 0.0 && material.metallic == 0.0 && material.transmission == 0.0 {
+            return Self::of(face, Lambert::new(&parameters), Surface::Lambert);
+        }
+        Self::of(face, Layers::new(&parameters, wo, side, mu), Surface::Layers)
+    }
+
+    #[inline(always)]
+    fn of<K: Kind<f32>>(face: (Vec3x<f32>, f32), kind: K, surface: fn(K) -> Surface) -> Self {
+        Self(lanes::Bsdf::new(face, kind).of(surface(kind)))
     }
 
     /// BSDF value without the cosine (1/sr), delta lobes excluded; zero for directions in the surface.
@@ -79,49 +68,36 @@ impl Bsdf {
 
     /// [`Self::f`] and [`Self::pdf`] at once.
     pub fn eval(&self, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
-        let asked = self.live.and(lobes);
-        let wi = self.turn(wi);
-        if asked.without(Lobes::DELTA).is_empty() || wi.z.abs() < GRAZING {
-            return (Vec3::ZERO, 0.0);
-        }
-        match &self.body {
-            Body::Mirror { kr, blur: Some(blur) } if wi.z > 0.0 => {
-                let pdf = blur.pdf(wi);
-                (*kr * (pdf / wi.z), pdf)
-            }
-            Body::Lambert(rho) if wi.z > 0.0 => (*rho * FRAC_1_PI, warp::hemisphere_cosine_pdf(wi.z)),
-            Body::Layers(layers) => layers.eval(self.wo, wi, asked),
-            _ => (Vec3::ZERO, 0.0),
-        }
+        let (wi, lobes) = (wi.into(), lobes.splat());
+        let (f, pdf) = match self.0.kind() {
+            Surface::Lambert(lambert) => self.0.of(lambert).eval(wi, lobes),
+            Surface::Mirror(mirror) => self.0.of(mirror).eval(wi, lobes),
+            Surface::Layers(layers) => eval_layers(&self.0, layers, wi, lobes),
+        };
+        (f.into(), pdf)
     }
 
     /// Samples a direction from the given lobes; `None` if they carry no light or if no light can travel in the sampled
     /// direction (the sample then counts as zero). `uc` selects the lobe, `u` the direction.
     pub fn sample_f(&self, uc: f32, u: Vec2, lobes: Lobes) -> Option<BsdfSample> {
-        let asked = self.live.and(lobes);
-        if asked.is_empty() {
-            return None;
+        let (u, lobes) = (u.into(), lobes.splat());
+        match self.0.kind() {
+            Surface::Lambert(lambert) => BsdfSample::new(self.0.of(lambert).sample_f(uc, u, lobes)),
+            Surface::Mirror(mirror) => BsdfSample::new(self.0.of(mirror).sample_f(uc, u, lobes)),
+            Surface::Layers(layers) => sample_layers(&self.0, layers, uc, u, lobes),
         }
-        let mut sample = match &self.body {
-            Body::Nothing => None,
-            Body::Lambert(rho) => sample_lambert(*rho, u),
-            Body::Mirror { kr, blur } => sample_mirror(self.wo, *kr, blur.as_ref(), u),
-            Body::Layers(layers) => layers.sample(self.wo, uc, u, asked),
-        }?;
-        sample.wi = self.turn(sample.wi);
-        Some(sample)
     }
 
     /// Whether light that leaves towards `wi` continues in exactly the direction in which it arrived, to the last bit.
     pub fn passes(&self, wi: Vec3) -> bool {
-        self.turn(wi) == -self.wo
+        Vec3::from(self.0.turn(wi.into())) == -Vec3::from(self.0.face().0)
     }
 
     /// Unrefracted transmission of a smooth surface towards `wo`, from the opposite direction: at a thin wall and where
     /// the indices of both sides are equal. Zero elsewhere.
     pub fn straight(&self) -> Vec3 {
-        match &self.body {
-            Body::Layers(layers) => layers.straight(self.wo),
+        match self.0.kind() {
+            Surface::Layers(layers) => layers.straight(self.0.face().0).into(),
             _ => Vec3::ZERO,
         }
     }
@@ -130,90 +106,65 @@ impl Bsdf {
     /// direction. *Approximation*: the angle is taken on the side of the lower index, so that there is no total
     /// internal reflection.
     pub fn straightened(&self) -> Vec3 {
-        match &self.body {
-            Body::Layers(layers) => layers.straightened(self.wo.z),
+        match self.0.kind() {
+            Surface::Layers(layers) => layers.straightened(self.0.face().0.z).into(),
             _ => Vec3::ZERO,
         }
     }
 
     /// Lobes with non-zero weight.
     pub fn lobes(&self) -> Lobes {
-        self.live
+        Lobes(self.0.lobes() as u8)
     }
 
     /// Whether all lobes are delta lobes, for which next-event estimation is of no use.
     pub fn is_delta(&self) -> bool {
-        self.live.without(Lobes::DELTA).is_empty()
+        self.lobes().without(Lobes::DELTA).is_empty()
     }
 
     /// Estimate of the directional albedo, for lobe selection and AOVs; transmission without its radiance scaling.
     pub fn albedo(&self) -> Vec3 {
-        match &self.body {
-            Body::Nothing => Vec3::ZERO,
-            Body::Lambert(rho) => *rho,
-            Body::Mirror { kr, .. } => *kr,
-            Body::Layers(layers) => layers.albedo(self.wo.z),
+        match self.0.kind() {
+            Surface::Lambert(lambert) => lambert.rho.into(),
+            Surface::Mirror(mirror) => mirror.kr.into(),
+            Surface::Layers(layers) => layers.albedo(self.0.face().0.z).into(),
         }
     }
 
     /// Directional albedo of the diffuse lobe alone.
     pub fn diffuse_albedo(&self) -> Vec3 {
-        match &self.body {
-            Body::Lambert(rho) => *rho,
-            Body::Layers(layers) => layers.diffuse_albedo(),
-            Body::Nothing | Body::Mirror { .. } => Vec3::ZERO,
+        match self.0.kind() {
+            Surface::Lambert(lambert) => lambert.rho.into(),
+            Surface::Layers(layers) => layers.diffuse_albedo().into(),
+            Surface::Mirror(_) => Vec3::ZERO,
         }
     }
 
     /// The BSDF with the given rough lobes replaced by their ideal limit: reflection and refraction at a smooth surface
     /// with F at the macroscopic angle, a mirror without blur. A ray tracer without the integral over these lobes shows
     /// this limit.
-    pub fn sharp(mut self, lobes: Lobes) -> Self {
-        match &mut self.body {
-            Body::Mirror { blur, .. } if lobes.contains(Lobe::Mirror) => *blur = None,
-            Body::Layers(layers) => layers.sharpen(self.wo.z, lobes),
-            _ => {}
-        }
-        self.live = self.body.live();
-        self
-    }
-
-    /// Converts a direction to and from the frame in which `wo` is above the surface.
-    fn turn(&self, w: Vec3) -> Vec3 {
-        Vec3::new(w.x, w.y, w.z * self.side)
-    }
-}
-
-impl Body {
-    fn mirror(mirror: &Mirror, wo: Vec3) -> Self {
-        let blur = (mirror.blur >= SHARP_BLUR).then(|| SquareBlur::new(wo, mirror.blur.min(WIDEST_BLUR)));
-        Self::Mirror { kr: mirror.kr.max(Vec3::ZERO), blur }
-    }
-
-    fn live(&self) -> Lobes {
-        match self {
-            Self::Nothing => Lobes::NONE,
-            Self::Lambert(rho) if *rho == Vec3::ZERO => Lobes::NONE,
-            Self::Lambert(_) => Lobes::of(Lobe::Diffuse),
-            Self::Mirror { kr, .. } if *kr == Vec3::ZERO => Lobes::NONE,
-            Self::Mirror { blur: Some(_), .. } => Lobes::of(Lobe::Mirror),
-            Self::Mirror { blur: None, .. } => Lobes::of(Lobe::DeltaReflection),
-            Self::Layers(layers) => layers.live(),
+    pub fn sharp(self, lobes: Lobes) -> Self {
+        let face = self.0.face();
+        match *self.0.kind() {
+            Surface::Mirror(mirror) if lobes.contains(Lobe::Mirror) => {
+                Self::of(face, mirror.sharp(), Surface::Mirror)
+            }
+            Surface::Layers(layers) => Self::of(face, layers.sharp(face.0.z, lobes), Surface::Layers),
+            _ => self,
         }
     }
 }
 
-fn sample_lambert(rho: Vec3, u: Vec2) -> Option<BsdfSample> {
-    let wi = warp::hemisphere_cosine(u);
-    let pdf = warp::hemisphere_cosine_pdf(wi.z);
-    (wi.z >= GRAZING).then_some(BsdfSample { wi, weight: rho, pdf, lobe: Lobe::Diffuse, eta: 1.0 })
+type Any = lanes::Bsdf<f32, Surface>;
+
+/// In a function of its own, so that simple surfaces do not pay for its registers.
+#[inline(never)]
+fn eval_layers(bsdf: &Any, layers: &Layers<f32>, wi: Vec3x<f32>, lobes: u32) -> (Vec3x<f32>, f32) {
+    bsdf.of(layers).eval(wi, lobes)
 }
 
-fn sample_mirror(wo: Vec3, kr: Vec3, blur: Option<&SquareBlur>, u: Vec2) -> Option<BsdfSample> {
-    let Some(blur) = blur else {
-        let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-        return Some(BsdfSample { wi, weight: kr, pdf: 1.0, lobe: Lobe::DeltaReflection, eta: 1.0 });
-    };
-    let wi = blur.sample(u).filter(|wi| wi.z >= GRAZING)?;
-    Some(BsdfSample { wi, weight: kr, pdf: blur.pdf(wi), lobe: Lobe::Mirror, eta: 1.0 })
+/// As [`eval_layers`].
+#[inline(never)]
+fn sample_layers(bsdf: &Any, layers: &Layers<f32>, uc: f32, u: Vec2x<f32>, lobes: u32) -> Option<BsdfSample> {
+    BsdfSample::new(bsdf.of(layers).sample_f(uc, u, lobes))
 }

@@ -8,23 +8,20 @@
 //! `f` is the BSDF without the cosine, for radiance transported against the ray (from `wi` to `wo`). `pdf` is the
 //! probability density per solid angle about `wi`. [`Bsdf::sample_f`], [`Bsdf::pdf`] and [`Bsdf::f`] agree for every
 //! set of [`Lobes`].
+//!
+//! Every formula is written once over lanes, in [`lanes`], for renderers that scatter many directions at a time.
 #![forbid(unsafe_code)]
 
 pub mod albedo;
 mod albedo_table;
 pub mod bounds;
 pub mod bsdf;
-mod choice;
-pub mod diffuse;
 pub mod fresnel;
-mod layers;
+pub mod lanes;
 pub mod lobe;
 pub mod material;
 pub mod microfacet;
-pub mod mirror;
-pub mod reflection;
 pub mod sample;
-pub mod transmission;
 
 pub use bounds::Varying;
 pub use bsdf::Bsdf;

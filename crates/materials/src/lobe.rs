@@ -1,5 +1,7 @@
 //! Lobes of a BSDF, and sets of them.
 
+use dapple_math::lanes::Word;
+
 /// A lobe of a BSDF. Delta lobes have a direction but no density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
@@ -78,19 +80,14 @@ impl Lobes {
     }
 
     /// This set with the rough lobes of `which` replaced by smooth ones.
-    pub const fn sharpened(self, which: Self) -> Self {
-        let rough = self.and(which);
-        let mut set = self;
-        if rough.contains(Lobe::GlossyReflection) {
-            set = set.without(Self::of(Lobe::GlossyReflection)).with(Lobe::DeltaReflection);
-        }
-        if rough.contains(Lobe::Mirror) {
-            set = set.without(Self::of(Lobe::Mirror)).with(Lobe::DeltaReflection);
-        }
-        if rough.contains(Lobe::GlossyTransmission) {
-            set = set.without(Self::of(Lobe::GlossyTransmission)).with(Lobe::DeltaTransmission);
-        }
-        set
+    pub fn sharpened(self, which: Self) -> Self {
+        Self(sharpened::<u32>(self.splat(), which) as u8)
+    }
+
+    /// This set for every lane.
+    #[inline(always)]
+    pub fn splat<W: Word>(self) -> W {
+        W::splat(u32::from(self.0))
     }
 
     /// Whether the set contains `lobe`.
@@ -98,10 +95,39 @@ impl Lobes {
         self.0 & (1 << lobe as u8) != 0
     }
 
+    /// The first lobe of the set in the order of [`Lobe`]; `None` if it is empty.
+    pub fn first(self) -> Option<Lobe> {
+        match self.0.trailing_zeros() {
+            0 => Some(Lobe::Diffuse),
+            1 => Some(Lobe::GlossyReflection),
+            2 => Some(Lobe::GlossyTransmission),
+            3 => Some(Lobe::DeltaReflection),
+            4 => Some(Lobe::DeltaTransmission),
+            5 => Some(Lobe::Mirror),
+            _ => None,
+        }
+    }
+
     /// Whether the set is empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
+}
+
+/// Returns the lanes in which a set, given by its bits, has a lobe in common with `lobes`.
+#[inline(always)]
+pub fn meets<W: Word>(set: W, lobes: Lobes) -> W::Mask {
+    (set & lobes.splat()).ne(W::splat(0))
+}
+
+/// Returns the sets with the rough lobes of `which` replaced by smooth ones.
+#[inline(always)]
+pub fn sharpened<W: Word>(set: W, which: Lobes) -> W {
+    // The bit of a smooth lobe lies two places above that of the rough one; the mirror's two places below.
+    const GLOSSY: Lobes = Lobes::of(Lobe::GlossyReflection).with(Lobe::GlossyTransmission);
+    let glossy = set & which.and(GLOSSY).splat();
+    let mirror = set & which.and(Lobes::of(Lobe::Mirror)).splat();
+    (set & !(glossy | mirror)) | glossy << 2 | mirror >> 2
 }
 
 #[cfg(test)]
@@ -114,6 +140,11 @@ mod tests {
         assert!(both.contains(Lobe::Mirror) && !both.contains(Lobe::DeltaReflection));
         assert_eq!(both.and(Lobes::REFLECTION), Lobes::of(Lobe::Mirror));
         assert!(both.without(Lobes::ALL).is_empty());
+        let rough = both.with(Lobe::GlossyTransmission);
+        let sharp = Lobes::of(Lobe::Diffuse).with(Lobe::DeltaReflection).with(Lobe::DeltaTransmission);
+        assert_eq!(rough.sharpened(Lobes::ALL), sharp);
+        assert_eq!(Lobes::of(Lobe::GlossyReflection).sharpened(Lobes::REFLECTION), Lobes(8));
+        assert_eq!(rough.sharpened(Lobes::of(Lobe::Diffuse)), rough);
         for lobe in [Lobe::DeltaReflection, Lobe::DeltaTransmission] {
             assert!(lobe.is_delta() && Lobes::DELTA.contains(lobe));
             assert_eq!(lobe.is_transmission(), Lobes::TRANSMISSION.contains(lobe));

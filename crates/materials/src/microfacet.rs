@@ -1,17 +1,10 @@
 //! Microfacet distribution of rough surfaces and its shadowing: GGX (Trowbridge–Reitz) with the height-correlated Smith
-//! shadowing of [Heitz 2014].
-//!
-//! Conventions: directions are in the local frame, with `wo`, `wi` at z ≥ 0 (transmission uses |z|, since Λ is even);
-//! `alpha` = roughness². Shadowing is never divided by a cosine: with the *stretched length*
-//! t(w) = √(αx²wx² + αy²wy² + wz²) = wz(1 + 2Λ(w)), G1 = 2wz/(wz + t) and
-//! G2(wo,wi)/(4 wo.z wi.z) = 1/(2(t(wo)wi.z + t(wi)wo.z)), both finite down to and including grazing directions.
-//! cosθ_m enters only through the components of m, never as 1 − cos².
+//! shadowing of [Heitz 2014]. The formulas and their conventions are those of [`crate::lanes::Ggx`], for one direction.
 
+use crate::lanes;
 use glam::{Vec2, Vec3};
-use std::f32::consts::{FRAC_1_PI, TAU};
 
-/// Values of α below this are treated as smooth (a delta lobe). *Approximation*: at α = 1e-3 the lobe is 0.1° wide.
-pub const SMOOTH_ALPHA: f32 = 1e-3;
+pub use crate::lanes::SMOOTH_ALPHA;
 
 /// A GGX surface. Both widths are at least [`SMOOTH_ALPHA`]; the lobes currently use equal ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,78 +21,59 @@ impl Ggx {
         (alpha >= SMOOTH_ALPHA).then_some(Self { ax: alpha, ay: alpha })
     }
 
+    fn lane(self) -> lanes::Ggx<f32> {
+        lanes::Ggx { ax: self.ax, ay: self.ay }
+    }
+
     /// D(m) = 1 / (π αx αy ((mx/αx)² + (my/αy)² + mz²)²), the density of normals per solid angle; 0 for m below the
     /// surface.
     pub fn d(self, m: Vec3) -> f32 {
-        if m.z <= 0.0 {
-            return 0.0;
-        }
-        let (x, y) = (m.x / self.ax, m.y / self.ay);
-        let e = x * x + y * y + m.z * m.z;
-        FRAC_1_PI / (self.ax * self.ay * e * e)
+        self.lane().d(m.into())
     }
 
     /// Stretched length t(w) = |wz|(1 + 2Λ(w)); positive for every unit w.
     pub fn t(self, w: Vec3) -> f32 {
-        let (x, y) = (self.ax * w.x, self.ay * w.y);
-        (x * x + y * y + w.z * w.z).sqrt()
+        self.lane().t(w.into())
     }
 
     /// Smith masking: the fraction of the normals facing `w` that is visible from it.
     pub fn g1(self, w: Vec3) -> f32 {
-        let z = w.z.abs();
-        2.0 * z / (z + self.t(w))
+        self.lane().g1(w.into())
     }
 
     /// Samples a normal visible from `wo`, with density D_v(m) = D(m) G1(wo) (wo·m)₊ / wo.z, by a cap of the sphere
     /// [Dupuy & Benyoub 2023]. `None` if the normal is not representable (lies in the surface).
     pub fn sample_visible(self, wo: Vec3, u: Vec2) -> Option<Vec3> {
-        self.sample_cap(wo, u, 1.0)
+        self.sample_bounded(wo, u, 1.0)
     }
 
     /// Density of [`Self::sample_visible`] per solid angle about `m`, given `cos` = wo·m.
     pub fn visible_pdf(self, wo: Vec3, m: Vec3, cos: f32) -> f32 {
-        2.0 * self.d(m) * cos.max(0.0) / (wo.z + self.t(wo))
+        self.lane().visible_pdf(wo.into(), m.into(), cos)
     }
 
     /// As [`Self::sample_visible`], for reflection: the cap is bounded so that fewer reflected directions fall below
     /// the surface [Tokuyoshi & Eto 2024]. `k` is [`Self::cap_bound`] of `wo`.
     pub fn sample_bounded(self, wo: Vec3, u: Vec2, k: f32) -> Option<Vec3> {
-        self.sample_cap(wo, u, k)
+        let (m, found) = self.lane().sample_cap(wo.into(), self.t(wo), u.into(), k);
+        found.then_some(m.into())
     }
 
     /// Density of the *reflected* direction if m comes from [`Self::sample_bounded`]: D(m) / (2(k wo.z + t(wo))).
     pub fn bounded_pdf(self, wo: Vec3, m: Vec3, k: f32) -> f32 {
-        self.d(m) / (2.0 * (k * wo.z + self.t(wo)))
+        self.lane().bounded_pdf(wo.into(), m.into(), k)
     }
 
     /// Bound of the spherical cap: k = (1−a²)s²/(s² + a²wo.z²), s = 1 + |wo.xy|, a = min(αx, αy, 1) [Tokuyoshi & Eto
     /// 2024].
     pub fn cap_bound(self, wo: Vec3) -> f32 {
-        let a = self.ax.min(self.ay).min(1.0);
-        let s = 1.0 + (wo.x * wo.x + wo.y * wo.y).sqrt();
-        let (a2, s2) = (a * a, s * s);
-        (1.0 - a2) * s2 / (s2 + a2 * wo.z * wo.z)
-    }
-
-    /// Samples uniformly on the cap z ∈ (−k w.z, 1] about the stretched direction and maps the result back to the
-    /// ellipsoid.
-    fn sample_cap(self, wo: Vec3, u: Vec2, k: f32) -> Option<Vec3> {
-        let w = Vec3::new(self.ax * wo.x, self.ay * wo.y, wo.z) / self.t(wo);
-        let b = k * w.z;
-        let phi = TAU * u.x;
-        let z = (1.0 - u.y) * (1.0 + b) - b;
-        let s = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-        let (sin, cos) = libm::sincosf(phi);
-        let h = Vec3::new(s * cos + w.x, s * sin + w.y, (z + w.z).max(0.0));
-        let m = Vec3::new(self.ax * h.x, self.ay * h.y, h.z);
-        m.try_normalize()
+        self.lane().cap_bound(wo.into())
     }
 }
 
 /// Unit direction of `wo` reflected about the normal `m`.
 pub fn reflect(wo: Vec3, m: Vec3) -> Vec3 {
-    (m * (2.0 * wo.dot(m)) - wo).normalize()
+    lanes::reflect::<f32>(wo.into(), m.into()).into()
 }
 
 #[cfg(test)]

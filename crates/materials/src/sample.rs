@@ -1,11 +1,8 @@
-//! BSDF samples, and the cosine below which directions count as lying in the surface.
+//! BSDF samples.
 
-use crate::Lobe;
+use crate::lanes::Sample;
+use crate::{Lobe, Lobes};
 use glam::Vec3;
-
-/// Cosines below this count as in the surface, where no light is transported: the product of two of them reaches the
-/// limit of f32.
-pub(crate) const GRAZING: f32 = 1e-18;
 
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
@@ -21,4 +18,14 @@ pub struct BsdfSample {
     /// (η_i/η_o)², the inverse of the radiance scaling in `weight`, for Russian roulette: 1 for reflection and thin
     /// walls.
     pub eta: f32,
+}
+
+impl BsdfSample {
+    /// The sample of one lane, if there is one.
+    #[inline(always)]
+    pub(crate) fn new(sample: Sample<f32>) -> Option<Self> {
+        let lobe = Lobes(sample.lobe as u8).first()?;
+        let (wi, weight) = (sample.wi.into(), sample.weight.into());
+        Some(Self { wi, weight, pdf: sample.pdf, lobe, eta: sample.eta })
+    }
 }

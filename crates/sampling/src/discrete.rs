@@ -1,11 +1,17 @@
-//! Discrete distributions with given weights. Sampling searches a cumulative table in f64, so that stratified u stay
-//! stratified (an alias table would shuffle them).
+//! Discrete distributions with given weights. Sampling inverts the cumulative distribution, so that stratified u stay
+//! stratified (an alias table would shuffle them). A guide table gives the first index for each of about n equal parts of
+//! u [Chen & Asau 1974], and the few indices of a part are searched by halves.
+
+use dapple_math::lanes::{Mask, Real, Word};
 
 /// A distribution over n indices with probabilities proportional to their weights.
 #[derive(Clone, Debug)]
 pub struct Discrete {
-    /// cdf[i] is the probability of an index below i. There are n + 1 entries, and the last is exactly 1.
-    cdf: Vec<f64>,
+    /// Numbers 2i and 2i + 1 are the two parts of the probability of an index below i (see [`parts`]). There are n + 1
+    /// pairs, and the last is exactly 1.
+    edges: Vec<f32>,
+    /// Entry g of m + 1 is the index of u = g/m, and the last entry the last index of positive probability. m is a power of two.
+    guide: Vec<u32>,
 }
 
 /// A sample of a [`Discrete`] distribution.
@@ -19,70 +25,160 @@ pub struct Choice {
     pub u: f32,
 }
 
+/// Samples of a [`Discrete`] distribution, one per lane.
+#[derive(Clone, Copy, Debug)]
+pub struct Choicex<R: Real> {
+    /// The sampled index.
+    pub index: R::Word,
+    /// The probability of the index.
+    pub pmf: R,
+    /// The input `u`, rescaled to [0,1) within the interval of the index.
+    pub u: R,
+}
+
+/// Largest number of parts of the guide table, so that the part of a u in f32 is found exactly.
+const MOST_PARTS: usize = 1 << 23;
+
 impl Discrete {
-    /// Creates the distribution. It is None when no weight is positive, when a weight is negative or not finite, or
-    /// when the sum overflows.
+    /// Creates the distribution. It is None when no weight is positive, when a weight is negative or not finite, when
+    /// the sum overflows, or when there are 2³⁰ weights or more.
     pub fn new(weights: &[f64]) -> Option<Self> {
-        if weights.iter().any(|w| !w.is_finite() || *w < 0.0) {
+        if weights.len() >= 1 << 30 || weights.iter().any(|w| !w.is_finite() || *w < 0.0) {
             return None;
         }
         let sum: f64 = weights.iter().sum();
         if !(sum > 0.0 && sum.is_finite()) {
             return None;
         }
-        let mut cdf = Vec::with_capacity(weights.len() + 1);
-        let mut running = 0.0;
-        cdf.push(0.0);
-        for w in weights {
-            running += w;
-            cdf.push((running / sum).min(1.0));
-        }
         // Rounding must not leave a gap after the last index with a positive weight.
         let last = weights.iter().rposition(|w| *w > 0.0)?;
-        cdf[last + 1..].fill(1.0);
-        Some(Self { cdf })
+        let mut edges = Vec::with_capacity(2 * weights.len() + 2);
+        let mut running = 0.0;
+        edges.extend(parts(0.0));
+        for (i, w) in weights.iter().enumerate() {
+            running += w;
+            edges.extend(parts(if i >= last { 1.0 } else { (running / sum).min(1.0) }));
+        }
+        let parts = weights.len().next_power_of_two().min(MOST_PARTS);
+        let mut index = 0;
+        let guide = (0..=parts).map(|g| {
+            let u = (g as f32 / parts as f32).min(LARGEST);
+            while edges[2 * index + 2] <= u {
+                index += 1;
+            }
+            index as u32
+        });
+        let mut guide: Vec<u32> = guide.collect();
+        guide[parts] = last as u32;
+        Some(Self { edges, guide })
     }
 
     /// Samples an index by `u` in [0,1). An index of weight 0 is never sampled.
+    #[inline]
     pub fn sample(&self, u: f32) -> Choice {
-        let (index, u) = self.locate(f64::from(u));
-        Choice { index, pmf: self.pmf(index), u: u as f32 }
+        let choice = self.sample_lanes(u);
+        Choice { index: choice.index as usize, pmf: choice.pmf, u: choice.u }
+    }
+
+    /// Samples an index per lane, as [`Discrete::sample`] does.
+    #[inline(always)]
+    pub fn sample_lanes<R: Real>(&self, u: R) -> Choicex<R> {
+        // NaN becomes 0.
+        let u = u.max(R::splat(0.0)).min(R::splat(LARGEST));
+        let (one, parts) = (R::Word::splat(1), R::splat((self.guide.len() - 1) as f32));
+        let part = (u * parts).to_int();
+        let mut low = R::Word::gather(&self.guide, part);
+        let mut high = R::Word::gather(&self.guide, part.wrapping_add(one));
+        // The first bin whose upper edge is above u, which is never a bin of zero width.
+        loop {
+            let open = low.lt(high);
+            if !open.any() {
+                break;
+            }
+            let middle = low.wrapping_add(high) >> 1;
+            let edge = R::gather(&self.edges, (middle << 1).wrapping_add(R::Word::splat(2)));
+            let is_above = edge.le(u);
+            low = R::Word::select(open & is_above, middle.wrapping_add(one), low);
+            high = R::Word::select(open & !is_above, middle, high);
+        }
+        let [edge, rest, pmf] = self.bin(low);
+        let within = ((u - edge) - rest) / pmf;
+        let u = within.max(R::splat(0.0)).min(R::splat(LARGEST));
+        Choicex { index: low, pmf, u }
+    }
+
+    /// Returns the two parts of the lower edge of an index and its probability.
+    #[inline(always)]
+    fn bin<R: Real>(&self, index: R::Word) -> [R; 3] {
+        let at = index << 1;
+        let number = |i| at.wrapping_add(R::Word::splat(i));
+        let (low, low_rest) = (R::gather(&self.edges, at), R::gather(&self.edges, number(1)));
+        let (high, high_rest) = (R::gather(&self.edges, number(2)), R::gather(&self.edges, number(3)));
+        [low, low_rest, (high - low) + (high_rest - low_rest)]
     }
 
     /// Samples as [`Discrete::sample`] does, by 32 random bits, for more than 2^24 indices.
     pub fn sample_bits(&self, bits: u32) -> Choice {
-        let (index, u) = self.locate(f64::from(bits) / 4_294_967_296.0);
-        Choice { index, pmf: self.pmf(index), u: u as f32 }
+        let u = f64::from(bits) / 4_294_967_296.0;
+        let part = (u * (self.guide.len() - 1) as f64) as usize;
+        let (mut index, mut end) = (self.guide[part] as usize, self.guide[part + 1] as usize);
+        while index < end {
+            let middle = (index + end) / 2;
+            if self.edge(middle + 1) <= u {
+                index = middle + 1;
+            } else {
+                end = middle;
+            }
+        }
+        let within = (u - self.edge(index)) / self.probability(index);
+        Choice { index, pmf: self.pmf(index), u: (within as f32).clamp(0.0, LARGEST) }
     }
 
-    /// Returns the bin of `u` and the position within it, which is below 1 even after rounding to f32.
-    pub(crate) fn locate(&self, u: f64) -> (usize, f64) {
-        let u = u.clamp(0.0, 1.0 - f64::EPSILON);
-        // The first bin whose upper edge is above u, which is never a bin of zero width.
-        let index = self.cdf[1..].partition_point(|&edge| edge <= u);
-        let (low, high) = (self.cdf[index], self.cdf[index + 1]);
-        (index, ((u - low) / (high - low)).clamp(0.0, 1.0 - f64::from(f32::EPSILON / 2.0)))
-    }
-
-    /// Returns the probability that `sample` returns `index`; 0 if out of range. A weight below about 1e-16 of the sum
+    /// Returns the probability that `sample` returns `index`; 0 if out of range. A weight below about 1e-14 of the sum
     /// counts as 0.
+    #[inline]
     pub fn pmf(&self, index: usize) -> f32 {
-        self.probability(index) as f32
+        if index >= self.len() { 0.0 } else { self.bin::<f32>(index as u32)[2] }
+    }
+
+    /// Returns the probability that `sample` returns each lane's index, which is below the number of indices.
+    #[inline(always)]
+    pub fn pmf_lanes<R: Real>(&self, index: R::Word) -> R {
+        self.bin(index)[2]
     }
 
     pub(crate) fn probability(&self, index: usize) -> f64 {
-        if index >= self.len() { 0.0 } else { self.cdf[index + 1] - self.cdf[index] }
+        if index >= self.len() { 0.0 } else { self.edge(index + 1) - self.edge(index) }
+    }
+
+    /// Returns the probability of an index below `index` ≤ n.
+    fn edge(&self, index: usize) -> f64 {
+        f64::from(self.edges[2 * index]) + f64::from(self.edges[2 * index + 1])
     }
 
     /// Returns the number of indices.
     pub fn len(&self) -> usize {
-        self.cdf.len() - 1
+        self.edges.len() / 2 - 1
     }
 
     /// Returns false, because an empty distribution cannot be created.
     pub fn is_empty(&self) -> bool {
         false
     }
+}
+
+/// The largest number below 1.
+const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// Splits 0 ≤ x ≤ 1 into the smallest f32 that is not below it, and the rest, which is not positive. A u in f32 is below
+/// x exactly if it is below the first part. Their sum is x to within 2⁻⁴⁸ of it.
+fn parts(x: f64) -> [f32; 2] {
+    let near = x as f32;
+    let first = if f64::from(near) < x { near.next_up() } else { near };
+    // Even after rounding, the sum stays above the f32 before the first part, so that no bin that is found is empty.
+    let least = f64::from(first.next_down()) - f64::from(first);
+    let rest = (x - f64::from(first)) as f32;
+    [first, rest.max((least as f32).next_up()).min(0.0)]
 }
 
 #[cfg(test)]
@@ -121,7 +217,7 @@ mod tests {
         let n = 1u32 << 25;
         let d = Discrete::new(&vec![1.0; n as usize]).unwrap();
         // Every edge is exactly an input; the search is tested for one bin in 101.
-        assert!(d.cdf.iter().enumerate().all(|(i, edge)| *edge == i as f64 / f64::from(n)));
+        assert!((0..=n).all(|i| d.edge(i as usize) == f64::from(i) / f64::from(n)));
         for bin in (0..n).step_by(101) {
             assert_eq!(d.sample_bits(bin << 7).index, bin as usize);
             assert_eq!(d.sample_bits(bin << 7 | 127).index, bin as usize);

@@ -45,13 +45,17 @@ impl Grid2d {
     /// Samples a point by `u` in [0,1)²: y from the marginal distribution, x from the conditional distribution of the
     /// row.
     pub fn sample(&self, u: Vec2) -> GridSample {
-        let (row, v) = self.rows.locate(f64::from(u.y));
+        let y = self.rows.sample(u.y);
+        let row = y.index;
         // A row of positive probability always has a table.
-        let (column, h) = self.columns[row].as_ref().map_or((0, 0.5), |c| c.locate(f64::from(u.x)));
+        let (column, h) = self.columns[row].as_ref().map_or((0, 0.5), |c| {
+            let x = c.sample(u.x);
+            (x.index, x.u)
+        });
         GridSample {
-            point: Vec2::new(inside(column, h, self.width), inside(row, v, self.rows.len())),
+            point: Vec2::new(inside(column, h, self.width), inside(row, y.u, self.rows.len())),
             cell: (column as u32, row as u32),
-            within: Vec2::new(h as f32, v as f32),
+            within: Vec2::new(h, y.u),
             pdf: self.cell_pdf(column as u32, row as u32),
         }
     }
@@ -76,8 +80,8 @@ fn cell(x: f32, n: usize) -> usize {
 
 /// Returns (index + place)/n as f32, moved by an ulp where rounding would leave the cell, because the adjacent cell may
 /// have weight 0.
-fn inside(index: usize, place: f64, n: usize) -> f32 {
-    let x = ((index as f64 + place) / n as f64) as f32;
+fn inside(index: usize, place: f32, n: usize) -> f32 {
+    let x = ((index as f64 + f64::from(place)) / n as f64) as f32;
     match cell(x, n).cmp(&index) {
         Ordering::Less => x.next_up(),
         Ordering::Equal if x < 1.0 => x,

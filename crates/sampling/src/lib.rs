@@ -4,10 +4,11 @@
 //! any pixel can be reproduced alone.
 #![forbid(unsafe_code)]
 
+mod arrangement;
 pub mod discrete;
 pub mod grid2d;
-mod hash;
 pub mod key;
+pub mod lanes;
 pub mod mis;
 pub mod pattern;
 pub mod sample_set;

@@ -1,35 +1,18 @@
 //! Weights of multiple importance sampling (MIS), computed from the ratio of the densities, which does not overflow or
 //! underflow for densities of 1e±30.
 
+use crate::lanes::mis;
+
 /// Returns the MIS weight of strategy a against b by the power heuristic with β = 2 [Veach 1997, §9.2.2]. If the
 /// numbers of samples differ, the arguments must be count·pdf. w(0, ·) = 0; two infinite densities have a weight of ½
-/// each; w(a,b) + w(b,a) = 1 unless both are 0.
+/// each; w(a,b) + w(b,a) = 1 unless both are 0. A strategy whose density is NaN counts as absent.
 pub fn power(pdf_a: f32, pdf_b: f32) -> f32 {
-    weight(pdf_a, pdf_b, |r| r * r)
+    mis::power(pdf_a, pdf_b)
 }
 
 /// Returns the MIS weight by the balance heuristic, with the same arguments and special cases as [`power`].
 pub fn balance(pdf_a: f32, pdf_b: f32) -> f32 {
-    weight(pdf_a, pdf_b, |r| r)
-}
-
-/// Returns 1 / (1 + g(b/a)). The smaller density is divided by the larger so that nothing overflows.
-fn weight(a: f32, b: f32, g: impl Fn(f32) -> f32) -> f32 {
-    if a.is_nan() || a <= 0.0 {
-        return 0.0;
-    }
-    if a.is_infinite() && b.is_infinite() {
-        return 0.5;
-    }
-    // A strategy whose density is NaN counts as absent.
-    if b.is_nan() || b <= 0.0 {
-        1.0
-    } else if b <= a {
-        1.0 / (1.0 + g(b / a))
-    } else {
-        let r = g(a / b);
-        r / (1.0 + r)
-    }
+    mis::balance(pdf_a, pdf_b)
 }
 
 #[cfg(test)]

@@ -7,63 +7,11 @@
 //!
 //! All coordinates are below 1; those of random, stratified and Sobol points are multiples of 2^-24.
 
-use crate::hash::{mix64, permute, unit};
-use crate::{Key, sobol};
+use crate::Key;
+use crate::lanes::pattern::{self, Index};
 use glam::Vec2;
-use rand_pcg::Pcg32;
-use rand_pcg::rand_core::Rng;
-use std::fmt;
-use std::str::FromStr;
 
-/// The arrangement of the sample points of an integral.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Pattern {
-    /// Cell centres: deterministic midpoint quadrature, the same in every pixel.
-    Grid,
-    /// Independent random points.
-    Random,
-    /// One random point in each cell.
-    Stratified,
-    /// An Owen-scrambled (0,2)-sequence.
-    #[default]
-    Sobol,
-}
-
-/// The error for a text that is not the name of a pattern.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UnknownPattern(pub String);
-
-impl fmt::Display for UnknownPattern {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "unknown pattern '{}' (expected grid, random, stratified or sobol)", self.0)
-    }
-}
-
-impl std::error::Error for UnknownPattern {}
-
-impl FromStr for Pattern {
-    type Err = UnknownPattern;
-    fn from_str(s: &str) -> Result<Self, UnknownPattern> {
-        match s {
-            "grid" => Ok(Self::Grid),
-            "random" => Ok(Self::Random),
-            "stratified" => Ok(Self::Stratified),
-            "sobol" => Ok(Self::Sobol),
-            _ => Err(UnknownPattern(s.into())),
-        }
-    }
-}
-
-impl fmt::Display for Pattern {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Grid => "grid",
-            Self::Random => "random",
-            Self::Stratified => "stratified",
-            Self::Sobol => "sobol",
-        })
-    }
-}
+pub use crate::arrangement::{Pattern, UnknownPattern};
 
 /// Factors n = a·b with a ≥ b as close to each other as possible; a prime gives n×1. The search takes at most √n steps,
 /// and one step for powers of two and squares. Callers with many points should store the result, as
@@ -85,94 +33,51 @@ pub fn nearest_square(n: u32) -> [u32; 2] {
 /// Returns the s-th of n points in [0,1), with the strata in order. For `s` ≥ n the cells repeat with different jitter.
 #[inline]
 pub fn point_1d(pattern: Pattern, s: u32, n: u32, key: Key) -> f32 {
-    match pattern {
-        Pattern::Sobol => sobol::point_1d(s, key),
-        Pattern::Random => unit(random(s, key)[0]),
-        Pattern::Grid => centre(s % n.max(1), n),
-        Pattern::Stratified => within(s % n.max(1), n, random(s, key)[0]),
-    }
+    pattern::point_1d(pattern, Index::new(s), n, key)
 }
 
 /// Returns the s-th of n points in [0,1)². The cells are those of [`nearest_square`], in order, with x varying fastest.
 /// For `s` ≥ n they repeat with different jitter.
 #[inline]
 pub fn point_2d(pattern: Pattern, s: u32, n: u32, key: Key) -> Vec2 {
-    match pattern {
-        Pattern::Sobol => sobol::point_2d(s, key),
-        Pattern::Random => random(s, key).map(unit).into(),
-        _ => cell_2d(pattern, s % n.max(1), s, nearest_square(n), key),
-    }
+    pattern::point_2d(pattern, Index::new(s), cells(pattern, n), key).into()
 }
 
 /// Like [`point_1d`], with the order of the cells permuted by the key. For `s` ≥ n the cells repeat in a different
 /// order.
 #[inline]
 pub fn padded_1d(pattern: Pattern, s: u32, n: u32, key: Key) -> f32 {
-    match pattern {
-        Pattern::Sobol => sobol::point_1d(sobol::pad(s, n, key), key),
-        Pattern::Random => unit(random(s, key)[0]),
-        Pattern::Grid => centre(permuted(s, n, key), n),
-        Pattern::Stratified => within(permuted(s, n, key), n, random(s, key)[0]),
-    }
+    pattern::padded_1d(pattern, Index::new(s), n, key)
 }
 
 /// Like [`point_2d`], with the order of the cells permuted by the key. For `s` ≥ n the cells repeat in a different
 /// order.
 #[inline]
 pub fn padded_2d(pattern: Pattern, s: u32, n: u32, key: Key) -> Vec2 {
+    pattern::padded_2d(pattern, Index::new(s), cells(pattern, n), key).into()
+}
+
+/// Returns the number of cells along each axis; random and Sobol points have no cells, only a count.
+#[inline]
+fn cells(pattern: Pattern, n: u32) -> [u32; 2] {
     match pattern {
-        Pattern::Sobol => sobol::point_2d(sobol::pad(s, n, key), key),
-        Pattern::Random => random(s, key).map(unit).into(),
-        _ => cell_2d(pattern, permuted(s, n, key), s, nearest_square(n), key),
+        Pattern::Grid | Pattern::Stratified => nearest_square(n),
+        Pattern::Random | Pattern::Sobol => [n, 1],
     }
 }
 
 /// Returns the point of sample `s` in cell `cell` of nx·ny cells, with x varying fastest. It is the centre of the cell
 /// for [`Pattern::Grid`], otherwise a jittered point.
 #[inline]
-pub fn cell_2d(pattern: Pattern, cell: u32, s: u32, [nx, ny]: [u32; 2], key: Key) -> Vec2 {
-    let (i, j) = (cell % nx.max(1), cell / nx.max(1));
-    if pattern == Pattern::Grid {
-        return Vec2::new(centre(i, nx), centre(j, ny));
-    }
-    let [x, y] = random(s, key);
-    Vec2::new(within(i, nx, x), within(j, ny, y))
+pub fn cell_2d(pattern: Pattern, cell: u32, s: u32, size: [u32; 2], key: Key) -> Vec2 {
+    pattern::cell_2d(pattern, cell, s, size, key).into()
 }
 
 /// Returns the cell of sample `s` for padded integrals. The order of the n cells is a bijection on 0..n selected by the
 /// key, and a different one for each round of n samples.
 #[inline]
 pub fn permuted(s: u32, n: u32, key: Key) -> u32 {
-    let n = n.max(1);
-    let round = u64::from(s / n);
-    permute(s % n, n, mix64(key.bits() ^ 0x5EED ^ (round << 32)))
-}
-
-/// Returns the independent random point s of the key: the first two numbers of PCG32 [O'Neill 2014] on the key's
-/// stream, with a state hashed from (key, s), so that every s has the same cost.
-#[inline]
-fn random(s: u32, key: Key) -> [u32; 2] {
-    let bits = key.bits();
-    let mut pcg = Pcg32::new(mix64(bits ^ u64::from(s).wrapping_mul(0xD134_2543_DE82_EF95)), mix64(!bits));
-    [pcg.next_u32(), pcg.next_u32()]
-}
-
-/// Returns (cell + ½)/n.
-fn centre(cell: u32, n: u32) -> f32 {
-    let x = ((f64::from(cell) + 0.5) / f64::from(n.max(1))) as f32;
-    x.min(1.0 - f32::EPSILON / 2.0)
-}
-
-/// Returns a multiple of 2^-24 in [cell/n, (cell + 1)/n). It is computed in integers, so that rounding never moves it
-/// to an adjacent cell. Above 2^24 cells, not every cell contains a multiple, and the nearest one below is used
-/// (*approximation*: positions are off by at most 2^-24).
-#[inline]
-fn within(cell: u32, n: u32, jitter: u32) -> f32 {
-    let n = u64::from(n.max(1));
-    let first = |cell: u64| (cell << 24).div_ceil(n);
-    let (low, high) = (first(u64::from(cell)), first(u64::from(cell) + 1));
-    let x = low + (((high - low) * u64::from(jitter)) >> 32);
-    x.min((1 << 24) - 1) as f32 * (1.0 / 16_777_216.0)
+    pattern::permuted(s, n, key)
 }
 
 #[cfg(test)]

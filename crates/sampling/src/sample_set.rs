@@ -1,7 +1,8 @@
 //! Sample sets: the number and pattern of the points of an integral, written as `4x4:stratified`, `6x6:grid`,
 //! `16:random`, `1` or `0`.
 
-use crate::pattern::{cell_2d, nearest_square, padded_1d, permuted, point_1d};
+use crate::lanes::pattern::{self, Index};
+use crate::pattern::{nearest_square, padded_1d, point_1d};
 use crate::{Key, Pattern};
 use glam::Vec2;
 use std::fmt;
@@ -54,10 +55,7 @@ impl SampleSet {
 
     /// Returns the s-th point in [0,1)², with the strata in order and x varying fastest.
     pub fn point_2d(self, s: u32, key: Key) -> Vec2 {
-        match self.pattern {
-            Pattern::Sobol | Pattern::Random => crate::point_2d(self.pattern, s, self.count(), key),
-            pattern => cell_2d(pattern, s % self.count().max(1), s, [self.nx, self.ny], key),
-        }
+        pattern::point_2d(self.pattern, Index::new(s), [self.nx, self.ny], key).into()
     }
 
     /// Returns the s-th point in [0,1), which is divided into [`SampleSet::count`] strata.
@@ -67,10 +65,7 @@ impl SampleSet {
 
     /// Like [`SampleSet::point_2d`], with the order of the cells permuted by the key, for integrals that share s.
     pub fn padded_2d(self, s: u32, key: Key) -> Vec2 {
-        match self.pattern {
-            Pattern::Sobol | Pattern::Random => crate::padded_2d(self.pattern, s, self.count(), key),
-            pattern => cell_2d(pattern, permuted(s, self.count(), key), s, [self.nx, self.ny], key),
-        }
+        pattern::padded_2d(self.pattern, Index::new(s), [self.nx, self.ny], key).into()
     }
 
     /// Like [`SampleSet::point_1d`], with the order of the cells permuted by the key.

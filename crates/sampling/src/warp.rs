@@ -1,107 +1,73 @@
 //! Warps from the unit square to disks, spheres, cones, triangles, polygons and tents, with their densities. All are
 //! defined on the whole of [0,1)² and map adjacent points to adjacent points, so that strata are preserved.
 
+use crate::lanes::warp;
 use glam::{Vec2, Vec3};
-use libm::{cosf, sinf};
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// Samples the square [−1,1]² uniformly. pdf = 1/4 per area.
 pub fn square(u: Vec2) -> Vec2 {
-    u * 2.0 - Vec2::ONE
+    warp::square::<f32>(u.into()).into()
 }
 
 /// Samples the unit disk uniformly, mapping concentric squares to circles [Shirley & Chiu 1997]. pdf = 1/π per area.
 pub fn disk(u: Vec2) -> Vec2 {
-    let (r, phi) = concentric(u);
-    Vec2::new(cosf(phi), sinf(phi)) * r
-}
-
-/// Returns the radius (of either sign) and the angle of [`disk`].
-fn concentric(u: Vec2) -> (f32, f32) {
-    let p = square(u);
-    if p.x.abs() > p.y.abs() {
-        (p.x, FRAC_PI_4 * (p.y / p.x))
-    } else if p.y != 0.0 {
-        (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y))
-    } else {
-        (0.0, 0.0)
-    }
+    warp::disk::<f32>(u.into()).into()
 }
 
 /// Samples the hemisphere about +z with cosine weight, by projection of the disk [Pharr, Jakob & Humphreys 2023,
 /// §A.5.3]. pdf = cosθ/π per solid angle.
 pub fn hemisphere_cosine(u: Vec2) -> Vec3 {
-    let (r, phi) = concentric(u);
-    // Both factors of (1 − r)(1 + r) are exact, which avoids cancellation near the horizon.
-    Vec3::new(r * cosf(phi), r * sinf(phi), ((1.0 - r) * (1.0 + r)).sqrt())
+    warp::hemisphere_cosine::<f32>(u.into()).into()
 }
 
 /// Returns the density of [`hemisphere_cosine`] per solid angle, which is 0 below the horizon.
 pub fn hemisphere_cosine_pdf(cos: f32) -> f32 {
-    cos.max(0.0) * FRAC_1_PI
+    warp::hemisphere_cosine_pdf(cos)
 }
 
 /// Samples the unit sphere uniformly. pdf = 1/4π per solid angle.
 pub fn sphere(u: Vec2) -> Vec3 {
-    cone(u, 2.0)
+    warp::sphere::<f32>(u.into()).into()
 }
 
 /// Samples the cone about +z with 1 − cosθ_max = `one_minus_cos` (0..2) uniformly. It is stable for cones of any size:
 /// with v = u₁(1 − cosθ_max), cosθ = 1 − v and sin²θ = v(2 − v).
 pub fn cone(u: Vec2, one_minus_cos: f32) -> Vec3 {
-    let v = u.x * one_minus_cos;
-    let sin = (v * (2.0 - v)).max(0.0).sqrt();
-    let phi = TAU * u.y;
-    Vec3::new(sin * cosf(phi), sin * sinf(phi), 1.0 - v)
+    warp::cone::<f32>(u.into(), one_minus_cos).into()
 }
 
 /// Returns the density of [`cone`] inside the cone: 1 / (2π(1 − cosθ_max)) per solid angle.
 pub fn cone_pdf(one_minus_cos: f32) -> f32 {
-    1.0 / (TAU * one_minus_cos)
+    warp::cone_pdf(one_minus_cos)
 }
 
 /// Samples barycentric coordinates (b1, b2) uniformly over a triangle, by folding the square without a square root
 /// [Heitz 2019]. pdf = 1/area.
 pub fn triangle(u: Vec2) -> Vec2 {
-    if u.y > u.x {
-        let b = u.x * 0.5;
-        Vec2::new(b, u.y - b)
-    } else {
-        let b = u.y * 0.5;
-        Vec2::new(u.x - b, b)
-    }
+    warp::triangle::<f32>(u.into()).into()
 }
 
 /// Samples the regular n-gon of circumradius 1 uniformly, with its first corner at angle `rotation` (radians).
 /// pdf = 1/(½·n·sin(2π/n)) per area. Fewer than 3 blades give the disk.
 pub fn polygon(u: Vec2, blades: u32, rotation: f32) -> Vec2 {
-    if blades < 3 {
-        return disk(u);
-    }
-    let x = u.x * blades as f32;
-    let blade = x.floor().min(blades as f32 - 1.0);
-    let b = triangle(Vec2::new((x - blade).min(1.0 - f32::EPSILON), u.y));
-    let corner = |i: f32| {
-        let phi = rotation + TAU * i / blades as f32;
-        Vec2::new(cosf(phi), sinf(phi))
-    };
-    corner(blade) * b.x + corner(blade + 1.0) * b.y
+    warp::polygon::<f32>(u.into(), blades, rotation).into()
 }
 
 /// Samples the tent filter of half-width `radius` on one axis. Its density is (1 − |x|/r)/r.
 pub fn tent(u: f32, radius: f32) -> f32 {
-    if u < 0.5 { radius * ((2.0 * u).sqrt() - 1.0) } else { radius * (1.0 - (2.0 - 2.0 * u).max(0.0).sqrt()) }
+    warp::tent(u, radius)
 }
 
 /// Returns the density of [`polygon`] inside the polygon, per area: 1/(½·n·sin(2π/n)), and that of the disk for fewer
 /// than 3 blades.
 pub fn polygon_pdf(blades: u32) -> f32 {
-    if blades < 3 { DISK_PDF } else { 2.0 / (blades as f32 * sinf(TAU / blades as f32)) }
+    if blades < 3 { DISK_PDF } else { 2.0 / (blades as f32 * libm::sinf(TAU / blades as f32)) }
 }
 
 /// Returns the density of [`tent`] per length.
 pub fn tent_pdf(x: f32, radius: f32) -> f32 {
-    ((1.0 - x.abs() / radius) / radius).max(0.0)
+    warp::tent_pdf(x, radius)
 }
 
 /// The density of [`disk`] per area.

@@ -1,0 +1,64 @@
+//! Integer arithmetic over words that instruction sets do not have.
+
+use dapple_math::lanes::{MAX_LANES, Mask, Real, Word};
+
+/// Replaces the lanes of `mask` in `x` by `f(x, key)`. The lanes are expected to be few or none.
+#[inline(always)]
+pub fn by_lane<W: Word>(x: W, key: [W; 2], f: impl Fn(u32, [u32; 2]) -> u32, mask: W::Mask) -> W {
+    if !mask.any() {
+        return x;
+    }
+    let (mut xs, mut a, mut b) = ([0; MAX_LANES], [0; MAX_LANES], [0; MAX_LANES]);
+    x.store(&mut xs);
+    key[0].store(&mut a);
+    key[1].store(&mut b);
+    let bits = mask.bitmask();
+    for lane in (0..MAX_LANES).filter(|lane| bits >> lane & 1 == 1) {
+        xs[lane] = f(xs[lane], [a[lane], b[lane]]);
+    }
+    W::load(&xs)
+}
+
+/// Returns ⌊x / n⌋ and the remainder, exactly. A divisor of 0 counts as 1.
+#[inline(always)]
+pub fn divide<W: Word>(x: W, n: u32) -> (W, W) {
+    let n = n.max(1);
+    let zero = W::splat(0);
+    if x.lt(W::splat(n)).all() {
+        return (zero, x);
+    }
+    if W::Real::LANES == 1 {
+        let mut lane = [0];
+        x.store(&mut lane);
+        return (W::splat(lane[0] / n), W::splat(lane[0] % n));
+    }
+    if n.is_power_of_two() {
+        return (x >> n.trailing_zeros(), x & W::splat(n - 1));
+    }
+    if n >= 1 << 30 {
+        // The quotient is at most 3.
+        return (0..3).fold((zero, x), |(q, rest), _| {
+            let more = W::splat(n).le(rest);
+            let next = (q.wrapping_add(W::splat(1)), rest.wrapping_sub(W::splat(n)));
+            (W::select(more, next.0, q), W::select(more, next.1, rest))
+        });
+    }
+    let reciprocal = 1.0 / n as f32;
+    // The quotient in f32 is off by less than 2⁻²² of itself and 1, so that the remainder is below 2³¹ in magnitude.
+    let q = (x.to_real() * W::Real::splat(reciprocal)).to_int();
+    let rest = x.wrapping_sub(q.wrapping_mul(W::splat(n)));
+    settle(q, rest, n, reciprocal)
+}
+
+/// Adjusts a quotient so that the signed remainder, whose magnitude is below 2³¹, is in 0..n.
+#[inline(always)]
+pub fn settle<W: Word>(q: W, rest: W, n: u32, reciprocal: f32) -> (W, W) {
+    let (n, one, zero) = (W::splat(n), W::splat(1), W::splat(0));
+    let more = (rest.int_to_real() * W::Real::splat(reciprocal)).to_int();
+    let (q, rest) = (q.wrapping_add(more), rest.wrapping_sub(more.wrapping_mul(n)));
+    let below = rest.lt_signed(zero);
+    let q = W::select(below, q.wrapping_sub(one), q);
+    let rest = W::select(below, rest.wrapping_add(n), rest);
+    let above = !rest.lt_signed(n);
+    (W::select(above, q.wrapping_add(one), q), W::select(above, rest.wrapping_sub(n), rest))
+}
