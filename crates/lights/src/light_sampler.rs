@@ -6,7 +6,7 @@
 //! selected often enough even if a bright light is occluded.
 use crate::Light;
 use crate::cluster::{Bounds, mean};
-use crate::lanes::{LANES, Weights};
+use crate::octet::{LANES, Weights};
 use crate::tree::Tree;
 use dapple_sampling::{Key, discrete::Choice};
 use glam::Vec3;

@@ -18,6 +18,17 @@ pub(crate) struct Facet {
     is_quad: bool,
 }
 
+/// A sampled point of a facet, seen from the receiver.
+pub(crate) struct Spot {
+    /// Unit direction.
+    pub wi: DVec3,
+    pub distance: f64,
+    /// Density per solid angle.
+    pub pdf: f64,
+    /// Coordinates along e1, e2.
+    pub at: DVec2,
+}
+
 impl Facet {
     pub fn triangle(p: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Self {
         let a = a.as_dvec3();
@@ -25,7 +36,11 @@ impl Facet {
     }
 
     pub fn quad(p: Vec3, corner: Vec3, e1: Vec3, e2: Vec3) -> Self {
-        Self::new(p, corner.as_dvec3(), e1.as_dvec3(), e2.as_dvec3(), true)
+        Self::edges(p, corner, e1, e2, true)
+    }
+
+    pub fn edges(p: Vec3, corner: Vec3, e1: Vec3, e2: Vec3, is_quad: bool) -> Self {
+        Self::new(p, corner.as_dvec3(), e1.as_dvec3(), e2.as_dvec3(), is_quad)
     }
 
     fn new(p: Vec3, corner: DVec3, e1: DVec3, e2: DVec3, is_quad: bool) -> Self {
@@ -70,6 +85,11 @@ impl Facet {
     }
 
     pub fn sample(&self, u: Vec2, two_sided: bool) -> Option<Aimed> {
+        self.spot(u, two_sided).map(|spot| self.aimed(spot))
+    }
+
+    /// A point uniform in solid angle if that is at least `SMALL`, else in area.
+    pub fn spot(&self, u: Vec2, two_sided: bool) -> Option<Spot> {
         let facing = visible(self.facing, two_sided)?;
         let (first, second) = self.wedges();
         let omega = first.omega + second.map_or(0.0, |w| w.omega);
@@ -80,7 +100,7 @@ impl Facet {
             let (to, at) = rectangle::sample(self.p0, self.e1, self.e2, omega, u.as_dvec2());
             let distance = to.length();
             let usable = distance > 0.0 && at.is_finite();
-            return usable.then(|| self.aimed(to / distance, distance, 1.0 / omega, at));
+            return usable.then(|| Spot { wi: to / distance, distance, pdf: 1.0 / omega, at });
         }
         let x = u.x as f64 * omega;
         let (u, y) = (DVec2::new(x / first.omega, u.y as f64), u.y as f64);
@@ -91,11 +111,16 @@ impl Facet {
             _ => first.sample(u),
         }?;
         let (distance, at) = self.hit(wi)?;
-        Some(self.aimed(wi, distance, 1.0 / omega, at))
+        Some(Spot { wi, distance, pdf: 1.0 / omega, at })
     }
 
     /// Samples uniformly in area.
     pub fn sample_surface(&self, u: Vec2, two_sided: bool) -> Option<Aimed> {
+        self.spot_in_area(u, two_sided).map(|spot| self.aimed(spot))
+    }
+
+    /// A point uniform in area.
+    pub fn spot_in_area(&self, u: Vec2, two_sided: bool) -> Option<Spot> {
         Some(self.at(self.spread(u), visible(self.facing, two_sided)?))
     }
 
@@ -106,7 +131,7 @@ impl Facet {
 
     /// The point `at` (along e1, e2), with the density of uniform sampling in area.
     pub fn middle(&self, two_sided: bool, at: Vec2) -> Option<Aimed> {
-        Some(self.at(at.as_dvec2(), visible(self.facing, two_sided)?))
+        Some(self.aimed(self.at(at.as_dvec2(), visible(self.facing, two_sided)?)))
     }
 
     /// Coordinates along e1, e2, uniform in area.
@@ -114,10 +139,10 @@ impl Facet {
         if self.is_quad { u } else { warp::triangle(u) }.as_dvec2()
     }
 
-    fn at(&self, at: DVec2, facing: f64) -> Aimed {
+    fn at(&self, at: DVec2, facing: f64) -> Spot {
         let to = self.p0 + self.e1 * at.x + self.e2 * at.y;
         let distance = to.length();
-        self.aimed(to / distance, distance, self.area_pdf(distance, facing), at)
+        Spot { wi: to / distance, distance, pdf: self.area_pdf(distance, facing), at }
     }
 
     /// Solid-angle density of `sample` for a point at `distance`.
@@ -147,7 +172,7 @@ impl Facet {
         (distance > 0.0 && distance.is_finite() && at.is_finite()).then_some((distance, at))
     }
 
-    fn aimed(&self, wi: DVec3, distance: f64, pdf: f64, at: DVec2) -> Aimed {
+    fn aimed(&self, Spot { wi, distance, pdf, at }: Spot) -> Aimed {
         let p = (self.corner + self.e1 * at.x + self.e2 * at.y).as_vec3();
         // Rounded once, plus the rounding in the edges of a quad.
         let p_error = (p.abs() + self.e1.abs().as_vec3() + self.e2.abs().as_vec3()) * f32::EPSILON;

@@ -1,7 +1,7 @@
 //! Light tree with eight children per node: selects one of many lights in time logarithmic in their number [Conty
 //! Estevez and Kulla 2018].
 use crate::cluster::{Bounds, Cone};
-use crate::lanes::{LANES, Lanes, Weights};
+use crate::octet::{LANES, Lanes, Weights};
 use crate::split::{Item, SplitHeuristic};
 use glam::Vec3;
 
