@@ -143,9 +143,7 @@ impl Area {
         let aimed = match Prepared::of(self) {
             Prepared::Triangle(light) => light.sample(from, at).triangle(),
             Prepared::Rectangle(light) => light.sample(from, at).quad(),
-            Prepared::Skewed { corner, e1, e2 } => {
-                Facet::edges(p, corner, e1, e2, true).sample(u, self.two_sided)
-            }
+            Prepared::Skewed { corner, e1, e2 } => Facet::quad(p, corner, e1, e2).sample(u, self.two_sided),
             Prepared::Sphere(light) => light.sample(from, at).round(),
             Prepared::Disk(light) => light.sample(from, at).round(),
         };
@@ -160,7 +158,7 @@ impl Area {
             Prepared::Triangle(light) => light.pdf(p.into(), distance),
             Prepared::Rectangle(light) => light.pdf(p.into(), distance),
             Prepared::Skewed { corner, e1, e2 } => {
-                let pdf = Facet::edges(p, corner, e1, e2, true).pdf(distance, self.two_sided);
+                let pdf = Facet::quad(p, corner, e1, e2).pdf(distance, self.two_sided);
                 (pdf as f32).min(f32::MAX)
             }
             Prepared::Sphere(light) => light.pdf(p.into()),
@@ -176,7 +174,7 @@ impl Area {
             Prepared::Triangle(light) => light.sample_surface(from, at).triangle(),
             Prepared::Rectangle(light) => light.sample_surface(from, at).quad(),
             Prepared::Skewed { corner, e1, e2 } => {
-                Facet::edges(p, corner, e1, e2, true).sample_surface(u, self.two_sided)
+                Facet::quad(p, corner, e1, e2).sample_surface(u, self.two_sided)
             }
             Prepared::Sphere(light) => {
                 sphere::sample_surface(p, light.centre.into(), light.radius, light.two_sided, u)
@@ -191,7 +189,7 @@ impl Area {
             Prepared::Triangle(light) => light.pdf_surface(p.into(), distance),
             Prepared::Rectangle(light) => light.pdf_surface(p.into(), distance),
             Prepared::Skewed { corner, e1, e2 } => {
-                let pdf = Facet::edges(p, corner, e1, e2, true).pdf_surface(distance, self.two_sided);
+                let pdf = Facet::quad(p, corner, e1, e2).pdf_surface(distance, self.two_sided);
                 (pdf as f32).min(f32::MAX)
             }
             Prepared::Sphere(light) => {

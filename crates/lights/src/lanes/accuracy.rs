@@ -1,7 +1,7 @@
 //! Errors of the f32 formulas of flat lights against f64.
 use super::flat::flat;
 use super::{Rectangle, Triangle};
-use crate::polygon::Facet;
+use crate::polygon::{Facet, Outline};
 use dapple_testkit::Rng;
 use glam::{Vec2, Vec3};
 
@@ -21,7 +21,8 @@ fn errors(is_quad: bool, least: f32, sliver: f32) -> [f32; 2] {
             true => Rectangle(light).sample(p.into(), u.into()),
             false => Triangle(light).sample(p.into(), u.into()),
         };
-        let facet = Facet::edges(p, corner, e1, e2, is_quad);
+        let facet =
+            Facet::edges(p, corner, e1, e2, if is_quad { Outline::Rectangle } else { Outline::Triangle });
         if facet.omega() < f64::from(least) {
             continue;
         }

@@ -13,6 +13,7 @@ use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 pub struct Disk<R: Real>(pub Flat<R>);
 
 /// Computes what depends on a disk alone. Its normal is the given one.
+#[inline(always)]
 pub(crate) fn disk(centre: Vec3, normal: Vec3, radius: f32, two_sided: bool) -> Disk<f32> {
     let frame = Frame::from_z(normal);
     let (e1, e2) = ((frame.x * radius).into(), (frame.y * radius).into());

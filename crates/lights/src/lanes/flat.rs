@@ -1,7 +1,8 @@
 //! Flat lights, one per lane: what depends on the light alone, and receivers close to its plane.
 use super::aimed::Aimed;
 use super::columns::{Columns, lane, lanes_of, stored, three};
-use crate::polygon::Facet;
+use crate::aimed::SMALL;
+use crate::polygon::{Facet, Outline};
 use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x};
 use glam::{Vec2, Vec3};
 
@@ -49,6 +50,13 @@ pub(crate) fn flat(corner: Vec3, e1: Vec3, e2: Vec3, two_sided: bool) -> Flat<f3
     let (per_e1, per_e2) = ((1.0 / a.length()) as f32, (1.0 / b.length()) as f32);
     let (corner, e1, e2) = (corner.into(), e1.into(), e2.into());
     Flat { corner, e1, e2, n: n.into(), area: area as f32, per_e1, per_e2, two_sided }
+}
+
+/// Whether a light is sampled by area, because half of its solid angle, that of the complex number `cos` + i·`sin`, is
+/// below half of [`SMALL`]. (The tangent of that is the number itself, to 10⁻⁷.)
+#[inline(always)]
+pub(super) fn is_small<R: Real>(sin: R, cos: R) -> R::Mask {
+    sin.lt(cos * R::splat(0.5 * SMALL as f32))
 }
 
 impl Flat<f32> {
@@ -156,8 +164,7 @@ impl<R: Real> Flat<R> {
 /// How a shape is sampled.
 #[derive(Clone, Copy)]
 pub(super) struct How {
-    /// A parallelogram instead of a triangle.
-    pub is_quad: bool,
+    pub outline: Outline,
     /// Uniformly in area instead of solid angle.
     pub by_area: bool,
 }
@@ -170,9 +177,9 @@ struct LightColumns {
 }
 
 impl LightColumns {
-    fn facet(&self, i: usize, p: &Columns<3>, is_quad: bool) -> (Facet, bool) {
+    fn facet(&self, i: usize, p: &Columns<3>, outline: Outline) -> (Facet, bool) {
         let [corner, e1, e2] = [&self.corner, &self.e1, &self.e2].map(|columns| lane(columns, i));
-        (Facet::edges(lane(p, i), corner, e1, e2, is_quad), self.two_sided >> i & 1 == 1)
+        (Facet::edges(lane(p, i), corner, e1, e2, outline), self.two_sided >> i & 1 == 1)
     }
 }
 
@@ -187,7 +194,7 @@ fn sample_lanes(
     how: How,
 ) {
     for i in lanes_of(mask) {
-        let (facet, two_sided) = light.facet(i, p, how.is_quad);
+        let (facet, two_sided) = light.facet(i, p, how.outline);
         let u = Vec2::new(u[0][i], u[1][i]);
         let spot = if how.by_area { facet.spot_in_area(u, two_sided) } else { facet.spot(u, two_sided) };
         columns[4][i] = 0.0;
@@ -203,7 +210,7 @@ fn sample_lanes(
 #[inline(never)]
 fn pdf_lanes(mask: u32, pdf: &mut [f32], light: &LightColumns, p: &Columns<3>, distance: &[f32], how: How) {
     for i in lanes_of(mask) {
-        let (facet, two_sided) = light.facet(i, p, how.is_quad);
+        let (facet, two_sided) = light.facet(i, p, how.outline);
         let exact = match how.by_area {
             true => facet.pdf_surface(distance[i], two_sided),
             false => facet.pdf(distance[i], two_sided),

@@ -8,8 +8,8 @@
 //! the rectangle stays close to that of its coordinates, at every size. All angles are sums of angles whose tangents
 //! are known: they are multiplied as complex numbers, and one arctangent gives the solid angle.
 use super::aimed::Aimed;
-use super::flat::{Flat, How, LEAST};
-use crate::aimed::SMALL;
+use super::flat::{Flat, How, LEAST, is_small};
+use crate::polygon::Outline;
 use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x, atan2, sin_cos};
 
 /// One rectangle per lane.
@@ -26,13 +26,15 @@ struct Seen<R: Real> {
     h2: R,
     /// Inverse distances of the corners (x0, y0) and (x0, y1).
     per: [R; 2],
-    omega: R,
+    /// Half of the solid angle; arbitrary where it is small.
+    half: R,
+    is_small: R::Mask,
     /// Where f32 is accurate.
     accurate: R::Mask,
 }
 
-const SOLID_ANGLE: How = How { is_quad: true, by_area: false };
-const AREA: How = How { is_quad: true, by_area: true };
+const SOLID_ANGLE: How = How { outline: Outline::Rectangle, by_area: false };
+const AREA: How = How { outline: Outline::Rectangle, by_area: true };
 
 impl<R: Real> Rectangle<R> {
     /// Samples points for receivers at `p` with `u` in \[0, 1)²: uniformly in solid angle if it is at least 10⁻³ sr,
@@ -40,7 +42,7 @@ impl<R: Real> Rectangle<R> {
     #[inline(always)]
     pub fn sample(&self, p: Vec3x<R>, u: Vec2x<R>) -> Aimed<R> {
         let seen = self.seen(p);
-        let by_area = seen.is_small();
+        let by_area = seen.is_small;
         let (mut x, mut y) = (seen.spread(seen.x, u.x), seen.spread(seen.y, u.y));
         if !by_area.all() {
             x = R::select(by_area, x, seen.place_x(u.x));
@@ -54,7 +56,7 @@ impl<R: Real> Rectangle<R> {
     #[inline(always)]
     pub fn pdf(&self, p: Vec3x<R>, distance: R) -> R {
         let seen = self.seen(p);
-        let fast = self.density(&seen, distance, seen.is_small());
+        let fast = self.density(&seen, distance, seen.is_small);
         self.0.replaced_pdf(!seen.accurate, fast, p, distance, SOLID_ANGLE).min(R::splat(f32::MAX))
     }
 
@@ -85,13 +87,16 @@ impl<R: Real> Rectangle<R> {
         let y = [y0, y0 + light.area * light.per_e1];
         let h2 = height * height;
         let largest = x[0].abs().max(x[1].abs()).max(y[0].abs().max(y[1].abs()));
-        let (per, omega, wide) = solid_angle(x, y, height.abs(), light.area);
-        Seen { x, y, height, h2, per, omega, accurate: Flat::accurate(height, largest) & wide }
+        let (per, half, wide) = half_solid_angle(x, y, height.abs(), light.area);
+        let is_small = is_small(half.sin, half.cos);
+        let half = if is_small.all() { half.sin } else { atan2(half.sin, half.cos) };
+        let accurate = Flat::accurate(height, largest) & wide;
+        Seen { x, y, height, h2, per, half, is_small, accurate }
     }
 
     #[inline(always)]
     fn density(&self, seen: &Seen<R>, distance: R, by_area: R::Mask) -> R {
-        let uniform = R::splat(1.0) / seen.omega;
+        let uniform = R::splat(0.5) / seen.half;
         let pdf = R::select(by_area, Flat::area_pdf(distance, seen.height, self.0.area), uniform);
         R::select(self.0.faces(seen.height), pdf, R::splat(0.0))
     }
@@ -110,11 +115,11 @@ impl<R: Real> Rectangle<R> {
     }
 }
 
-/// The solid angle of the rectangle, as that of two triangles [Van Oosterom and Strackee 1983], and the inverse
-/// distances of (x0, y0) and (x0, y1), and where no number below cancels. Half of an angle is that of the complex number 1 + a·b + b·c + c·a +
+/// Half of the solid angle of the rectangle, as a complex number of any size, from two triangles [Van Oosterom and
+/// Strackee 1983]; also the inverse distances of (x0, y0) and (x0, y1), and where no number below cancels. Half of an angle is that of the complex number 1 + a·b + b·c + c·a +
 /// i·a·(b×c), with unit vectors to the corners; the product of both numbers has half of the sum.
 #[inline(always)]
-fn solid_angle<R: Real>(x: [R; 2], y: [R; 2], h: R, area: R) -> ([R; 2], R, R::Mask) {
+fn half_solid_angle<R: Real>(x: [R; 2], y: [R; 2], h: R, area: R) -> ([R; 2], Angle<R>, R::Mask) {
     let one = R::splat(1.0);
     let h2 = h * h;
     let (xx, yy) = ([x[0] * x[0], x[1] * x[1]], [y[0] * y[0] + h2, y[1] * y[1] + h2]);
@@ -128,9 +133,8 @@ fn solid_angle<R: Real>(x: [R; 2], y: [R; 2], h: R, area: R) -> ([R; 2], R, R::M
     let (first, second) = (shared + (ab + bc), shared + (cd + ad));
     let triple = h * (area * diagonal);
     let (f, g) = (triple * b, triple * d);
-    let omega = atan2(f * second + g * first, first * second - f * g);
     let wide = (first.abs() + f).ge(R::splat(LEAST)) & (second.abs() + g).ge(R::splat(LEAST));
-    ([a, d], omega + omega, wide)
+    ([a, d], Angle { cos: first * second - f * g, sin: f * second + g * first }, wide)
 }
 
 /// An angle by its cosine and sine; the product is that of the sum.
@@ -172,11 +176,6 @@ fn difference<R: Real>(y: [R; 2], d: [R; 2], base: R) -> R {
 
 impl<R: Real> Seen<R> {
     #[inline(always)]
-    fn is_small(&self) -> R::Mask {
-        self.omega.lt(R::splat(SMALL as f32))
-    }
-
-    #[inline(always)]
     fn spread(&self, [from, to]: [R; 2], u: R) -> R {
         from + (to - from) * u
     }
@@ -204,7 +203,7 @@ impl<R: Real> Seen<R> {
         let sin = h * x0 * difference(self.y, [d1, d0], base) * (per_r / base);
         let start = Angle { sin: half * sin / start.cos, ..start };
         // Half of the strip to x.
-        let (sin, cos) = sin_cos(u * self.omega * half);
+        let (sin, cos) = sin_cos(u * self.half);
         let a = start.times(Angle { cos, sin });
         // sin² a/(n0² + n1² − 2·n0·n1·cos a) = x²/(x² + h²), solved for x, with differences of cosines as products.
         let (rest, over) = (between.times(a.mirrored()).sin, between.times(a).sin);

@@ -4,8 +4,8 @@
 //! plane. The sampled direction is a sum of the vectors to the corners with weights that are not negative: they are
 //! barycentric coordinates after division by their sum, so that no plane has to be intersected.
 use super::aimed::Aimed;
-use super::flat::{Flat, How, LEAST};
-use crate::aimed::SMALL;
+use super::flat::{Flat, How, LEAST, is_small};
+use crate::polygon::Outline;
 use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x, atan2, sin_cos};
 
 /// One triangle per lane: first corner and the edges from it to the two others.
@@ -24,14 +24,15 @@ struct Seen<R: Real> {
     cos: [R; 3],
     /// Triple product of the unit vectors to the corners.
     triple: R,
-    /// Half of the solid angle.
+    /// Half of the solid angle; arbitrary where it is small.
     half: R,
+    is_small: R::Mask,
     /// Where f32 is accurate.
     accurate: R::Mask,
 }
 
-const SOLID_ANGLE: How = How { is_quad: false, by_area: false };
-const AREA: How = How { is_quad: false, by_area: true };
+const SOLID_ANGLE: How = How { outline: Outline::Triangle, by_area: false };
+const AREA: How = How { outline: Outline::Triangle, by_area: true };
 
 impl<R: Real> Triangle<R> {
     /// Samples points for receivers at `p` with `u` in \[0, 1)²: uniformly in solid angle if it is at least 10⁻³ sr,
@@ -39,7 +40,7 @@ impl<R: Real> Triangle<R> {
     #[inline(always)]
     pub fn sample(&self, p: Vec3x<R>, u: Vec2x<R>) -> Aimed<R> {
         let seen = self.seen(p);
-        let (by_area, mut at) = (seen.is_small(), spread(u));
+        let (by_area, mut at) = (seen.is_small, spread(u));
         if !by_area.all() {
             at = Vec2x::select(by_area, at, seen.place(u));
         }
@@ -51,7 +52,7 @@ impl<R: Real> Triangle<R> {
     #[inline(always)]
     pub fn pdf(&self, p: Vec3x<R>, distance: R) -> R {
         let seen = self.seen(p);
-        let fast = self.density(&seen, distance, seen.is_small());
+        let fast = self.density(&seen, distance, seen.is_small);
         self.0.replaced_pdf(!seen.accurate, fast, p, distance, SOLID_ANGLE).min(R::splat(f32::MAX))
     }
 
@@ -84,10 +85,11 @@ impl<R: Real> Triangle<R> {
         let triple = (height.abs() * per[0]) * (light.area * per[1] * per[2]);
         // Half of the solid angle [Van Oosterom and Strackee 1983].
         let rest = one + cos[0] + cos[1] + cos[2];
-        let half = atan2(triple, rest);
+        let is_small = is_small(triple, rest);
+        let half = if is_small.all() { triple } else { atan2(triple, rest) };
         let largest = lengths[0].max(lengths[1]).max(lengths[2]);
         let accurate = Flat::accurate(height, largest) & (rest.abs() + triple).ge(R::splat(LEAST));
-        Seen { p0, height, per, cos, triple, half, accurate }
+        Seen { p0, height, per, cos, triple, half, is_small, accurate }
     }
 
     #[inline(always)]
@@ -107,11 +109,6 @@ impl<R: Real> Triangle<R> {
 }
 
 impl<R: Real> Seen<R> {
-    #[inline(always)]
-    fn is_small(&self) -> R::Mask {
-        self.half.lt(R::splat(0.5 * SMALL as f32))
-    }
-
     /// Coordinates along the edges, uniform in solid angle: u.x moves the far side of the part from corner 1 to
     /// corner 2, u.y along it. With σ = u.x·Ω/2, the far point of the part of solid angle 2σ is the mirror image of
     /// corner 1 about (G0·cosσ − G1·sinσ)·c1 + G2·sinσ·c2 [Peters 2021]; the weights of c1 and c2 are kept, not the
