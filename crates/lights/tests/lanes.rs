@@ -1,8 +1,8 @@
 //! Formulas over lanes give the same bits with every instruction set, and those of the scalar types.
 mod support;
-use dapple_lights::lanes::{Hit, Receiver, Table};
-use dapple_lights::{Area, AreaShape, Distant, Light, Point, Spot};
-use dapple_math::lanes::{Isa, Kernel, Real, Vec2x, Vec3x, Word, dispatch};
+use dapple_lights::lanes::{Chosen, Hit, Receiver, Table, probabilities};
+use dapple_lights::{Area, AreaShape, Distant, Light, LightSampler, Point, Spot};
+use dapple_math::lanes::{Isa, Kernel, Mask, Real, Vec2x, Vec3x, Word, dispatch};
 use dapple_testkit::Rng;
 use glam::{Vec2, Vec3};
 use support::square;
@@ -43,7 +43,7 @@ impl Kernel for SampleAll<'_> {
         let Self { table, lights, inputs, out } = self;
         let [x, y, z] = &inputs.p;
         for i in (0..inputs.index.len()).step_by(R::LANES) {
-            let active = <R::Mask as dapple_math::lanes::Mask>::first(inputs.index.len() - i);
+            let active = <R::Mask as Mask>::first(inputs.index.len() - i);
             let index = R::Word::load(&inputs.index[i..]);
             let from = Receiver { p: Vec3x::load([&x[i..], &y[i..], &z[i..]]), time: R::splat(0.0) };
             let u = Vec2x::load([&inputs.u[0][i..], &inputs.u[1][i..]]);
@@ -164,4 +164,55 @@ fn the_table_has_the_lights() {
         assert!(same(value[18], pdf), "{index} {p} {u}");
     }
     assert!(found > 30_000, "{found}");
+}
+
+/// Selects a light for every input, and computes its probability again.
+struct ChooseAll<'a> {
+    sampler: &'a LightSampler,
+    inputs: &'a Inputs,
+    out: &'a mut [Vec<f32>; 4],
+}
+
+impl Kernel for ChooseAll<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<R: Real>(self) {
+        let Self { sampler, inputs, out } = self;
+        let [x, y, z] = &inputs.p;
+        for i in (0..inputs.index.len()).step_by(R::LANES) {
+            let active = <R::Mask as Mask>::first(inputs.index.len() - i);
+            let p = Vec3x::load([&x[i..], &y[i..], &z[i..]]);
+            let n = Vec3x::load([&y[i..], &z[i..], &x[i..]]).normalize();
+            let c = Chosen::<R>::new(sampler, active, p, n, R::load(&inputs.u[0][i..]));
+            let again = probabilities::<R>(sampler, active, p, n, c.index);
+            for (column, value) in out.iter_mut().zip([c.index.to_real(), c.pmf, c.u, again]) {
+                value.store(&mut column[i..]);
+            }
+        }
+    }
+}
+
+#[test]
+fn lights_are_selected_with_the_same_bits() {
+    let mut rng = Rng::new(6);
+    for count in [1, 2, 7, 9, 300] {
+        let mut lights: Vec<Light> = (0..count).flat_map(|_| lights()).take(count).collect();
+        for light in &mut lights {
+            if let Light::Point(l) = light {
+                l.p = rng.direction().as_vec3() * 5.0;
+            }
+        }
+        let sampler = LightSampler::new(&lights, 10.0).unwrap();
+        let inputs = inputs(lights.len());
+        let run = |isa| {
+            let mut out = [(); 4].map(|()| vec![0.0; inputs.index.len()]);
+            dispatch(isa, ChooseAll { sampler: &sampler, inputs: &inputs, out: &mut out });
+            out
+        };
+        let portable = run(Isa::Portable);
+        for isa in Isa::available() {
+            assert_eq!(portable, run(isa), "{count} lights, {}", isa.name());
+        }
+        assert_eq!(portable[1], portable[3], "{count} lights");
+    }
 }

@@ -20,11 +20,27 @@ pub(super) fn three<R: Real>(v: Vec3x<R>) -> Columns<3> {
 }
 
 /// The vector in one lane.
+#[inline(always)]
 pub(super) fn lane(columns: &Columns<3>, i: usize) -> Vec3 {
     Vec3::new(columns[0][i], columns[1][i], columns[2][i])
 }
 
 /// The lanes of a mask, given as bits.
-pub(super) fn lanes_of(bits: u32) -> impl Iterator<Item = usize> {
-    (0..MAX_LANES).filter(move |i| bits >> i & 1 == 1)
+#[inline(always)]
+pub(super) fn lanes_of(bits: u32) -> LanesOf {
+    LanesOf(bits)
+}
+
+/// Iterator over the set bits.
+pub(super) struct LanesOf(u32);
+
+impl Iterator for LanesOf {
+    type Item = usize;
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let lane = self.0.trailing_zeros() as usize;
+        self.0 &= self.0.wrapping_sub(1);
+        // No mask has more lanes; the comparison spares that of every index.
+        (lane < MAX_LANES).then_some(lane)
+    }
 }

@@ -8,6 +8,7 @@
 #[cfg(test)]
 mod accuracy;
 mod aimed;
+mod choice;
 mod columns;
 pub(crate) mod disk;
 pub(crate) mod flat;
@@ -21,6 +22,7 @@ mod table;
 mod triangle;
 
 pub use aimed::Aimed;
+pub use choice::{Chosen, probabilities};
 pub use disk::Disk;
 pub use flat::{Flat, Record};
 pub use point::{Point, Shone, Spot};
