@@ -73,15 +73,15 @@ impl Lanes {
     pub fn weigh<R: Real>(&self, p: Vec3, n: Vec3) -> Weights {
         let weights =
             if n == Vec3::ZERO { self.weights::<R, false>(p, n) } else { self.weights::<R, true>(p, n) };
-        let sum = sum(&weights);
-        let reached = sum > 0.0 && sum.is_finite();
-        if reached { Weights { weights, sum, reached } } else { self.by_intensity() }
+        let weights = Weights::new(weights, true);
+        let reached = weights.sum() > 0.0 && weights.sum().is_finite();
+        if reached { weights } else { self.by_intensity() }
     }
 
     #[cold]
     #[inline(never)]
     fn by_intensity(&self) -> Weights {
-        Weights { weights: self.intensity, sum: sum(&self.intensity), reached: false }
+        Weights::new(self.intensity, false)
     }
 
     #[inline(always)]
@@ -138,45 +138,55 @@ fn at<R: Real>(from: &[f32; LANES], i: usize) -> R {
     R::load(&from[i..])
 }
 
-fn sum(weights: &[f32; LANES]) -> f64 {
-    weights.iter().map(|w| *w as f64).sum()
-}
-
 /// Weights of eight lanes, not all 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weights {
     weights: [f32; LANES],
-    sum: f64,
+    /// 0, and the sums of the first one to eight weights.
+    sums: [f64; LANES + 1],
     /// Whether these are importances; otherwise they are intensities, because no lane reaches the receiver.
     reached: bool,
 }
 
 impl Weights {
+    #[inline(always)]
+    fn new(weights: [f32; LANES], reached: bool) -> Self {
+        let mut sums = [0.0; LANES + 1];
+        for (i, w) in weights.iter().enumerate() {
+            sums[i + 1] = sums[i] + f64::from(*w);
+        }
+        Self { weights, sums, reached }
+    }
+
+    #[inline(always)]
+    fn sum(&self) -> f64 {
+        self.sums[LANES]
+    }
+
     /// Estimate of the irradiance that all lanes could send, in the unit of their intensity.
+    #[inline(always)]
     pub fn importance(&self) -> f64 {
-        if self.reached { self.sum } else { 0.0 }
+        if self.reached { self.sum() } else { 0.0 }
     }
 
     /// Probability of a lane.
+    #[inline(always)]
     pub fn share(&self, lane: usize) -> f64 {
-        self.weights[lane] as f64 / self.sum
+        f64::from(self.weights[lane % LANES]) / self.sum()
     }
 
     /// Selects a lane: returns it, its probability as given by [`Weights::share`], and u rescaled to \[0,1).
     #[inline(always)]
     pub fn pick(&self, u: f64) -> (usize, f64, f64) {
-        let target = u * self.sum;
-        // The sums are those of `sum`, so that the last one exceeds the target.
-        let (mut end, mut chosen, mut start) = (0.0, 0, 0.0);
-        for w in self.weights {
-            end += w as f64;
-            let is_before = end <= target;
-            chosen += usize::from(is_before);
-            start = if is_before { end } else { start };
+        let target = u * self.sum();
+        // The last sum exceeds the target, and a lane of weight 0 ends where the one before it does.
+        let mut chosen = 0;
+        for end in &self.sums[1..LANES] {
+            chosen += u32::from(*end <= target);
         }
-        let chosen = chosen.min(LANES - 1);
-        let rest = (target - start) / self.weights[chosen] as f64;
-        (chosen, self.share(chosen), rest.clamp(0.0, 1.0 - f64::EPSILON))
+        let chosen = chosen as usize % LANES;
+        let rest = (target - self.sums[chosen]) / f64::from(self.weights[chosen]);
+        (chosen, self.share(chosen), rest.max(0.0).min(1.0 - f64::EPSILON))
     }
 }
 
@@ -202,7 +212,7 @@ mod tests {
         assert_eq!(lanes.weigh::<f32>(Vec3::ZERO, Vec3::NEG_Z).importance(), 0.0);
         for p in [p, Vec3::splat(1e30), Vec3::NAN] {
             let weights = lanes.weigh::<f32>(p, Vec3::Z);
-            assert!(weights.sum > 0.0 && weights.sum.is_finite());
+            assert!(weights.sum() > 0.0 && weights.sum().is_finite());
         }
     }
 
@@ -225,7 +235,7 @@ mod tests {
     #[test]
     fn picking_follows_the_shares() {
         let weights = [0.0, 1.0, 0.0, 2.0, 0.0, 0.0, 5.0, 0.0];
-        let weights = Weights { weights, sum: sum(&weights), reached: true };
+        let weights = Weights::new(weights, true);
         let mut counts = [0; LANES];
         for k in 0..8000 {
             let (lane, share, rest) = weights.pick((k as f64 + 0.5) / 8000.0);

@@ -57,16 +57,16 @@ impl Tree {
     /// Selects an item: returns it, its probability, and u rescaled to \[0,1).
     #[inline(always)]
     pub fn sample<R: Real>(&self, root: &Weights, p: Vec3, n: Vec3, u: f64) -> (usize, f64, f64) {
-        let (mut at, mut weights, mut probability, mut u) = (0, *root, 1.0, u);
+        let (mut at, mut probability) = (0, 1.0);
+        let (mut lane, mut share, mut u) = root.pick(u);
         loop {
-            let (lane, share, rest) = weights.pick(u);
-            let link = self.nodes[at].links[lane];
-            (probability, u) = (probability * share, rest);
+            probability *= share;
+            let link = self.nodes[at].links[lane % LANES];
             if link & LEAF != 0 {
                 return ((link & !LEAF) as usize, probability, u);
             }
             at = link as usize;
-            weights = self.nodes[at].lanes.weigh::<R>(p, n);
+            (lane, share, u) = self.nodes[at].lanes.weigh::<R>(p, n).pick(u);
         }
     }
 
@@ -74,15 +74,13 @@ impl Tree {
     #[inline(always)]
     pub fn pmf<R: Real>(&self, root: &Weights, p: Vec3, n: Vec3, item: usize) -> f64 {
         let (mut trail, levels) = self.trails[item];
-        let (mut at, mut weights, mut probability) = (0, *root, 1.0);
-        for level in 1..=levels {
-            let lane = (trail & 7) as usize;
-            probability *= weights.share(lane);
-            if level < levels {
-                at = self.nodes[at].links[lane] as usize;
-                weights = self.nodes[at].lanes.weigh::<R>(p, n);
-            }
+        let (mut at, mut lane) = (0, (trail & 7) as usize);
+        let mut probability = root.share(lane);
+        for _ in 1..levels {
+            at = self.nodes[at].links[lane] as usize;
             trail >>= 3;
+            lane = (trail & 7) as usize;
+            probability *= self.nodes[at].lanes.weigh::<R>(p, n).share(lane);
         }
         probability
     }
