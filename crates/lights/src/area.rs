@@ -3,7 +3,8 @@
 //! Triangles and quads are sampled uniformly in solid angle if theirs is at least `SMALL`, else uniformly in area (the
 //! two densities are then nearly equal); spheres are sampled in the cone they subtend, and disks uniformly in area.
 use crate::aimed::Aimed;
-use crate::{LightPoint, LightSample, disk, polygon::Facet, sphere};
+use crate::lanes::{Disk, Rectangle, Sphere, Triangle, disk, flat};
+use crate::{LightPoint, LightSample, polygon::Facet, rectangle, sphere};
 use glam::{Vec2, Vec3};
 use std::f64::consts::PI;
 
@@ -98,18 +99,53 @@ fn cross_length(e1: Vec3, e2: Vec3) -> f64 {
     e1.as_dvec3().cross(e2.as_dvec3()).length()
 }
 
+/// A shape with everything that depends on it alone.
+pub(crate) enum Prepared {
+    Triangle(Triangle<f32>),
+    Rectangle(Rectangle<f32>),
+    /// A parallelogram that is not a rectangle.
+    Skewed {
+        corner: Vec3,
+        e1: Vec3,
+        e2: Vec3,
+    },
+    Sphere(Sphere<f32>),
+    Disk(Disk<f32>),
+}
+
+impl Prepared {
+    #[inline(always)]
+    pub fn of(area: &Area) -> Self {
+        let two_sided = area.two_sided;
+        match area.shape {
+            AreaShape::Triangle([a, b, c]) => {
+                Self::Triangle(Triangle(flat::flat(a, b - a, c - a, two_sided)))
+            }
+            AreaShape::Quad { corner, e1, e2 } if rectangle::is_rectangle(e1.as_dvec3(), e2.as_dvec3()) => {
+                Self::Rectangle(Rectangle(flat::flat(corner, e1, e2, two_sided)))
+            }
+            AreaShape::Quad { corner, e1, e2 } => Self::Skewed { corner, e1, e2 },
+            AreaShape::Sphere { centre, radius } => {
+                Self::Sphere(Sphere { centre: centre.into(), radius, two_sided })
+            }
+            AreaShape::Disk { centre, normal, radius } => {
+                Self::Disk(disk::disk(centre, normal, radius, two_sided))
+            }
+        }
+    }
+}
+
 impl Area {
     /// Samples a direction towards the light with `u` in \[0,1)². None from behind a one-sided light and from the plane
     /// of a flat one.
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let two_sided = self.two_sided;
-        let aimed = match self.shape {
-            AreaShape::Triangle([a, b, c]) => Facet::triangle(p, a, b, c).sample(u, two_sided),
-            AreaShape::Quad { corner, e1, e2 } => Facet::quad(p, corner, e1, e2).sample(u, two_sided),
-            AreaShape::Sphere { centre, radius } => sphere::sample(p, centre, radius, two_sided, u),
-            AreaShape::Disk { centre, normal, radius } => {
-                disk::sample(p, centre, normal, radius, two_sided, u)
-            }
+        let (from, at) = (p.into(), u.into());
+        let aimed = match Prepared::of(self) {
+            Prepared::Triangle(light) => light.sample(from, at).triangle(),
+            Prepared::Rectangle(light) => light.sample(from, at).quad(),
+            Prepared::Skewed { corner, e1, e2 } => Facet::quad(p, corner, e1, e2).sample(u, self.two_sided),
+            Prepared::Sphere(light) => light.sample(from, at).round(),
+            Prepared::Disk(light) => light.sample(from, at).round(),
         };
         self.sample_at(aimed?)
     }
@@ -118,48 +154,51 @@ impl Area {
     /// Where the light is sampled by solid angle this is 1/Ω, else distance²/(area·cosθ_light), with the cosine taken
     /// from the distance of the plane: area·cosθ·distance is the same for every point of a flat light.
     pub fn pdf(&self, p: Vec3, distance: f32) -> f32 {
-        let two_sided = self.two_sided;
-        let pdf = match self.shape {
-            AreaShape::Triangle([a, b, c]) => Facet::triangle(p, a, b, c).pdf(distance, two_sided),
-            AreaShape::Quad { corner, e1, e2 } => Facet::quad(p, corner, e1, e2).pdf(distance, two_sided),
-            AreaShape::Sphere { centre, radius } => sphere::pdf(p, centre, radius, two_sided),
-            AreaShape::Disk { centre, normal, radius } => {
-                disk::pdf(p, centre, normal, radius, two_sided, distance)
+        match Prepared::of(self) {
+            Prepared::Triangle(light) => light.pdf(p.into(), distance),
+            Prepared::Rectangle(light) => light.pdf(p.into(), distance),
+            Prepared::Skewed { corner, e1, e2 } => {
+                let pdf = Facet::quad(p, corner, e1, e2).pdf(distance, self.two_sided);
+                (pdf as f32).min(f32::MAX)
             }
-        };
-        (pdf as f32).min(f32::MAX)
+            Prepared::Sphere(light) => light.pdf(p.into()),
+            Prepared::Disk(light) => light.pdf(p.into(), distance),
+        }
     }
 
     /// Samples the surface uniformly in area with `u` in \[0,1)²: corner + u.x·e1 + u.y·e2 for a quad. None if the
     /// point does not emit towards `p`.
     pub(crate) fn sample_surface(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let two_sided = self.two_sided;
-        let aimed = match self.shape {
-            AreaShape::Triangle([a, b, c]) => Facet::triangle(p, a, b, c).sample_surface(u, two_sided),
-            AreaShape::Quad { corner, e1, e2 } => Facet::quad(p, corner, e1, e2).sample_surface(u, two_sided),
-            AreaShape::Sphere { centre, radius } => sphere::sample_surface(p, centre, radius, two_sided, u),
-            AreaShape::Disk { centre, normal, radius } => {
-                disk::sample(p, centre, normal, radius, two_sided, u)
+        let (from, at) = (p.into(), u.into());
+        let aimed = match Prepared::of(self) {
+            Prepared::Triangle(light) => light.sample_surface(from, at).triangle(),
+            Prepared::Rectangle(light) => light.sample_surface(from, at).quad(),
+            Prepared::Skewed { corner, e1, e2 } => {
+                Facet::quad(p, corner, e1, e2).sample_surface(u, self.two_sided)
             }
+            Prepared::Sphere(light) => {
+                sphere::sample_surface(p, light.centre.into(), light.radius, light.two_sided, u)
+            }
+            Prepared::Disk(light) => light.sample(from, at).round(),
         };
         self.sample_at(aimed?)
     }
 
     pub(crate) fn pdf_surface(&self, p: Vec3, wi: Vec3, distance: f32) -> f32 {
-        let two_sided = self.two_sided;
-        let pdf = match self.shape {
-            AreaShape::Triangle([a, b, c]) => Facet::triangle(p, a, b, c).pdf_surface(distance, two_sided),
-            AreaShape::Quad { corner, e1, e2 } => {
-                Facet::quad(p, corner, e1, e2).pdf_surface(distance, two_sided)
+        match Prepared::of(self) {
+            Prepared::Triangle(light) => light.pdf_surface(p.into(), distance),
+            Prepared::Rectangle(light) => light.pdf_surface(p.into(), distance),
+            Prepared::Skewed { corner, e1, e2 } => {
+                let pdf = Facet::quad(p, corner, e1, e2).pdf_surface(distance, self.two_sided);
+                (pdf as f32).min(f32::MAX)
             }
-            AreaShape::Sphere { centre, radius } => {
-                sphere::pdf_surface(p, centre, radius, two_sided, wi, distance)
+            Prepared::Sphere(light) => {
+                let centre = light.centre.into();
+                let pdf = sphere::pdf_surface(p, centre, light.radius, light.two_sided, wi, distance);
+                (pdf as f32).min(f32::MAX)
             }
-            AreaShape::Disk { centre, normal, radius } => {
-                disk::pdf(p, centre, normal, radius, two_sided, distance)
-            }
-        };
-        (pdf as f32).min(f32::MAX)
+            Prepared::Disk(light) => light.pdf(p.into(), distance),
+        }
     }
 
     /// The whole light as one point. Flat lights keep their cosine; a sphere becomes a point light of intensity πR²L.
@@ -173,7 +212,8 @@ impl Area {
             }
             // The warp maps (½, ½) to the centre.
             AreaShape::Disk { centre, normal, radius } => {
-                disk::sample(p, centre, normal, radius, self.two_sided, Vec2::splat(0.5))
+                let disk = disk::disk(centre, normal, radius, self.two_sided);
+                disk.sample(p.into(), Vec2::splat(0.5).into()).round()
             }
             AreaShape::Sphere { centre, radius } => return self.sample_middle_of_sphere(p, centre, radius),
         };

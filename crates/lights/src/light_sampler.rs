@@ -6,9 +6,10 @@
 //! selected often enough even if a bright light is occluded.
 use crate::Light;
 use crate::cluster::{Bounds, mean};
-use crate::lanes::{LANES, Weights};
+use crate::octet::{LANES, Weights};
 use crate::tree::Tree;
-use dapple_sampling::{Key, discrete::Choice};
+use dapple_math::lanes::Real;
+use dapple_sampling::discrete::Choice;
 use glam::Vec3;
 
 /// Share of selections that is uniform over all lights: for small sets (each light weighted alone), and for large sets.
@@ -70,31 +71,49 @@ impl LightSampler {
     /// Selects a light for a receiver at `p` with normal `n` on the side from which light is received (zero: no normal,
     /// any side), with `uc` in \[0,1). The field `u` of the result is `uc` rescaled to \[0,1).
     pub fn sample(&self, p: Vec3, n: Vec3, uc: f32) -> Option<Choice> {
-        if let &[light] = &*self.lights {
-            return Some(Choice { index: light as usize, pmf: 1.0, u: uc });
-        }
-        let uc = refined(uc, p);
-        let (count, even) = (self.lights.len(), self.even);
-        let receiver = self.receiver(p, n);
-        let (slot, by_importance, u) = if uc < even {
-            let x = uc / even * count as f64;
-            let slot = (x as usize).min(count - 1);
-            (slot, self.importance_pmf(&receiver, p, n, slot), x - slot as f64)
-        } else {
-            self.sample_importance(&receiver, p, n, ((uc - even) / (1.0 - even)).min(1.0 - f64::EPSILON))
-        };
-        let pmf = even / count as f64 + (1.0 - even) * by_importance;
-        let u = (u as f32).clamp(0.0, 1.0 - f32::EPSILON / 2.0);
-        Some(Choice { index: self.lights[slot] as usize, pmf: pmf as f32, u })
+        Some(self.chosen::<f32>(p, n, uc))
     }
 
     /// Probability with which `sample` selects `light` (its scene index); bitwise equal to the value in the sample.
     pub fn pmf(&self, p: Vec3, n: Vec3, light: usize) -> f32 {
+        self.probability::<f32>(p, n, light)
+    }
+
+    /// Scene index of the light, if it is the only one.
+    #[inline(always)]
+    pub(crate) fn only(&self) -> Option<u32> {
+        if let &[light] = &*self.lights { Some(light) } else { None }
+    }
+
+    /// As [`LightSampler::sample`]; `R` are the lanes over the children of a node.
+    #[inline(always)]
+    pub(crate) fn chosen<R: Real>(&self, p: Vec3, n: Vec3, uc: f32) -> Choice {
+        if let &[light] = &*self.lights {
+            return Choice { index: light as usize, pmf: 1.0, u: uc };
+        }
+        let uc = refined(uc, p);
+        let (count, even) = (self.lights.len(), self.even);
+        let receiver = self.receiver::<R>(p, n);
+        let (slot, by_importance, u) = if uc < even {
+            let x = uc / even * count as f64;
+            let slot = (x as usize).min(count - 1);
+            (slot, self.importance_pmf::<R>(&receiver, p, n, slot), x - slot as f64)
+        } else {
+            self.sample_importance::<R>(&receiver, p, n, ((uc - even) / (1.0 - even)).min(1.0 - f64::EPSILON))
+        };
+        let pmf = even / count as f64 + (1.0 - even) * by_importance;
+        let u = (u as f32).clamp(0.0, 1.0 - f32::EPSILON / 2.0);
+        Choice { index: self.lights[slot] as usize, pmf: pmf as f32, u }
+    }
+
+    /// As [`LightSampler::pmf`].
+    #[inline(always)]
+    pub(crate) fn probability<R: Real>(&self, p: Vec3, n: Vec3, light: usize) -> f32 {
         match self.slots.get(light) {
             None | Some(&NEVER) => 0.0,
             Some(_) if self.lights.len() == 1 => 1.0,
             Some(&slot) => {
-                let by_importance = self.importance_pmf(&self.receiver(p, n), p, n, slot as usize);
+                let by_importance = self.importance_pmf::<R>(&self.receiver::<R>(p, n), p, n, slot as usize);
                 (self.even / self.lights.len() as f64 + (1.0 - self.even) * by_importance) as f32
             }
         }
@@ -115,11 +134,12 @@ impl LightSampler {
     /// at the root of the tree. With few lights the probability is proportional to importance, which is then the
     /// importance of each light; with many lights it is half by importance and half by power, because the importance of
     /// a whole tree is a poor estimate for a receiver inside its bounding box.
-    fn receiver(&self, p: Vec3, n: Vec3) -> Receiver {
+    #[inline(always)]
+    fn receiver<R: Real>(&self, p: Vec3, n: Vec3) -> Receiver {
         let Some(tree) = &self.near else {
             return Receiver { far: self.far_importance(n), share: 1.0, root: None };
         };
-        let root = tree.root(p, n);
+        let root = tree.root::<R>(p, n);
         if self.far.is_empty() {
             return Receiver { far: 0.0, share: 0.0, root: Some(root) };
         }
@@ -135,11 +155,12 @@ impl LightSampler {
     }
 
     /// Selects by importance; returns the slot, its probability and the rescaled u.
-    fn sample_importance(&self, receiver: &Receiver, p: Vec3, n: Vec3, u: f64) -> (usize, f64, f64) {
+    #[inline(always)]
+    fn sample_importance<R: Real>(&self, receiver: &Receiver, p: Vec3, n: Vec3, u: f64) -> (usize, f64, f64) {
         match (&self.near, &receiver.root) {
             (Some(tree), Some(root)) if u >= receiver.share => {
                 let u = ((u - receiver.share) / (1.0 - receiver.share)).min(1.0 - f64::EPSILON);
-                let (item, probability, u) = tree.sample(root, p, n, u);
+                let (item, probability, u) = tree.sample::<R>(root, p, n, u);
                 (self.far.len() + item, (1.0 - receiver.share) * probability, u)
             }
             _ => {
@@ -166,12 +187,15 @@ impl LightSampler {
     }
 
     /// Probability with which `sample_importance` selects a slot.
-    fn importance_pmf(&self, receiver: &Receiver, p: Vec3, n: Vec3, slot: usize) -> f64 {
+    #[inline(always)]
+    fn importance_pmf<R: Real>(&self, receiver: &Receiver, p: Vec3, n: Vec3, slot: usize) -> f64 {
         if let Some(far) = self.far.get(slot) {
             return receiver.share * probability(far.importance(n), receiver.far, self.far.len());
         }
         match (&self.near, &receiver.root) {
-            (Some(tree), Some(root)) => (1.0 - receiver.share) * tree.pmf(root, p, n, slot - self.far.len()),
+            (Some(tree), Some(root)) => {
+                (1.0 - receiver.share) * tree.pmf::<R>(root, p, n, slot - self.far.len())
+            }
             _ => 0.0,
         }
     }
@@ -184,14 +208,22 @@ struct Receiver {
     root: Option<Weights>,
 }
 
-/// Extends `uc` by bits of a hash of `uc` and `p`: with many lights its 24 bits would be used up on the way down the
+/// Extends `uc` by 32 bits of a hash of `uc` and `p`: with many lights its 24 bits would be used up on the way down the
 /// tree. The order of values is preserved.
+#[inline(always)]
 fn refined(uc: f32, p: Vec3) -> f64 {
     const STEPS: f64 = (1 << 24) as f64;
-    let u = (uc as f64).clamp(0.0, 1.0 - 1.0 / STEPS);
-    let words = [uc, p.x, p.y, p.z].map(|x| x.to_bits() as u64);
-    let bits = Key::hash(words).bits();
-    ((u * STEPS).floor() + (bits >> 24) as f64 / (1u64 << 40) as f64) / STEPS
+    let u = f64::from(uc).clamp(0.0, 1.0 - 1.0 / STEPS);
+    let bits = [p.x, p.y, p.z].iter().fold(uc.to_bits(), |hash, x| mixed(hash ^ x.to_bits()));
+    ((u * STEPS).floor() + f64::from(bits) / 4_294_967_296.0) / STEPS
+}
+
+/// A bijection of 32 bits of which every bit depends on all others, by two multiplications.
+#[inline(always)]
+fn mixed(mut x: u32) -> u32 {
+    x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
+    x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
 }
 
 impl Far {

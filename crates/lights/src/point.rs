@@ -1,6 +1,8 @@
 //! Point and spot lights as KHR_lights_punctual defines them. Its photometric values are read as radiometric ones, 1 cd
 //! as 1 W/sr per channel.
 use crate::LightSample;
+use crate::falloff::falloff;
+use crate::lanes::{Point as Pointx, Shone, Spot as Spotx};
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
@@ -33,13 +35,32 @@ pub struct Spot {
 }
 
 impl Point {
+    /// Irradiance on a facing surface I/d² times the range window of glTF. None at the light itself, out of range, and
+    /// where the value is not finite.
     pub(crate) fn sample(&self, p: Vec3) -> Option<LightSample> {
-        towards(self.p, p, self.intensity, self.range)
+        shone(self.lanes().sample(p.into()))
     }
+
+    /// The light as the lanes take it.
+    pub(crate) fn lanes(&self) -> Pointx<f32> {
+        Pointx { p: self.p.into(), intensity: self.intensity.into(), per_range: 1.0 / self.range }
+    }
+
     /// Power in W per channel, 4πI.
     pub(crate) fn power(&self) -> Vec3 {
         self.intensity * (2.0 * TAU) as f32
     }
+}
+
+fn shone(shone: Shone<f32>) -> Option<LightSample> {
+    shone.reaches.then(|| LightSample {
+        wi: shone.wi.into(),
+        pdf: 1.0,
+        delta: true,
+        radiance: shone.irradiance.into(),
+        distance: shone.distance,
+        point: None,
+    })
 }
 
 impl Spot {
@@ -51,10 +72,18 @@ impl Spot {
     }
 
     pub(crate) fn sample(&self, p: Vec3) -> Option<LightSample> {
-        let mut sample = towards(self.p, p, self.intensity, self.range)?;
-        let falloff = self.falloff((p.as_dvec3() - self.p.as_dvec3()).normalize());
-        sample.radiance *= falloff as f32;
-        (sample.radiance != Vec3::ZERO).then_some(sample)
+        shone(self.lanes().sample(p.into()))
+    }
+
+    /// The light as the lanes take it.
+    pub(crate) fn lanes(&self) -> Spotx<f32> {
+        let &Self { p, intensity, range, .. } = self;
+        Spotx {
+            point: Point { p, intensity, range }.lanes(),
+            axis: self.axis.as_dvec3().normalize_or_zero().as_vec3().into(),
+            inner: self.inner as f32,
+            outer: self.outer as f32,
+        }
     }
 
     /// Fraction of the intensity in the direction `d` (unit, away from the light): 1 inside the inner cone, 0 outside
@@ -63,16 +92,7 @@ impl Spot {
     /// of any width have their full intensity. The minimum difference of 0.001 in the extension's sample code is not
     /// applied: it would dim every cone narrower than 2.6°.
     pub fn falloff(&self, d: DVec3) -> f64 {
-        let axis = self.axis.as_dvec3().normalize_or_zero();
-        let height = 0.5 * (d - axis).length_squared();
-        if height <= self.inner {
-            1.0
-        } else if height >= self.outer {
-            0.0
-        } else {
-            let a = (self.outer - height) / (self.outer - self.inner);
-            a * a
-        }
+        falloff(d, self.axis.as_dvec3().normalize_or_zero(), self.inner, self.outer)
     }
 
     /// The angle in radians at which the light ends.
@@ -85,30 +105,6 @@ impl Spot {
     pub(crate) fn power(&self) -> Vec3 {
         self.intensity * (TAU * (self.inner + (self.outer - self.inner) / 3.0)) as f32
     }
-}
-
-/// Sample from `p` towards a point light: irradiance on a facing surface I/d² times the range window of glTF. None at
-/// the light itself, out of range, and where the value is not finite.
-fn towards(light: Vec3, p: Vec3, intensity: Vec3, range: f32) -> Option<LightSample> {
-    let v: DVec3 = light.as_dvec3() - p.as_dvec3();
-    let d2 = v.length_squared();
-    let d = d2.sqrt();
-    let radiance = intensity * (window(d, range as f64) / d2) as f32;
-    let reaches = d2 > 0.0 && radiance.is_finite() && radiance != Vec3::ZERO;
-    reaches.then(|| LightSample {
-        wi: (v / d).as_vec3(),
-        pdf: 1.0,
-        delta: true,
-        radiance,
-        distance: d as f32,
-        point: None,
-    })
-}
-
-/// clamp(1 − (d/range)⁴, 0, 1): the fall-off to the range that KHR_lights_punctual recommends. 1 for an infinite range.
-fn window(d: f64, range: f64) -> f64 {
-    let r = d / range;
-    (1.0 - r * r * r * r).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]

@@ -15,22 +15,51 @@ pub(crate) struct Facet {
     e2: DVec3,
     /// −p0·(e1×e2), see [`facing`].
     facing: f64,
-    is_quad: bool,
+    outline: Outline,
+}
+
+/// The kind of a facet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Outline {
+    Triangle,
+    /// A parallelogram with right angles, up to [`rectangle::is_rectangle`].
+    Rectangle,
+    /// Any parallelogram.
+    Skewed,
+}
+
+/// A sampled point of a facet, seen from the receiver.
+pub(crate) struct Spot {
+    /// Unit direction.
+    pub wi: DVec3,
+    pub distance: f64,
+    /// Density per solid angle.
+    pub pdf: f64,
+    /// Coordinates along e1, e2.
+    pub at: DVec2,
 }
 
 impl Facet {
     pub fn triangle(p: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Self {
         let a = a.as_dvec3();
-        Self::new(p, a, b.as_dvec3() - a, c.as_dvec3() - a, false)
+        Self::new(p, a, b.as_dvec3() - a, c.as_dvec3() - a, Outline::Triangle)
     }
 
     pub fn quad(p: Vec3, corner: Vec3, e1: Vec3, e2: Vec3) -> Self {
-        Self::new(p, corner.as_dvec3(), e1.as_dvec3(), e2.as_dvec3(), true)
+        Self::edges(p, corner, e1, e2, Outline::Skewed)
     }
 
-    fn new(p: Vec3, corner: DVec3, e1: DVec3, e2: DVec3, is_quad: bool) -> Self {
+    pub fn edges(p: Vec3, corner: Vec3, e1: Vec3, e2: Vec3, outline: Outline) -> Self {
+        Self::new(p, corner.as_dvec3(), e1.as_dvec3(), e2.as_dvec3(), outline)
+    }
+
+    fn new(p: Vec3, corner: DVec3, e1: DVec3, e2: DVec3, outline: Outline) -> Self {
         let p0 = corner - p.as_dvec3();
-        Self { corner, p0, e1, e2, facing: facing(p0, e1, e2), is_quad }
+        Self { corner, p0, e1, e2, facing: facing(p0, e1, e2), outline }
+    }
+
+    fn is_quad(&self) -> bool {
+        self.outline != Outline::Triangle
     }
 
     /// The one or two triangles at P0: (P0, P0 + e1, P0 + e2), or (P0, P1, P2) and (P0, P2, P3). The latter share the
@@ -38,7 +67,7 @@ impl Facet {
     fn wedges(&self) -> (Wedge, Option<Wedge>) {
         let arm = |v: DVec3| Arm::new(self.p0 + v);
         let (apex, one, three) = (arm(DVec3::ZERO), arm(self.e1), arm(self.e2));
-        if !self.is_quad {
+        if !self.is_quad() {
             return (Wedge::new(self.facing, apex, one, three), None);
         }
         let two = arm(self.e1 + self.e2);
@@ -54,7 +83,7 @@ impl Facet {
             e1: self.e1 * part.step,
             e2: self.e2 * part.step,
             facing: self.facing * part.area(),
-            is_quad: self.is_quad,
+            outline: self.outline,
         }
     }
 
@@ -70,17 +99,22 @@ impl Facet {
     }
 
     pub fn sample(&self, u: Vec2, two_sided: bool) -> Option<Aimed> {
+        self.spot(u, two_sided).map(|spot| self.aimed(spot))
+    }
+
+    /// A point uniform in solid angle if that is at least `SMALL`, else in area.
+    pub fn spot(&self, u: Vec2, two_sided: bool) -> Option<Spot> {
         let facing = visible(self.facing, two_sided)?;
         let (first, second) = self.wedges();
         let omega = first.omega + second.map_or(0.0, |w| w.omega);
         if omega < SMALL {
             return Some(self.at(self.spread(u), facing));
         }
-        if self.is_quad && rectangle::is_rectangle(self.e1, self.e2) {
+        if self.outline == Outline::Rectangle {
             let (to, at) = rectangle::sample(self.p0, self.e1, self.e2, omega, u.as_dvec2());
             let distance = to.length();
             let usable = distance > 0.0 && at.is_finite();
-            return usable.then(|| self.aimed(to / distance, distance, 1.0 / omega, at));
+            return usable.then(|| Spot { wi: to / distance, distance, pdf: 1.0 / omega, at });
         }
         let x = u.x as f64 * omega;
         let (u, y) = (DVec2::new(x / first.omega, u.y as f64), u.y as f64);
@@ -91,11 +125,16 @@ impl Facet {
             _ => first.sample(u),
         }?;
         let (distance, at) = self.hit(wi)?;
-        Some(self.aimed(wi, distance, 1.0 / omega, at))
+        Some(Spot { wi, distance, pdf: 1.0 / omega, at })
     }
 
     /// Samples uniformly in area.
     pub fn sample_surface(&self, u: Vec2, two_sided: bool) -> Option<Aimed> {
+        self.spot_in_area(u, two_sided).map(|spot| self.aimed(spot))
+    }
+
+    /// A point uniform in area.
+    pub fn spot_in_area(&self, u: Vec2, two_sided: bool) -> Option<Spot> {
         Some(self.at(self.spread(u), visible(self.facing, two_sided)?))
     }
 
@@ -106,18 +145,18 @@ impl Facet {
 
     /// The point `at` (along e1, e2), with the density of uniform sampling in area.
     pub fn middle(&self, two_sided: bool, at: Vec2) -> Option<Aimed> {
-        Some(self.at(at.as_dvec2(), visible(self.facing, two_sided)?))
+        Some(self.aimed(self.at(at.as_dvec2(), visible(self.facing, two_sided)?)))
     }
 
     /// Coordinates along e1, e2, uniform in area.
     fn spread(&self, u: Vec2) -> DVec2 {
-        if self.is_quad { u } else { warp::triangle(u) }.as_dvec2()
+        if self.is_quad() { u } else { warp::triangle(u) }.as_dvec2()
     }
 
-    fn at(&self, at: DVec2, facing: f64) -> Aimed {
+    fn at(&self, at: DVec2, facing: f64) -> Spot {
         let to = self.p0 + self.e1 * at.x + self.e2 * at.y;
         let distance = to.length();
-        self.aimed(to / distance, distance, self.area_pdf(distance, facing), at)
+        Spot { wi: to / distance, distance, pdf: self.area_pdf(distance, facing), at }
     }
 
     /// Solid-angle density of `sample` for a point at `distance`.
@@ -130,7 +169,7 @@ impl Facet {
 
     /// distance²/(area·cosθ), where area·cosθ·distance = `facing` (half of it for the triangle).
     fn area_pdf(&self, distance: f64, facing: f64) -> f64 {
-        let share = if self.is_quad { 1.0 } else { 2.0 };
+        let share = if self.is_quad() { 1.0 } else { 2.0 };
         share * distance * distance * distance / facing
     }
 
@@ -143,16 +182,16 @@ impl Facet {
         let at = DVec2::new(q.cross(self.e2).dot(n), self.e1.cross(q).dot(n)) / n.length_squared();
         let at = at.clamp(DVec2::ZERO, DVec2::ONE);
         let over = at.x + at.y;
-        let at = if self.is_quad || over <= 1.0 { at } else { at / over };
+        let at = if self.is_quad() || over <= 1.0 { at } else { at / over };
         (distance > 0.0 && distance.is_finite() && at.is_finite()).then_some((distance, at))
     }
 
-    fn aimed(&self, wi: DVec3, distance: f64, pdf: f64, at: DVec2) -> Aimed {
+    fn aimed(&self, Spot { wi, distance, pdf, at }: Spot) -> Aimed {
         let p = (self.corner + self.e1 * at.x + self.e2 * at.y).as_vec3();
         // Rounded once, plus the rounding in the edges of a quad.
         let p_error = (p.abs() + self.e1.abs().as_vec3() + self.e2.abs().as_vec3()) * f32::EPSILON;
         let n = self.e1.cross(self.e2).normalize().as_vec3();
-        let (triangle, u, v) = match self.is_quad {
+        let (triangle, u, v) = match self.is_quad() {
             false => (0, at.x, at.y),
             true if at.x >= at.y => (0, at.x - at.y, at.y),
             true => (1, at.x, at.y - at.x),

@@ -39,13 +39,13 @@ pub(crate) fn sample(p0: DVec3, e1: DVec3, e2: DVec3, omega: f64, u: DVec2) -> (
     // xu = c·h/√(1 − c²) with c = ±1/√(f² + n0²), and 1 − n0² = h²/(h² + y0²) in the form that does not cancel.
     let rest = f * f - m(y0);
     let x = if rest > 0.0 { h.copysign(f) / rest.sqrt() } else { f64::INFINITY.copysign(f) };
-    let x = x.clamp(x0, x1);
+    let x = x.max(x0).min(x1);
     let d2 = x * x + h2;
     let height = |y: f64| y / (d2 + y * y).sqrt();
     let (low, high) = (height(y0), height(y1));
     let v = low + u.y * (high - low);
     let y = v * (d2 / (1.0 - v * v).max(f64::MIN_POSITIVE)).sqrt();
-    let y = y.clamp(y0, y1);
+    let y = y.max(y0).min(y1);
     // Not computed from the coordinates: a receiver closer than their rounding error still gets all directions.
     (ex * x + ey * y + ex.cross(ey) * z, DVec2::new((x - x0) / lx, (y - y0) / ly))
 }

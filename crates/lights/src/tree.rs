@@ -1,8 +1,9 @@
 //! Light tree with eight children per node: selects one of many lights in time logarithmic in their number [Conty
 //! Estevez and Kulla 2018].
 use crate::cluster::{Bounds, Cone};
-use crate::lanes::{LANES, Lanes, Weights};
+use crate::octet::{LANES, Lanes, Weights};
 use crate::split::{Item, SplitHeuristic};
+use dapple_math::lanes::Real;
 use glam::Vec3;
 
 /// Nodes of up to eight children each; node 0 is the root.
@@ -43,8 +44,9 @@ impl Tree {
     }
 
     /// Weights of the children of the root for a receiver, an argument of the three functions below.
-    pub fn root(&self, p: Vec3, n: Vec3) -> Weights {
-        self.nodes[0].lanes.weigh(p, n)
+    #[inline(always)]
+    pub fn root<R: Real>(&self, p: Vec3, n: Vec3) -> Weights {
+        self.nodes[0].lanes.weigh::<R>(p, n)
     }
 
     /// Estimate of the irradiance that the whole tree could send.
@@ -53,32 +55,32 @@ impl Tree {
     }
 
     /// Selects an item: returns it, its probability, and u rescaled to \[0,1).
-    pub fn sample(&self, root: &Weights, p: Vec3, n: Vec3, u: f64) -> (usize, f64, f64) {
-        let (mut at, mut weights, mut probability, mut u) = (0, *root, 1.0, u);
+    #[inline(always)]
+    pub fn sample<R: Real>(&self, root: &Weights, p: Vec3, n: Vec3, u: f64) -> (usize, f64, f64) {
+        let (mut at, mut probability) = (0, 1.0);
+        let (mut lane, mut share, mut u) = root.pick(u);
         loop {
-            let (lane, share, rest) = weights.pick(u);
-            let link = self.nodes[at].links[lane];
-            (probability, u) = (probability * share, rest);
+            probability *= share;
+            let link = self.nodes[at].links[lane % LANES];
             if link & LEAF != 0 {
                 return ((link & !LEAF) as usize, probability, u);
             }
             at = link as usize;
-            weights = self.nodes[at].lanes.weigh(p, n);
+            (lane, share, u) = self.nodes[at].lanes.weigh::<R>(p, n).pick(u);
         }
     }
 
     /// Probability with which `sample` selects `item`: the same products in the same order.
-    pub fn pmf(&self, root: &Weights, p: Vec3, n: Vec3, item: usize) -> f64 {
+    #[inline(always)]
+    pub fn pmf<R: Real>(&self, root: &Weights, p: Vec3, n: Vec3, item: usize) -> f64 {
         let (mut trail, levels) = self.trails[item];
-        let (mut at, mut weights, mut probability) = (0, *root, 1.0);
-        for level in 1..=levels {
-            let lane = (trail & 7) as usize;
-            probability *= weights.share(lane);
-            if level < levels {
-                at = self.nodes[at].links[lane] as usize;
-                weights = self.nodes[at].lanes.weigh(p, n);
-            }
+        let (mut at, mut lane) = (0, (trail & 7) as usize);
+        let mut probability = root.share(lane);
+        for _ in 1..levels {
+            at = self.nodes[at].links[lane] as usize;
             trail >>= 3;
+            lane = (trail & 7) as usize;
+            probability *= self.nodes[at].lanes.weigh::<R>(p, n).share(lane);
         }
         probability
     }
@@ -174,8 +176,8 @@ mod tests {
         for items in [geometric, equal, steep] {
             let tree = Tree::new(&items).unwrap();
             assert!(tree.trails.iter().all(|t| t.1 <= 21));
-            let root = tree.root(Vec3::Z, Vec3::ZERO);
-            let pmf = |i| tree.pmf(&root, Vec3::Z, Vec3::ZERO, i);
+            let root = tree.root::<f32>(Vec3::Z, Vec3::ZERO);
+            let pmf = |i| tree.pmf::<f32>(&root, Vec3::Z, Vec3::ZERO, i);
             let sum: f64 = (0..items.len()).map(pmf).sum();
             assert!((sum - 1.0).abs() < 1e-12, "{sum}");
         }
@@ -188,10 +190,10 @@ mod tests {
             (0..200).map(|i| point((i % 17) as f32, (i / 17) as f32, 1.0 + (i % 3) as f32)).collect();
         let tree = Tree::new(&items).unwrap();
         let (p, n) = (Vec3::new(3.0, 4.0, 1.5), Vec3::new(0.0, 0.6, -0.8));
-        let root = tree.root(p, n);
+        let root = tree.root::<f32>(p, n);
         for k in 0..5000 {
-            let (item, probability, u) = tree.sample(&root, p, n, (k as f64 + 0.5) / 5000.0);
-            assert_eq!(probability.to_bits(), tree.pmf(&root, p, n, item).to_bits());
+            let (item, probability, u) = tree.sample::<f32>(&root, p, n, (k as f64 + 0.5) / 5000.0);
+            assert_eq!(probability.to_bits(), tree.pmf::<f32>(&root, p, n, item).to_bits());
             assert!((0.0..1.0).contains(&u));
         }
     }

@@ -1,6 +1,7 @@
-//! Importance of eight clusters at once, in loops over arrays that the compiler vectorises. Every lane is computed
-//! independently, so the results are bitwise identical on every machine.
+//! Importance of eight clusters at once, over lanes: a lane is a cluster, and all lanes have the same receiver. With one
+//! lane the compiler vectorises the loop over the clusters.
 use crate::cluster::Bounds;
+use dapple_math::lanes::{Real, Word};
 use glam::Vec3;
 use std::f64::consts::PI;
 
@@ -14,10 +15,11 @@ pub(crate) struct Lanes {
     z: [f32; LANES],
     /// Radius of the bounding sphere of the box.
     radius: [f32; LANES],
+    /// The axis, reversed.
     axis_x: [f32; LANES],
     axis_y: [f32; LANES],
     axis_z: [f32; LANES],
-    /// Cosine of θ_o; −2 for all directions.
+    /// Cosine and sine of θ_o; both 0 for all directions.
     cos_o: [f32; LANES],
     sin_o: [f32; LANES],
     cos_e: [f32; LANES],
@@ -38,7 +40,7 @@ impl Lanes {
         axis_x: [0.0; LANES],
         axis_y: [0.0; LANES],
         axis_z: [0.0; LANES],
-        cos_o: [-2.0; LANES],
+        cos_o: [0.0; LANES],
         sin_o: [0.0; LANES],
         cos_e: [0.0; LANES],
         intensity: [0.0; LANES],
@@ -50,12 +52,12 @@ impl Lanes {
         let centre = b.centre();
         (self.x[lane], self.y[lane], self.z[lane]) = (centre.x, centre.y, centre.z);
         self.radius[lane] = b.radius() as f32;
-        let axis = b.cone.axis.as_vec3();
+        let axis = -b.cone.axis.as_vec3();
         (self.axis_x[lane], self.axis_y[lane], self.axis_z[lane]) = (axis.x, axis.y, axis.z);
         // Widened by the rounding error of f32.
         let theta_o = b.cone.theta_o + 1e-6;
         let everywhere = theta_o >= PI;
-        self.cos_o[lane] = if everywhere { -2.0 } else { libm::cos(theta_o) as f32 };
+        self.cos_o[lane] = if everywhere { 0.0 } else { libm::cos(theta_o) as f32 };
         self.sin_o[lane] = if everywhere { 0.0 } else { libm::sin(theta_o) as f32 };
         self.cos_e[lane] = libm::cos(b.cone.theta_e) as f32 - 1e-6;
         self.intensity[lane] = ((b.intensity / unit) as f32).max(f32::MIN_POSITIVE);
@@ -67,121 +69,124 @@ impl Lanes {
     /// of its radius [Conty Estevez and Kulla 2018, §4.2]. Inside the bounding sphere both cosines are 1. If all
     /// weights are 0, the intensities are used instead. Only products, ratios and roots of coordinates occur: scaling
     /// the scene by a power of two scales the weights by one.
-    #[inline]
-    pub fn weigh(&self, p: Vec3, n: Vec3) -> Weights {
-        let weights = if n == Vec3::ZERO { self.weights::<false>(p, n) } else { self.weights::<true>(p, n) };
-        let sum = sum(&weights);
-        let reached = sum > 0.0 && sum.is_finite();
-        if reached { Weights { weights, sum, reached } } else { self.by_intensity() }
+    #[inline(always)]
+    pub fn weigh<R: Real>(&self, p: Vec3, n: Vec3) -> Weights {
+        let weights =
+            if n == Vec3::ZERO { self.weights::<R, false>(p, n) } else { self.weights::<R, true>(p, n) };
+        let weights = Weights::new(weights, true);
+        let reached = weights.sum() > 0.0 && weights.sum().is_finite();
+        if reached { weights } else { self.by_intensity() }
     }
 
+    #[cold]
+    #[inline(never)]
     fn by_intensity(&self) -> Weights {
-        Weights { weights: self.intensity, sum: sum(&self.intensity), reached: false }
+        Weights::new(self.intensity, false)
     }
 
-    #[inline]
-    fn weights<const NORMAL: bool>(&self, p: Vec3, n: Vec3) -> [f32; LANES] {
+    #[inline(always)]
+    fn weights<R: Real, const NORMAL: bool>(&self, p: Vec3, n: Vec3) -> [f32; LANES] {
         let mut weights = [0.0; LANES];
-        // Indexing lets the compiler prove that nothing is out of bounds and vectorise over the lanes.
-        #[allow(clippy::needless_range_loop)]
-        for i in 0..LANES {
-            let (x, y, z) = (self.x[i] - p.x, self.y[i] - p.y, self.z[i] - p.z);
-            let d2 = larger(x * x + y * y + z * z, LEAST);
-            let per_d = 1.0 / d2.sqrt();
-            let u = Angle::from_sin(smaller(self.radius[i] * per_d, 1.0));
-            let along = -(self.axis_x[i] * x + self.axis_y[i] * y + self.axis_z[i] * z) * per_d;
-            let theta = Angle::from_cos(f32::from_bits(along.to_bits() & self.sign_mask[i]));
-            let cone = Angle { cos: self.cos_o[i], sin: self.sin_o[i] };
-            let rest = theta.minus(cone).minus(u).cos;
-            let emitted = if rest >= self.cos_e[i] { larger(rest, 0.0) } else { 0.0 };
-            let received = if NORMAL {
-                larger(Angle::from_cos((n.x * x + n.y * y + n.z * z) * per_d).minus(u).cos, 0.0)
-            } else {
-                1.0
-            };
-            let r2 = self.radius[i] * self.radius[i];
-            let cosines = if d2 <= r2 { 1.0 } else { emitted * received };
-            weights[i] = self.intensity[i] * cosines / larger(d2, r2);
+        for k in 0..LANES.div_ceil(R::LANES) {
+            let i = k * R::LANES;
+            self.weights_from::<R, NORMAL>(i, p, n).store(&mut weights[i..]);
         }
         weights
     }
+
+    /// Weights of the clusters from number `i` on. Angles at the light and at the receiver are held as their cosines
+    /// and sines times the distance d, so that no length has to be divided by.
+    #[inline(always)]
+    fn weights_from<R: Real, const NORMAL: bool>(&self, i: usize, p: Vec3, n: Vec3) -> R {
+        let zero = R::splat(0.0);
+        let (px, py, pz) = (R::splat(p.x), R::splat(p.y), R::splat(p.z));
+        let (x, y, z): (R, R, R) = (at(&self.x, i), at(&self.y, i), at(&self.z, i));
+        let (x, y, z) = (x - px, y - py, z - pz);
+        let d2 = (x * x + y * y + z * z).max(R::splat(LEAST));
+        let radius: R = at(&self.radius, i);
+        let r2 = radius * radius;
+        let outside = r2.lt(d2);
+        let cos_u = (d2 - r2).max(zero).sqrt();
+        let along =
+            at::<R>(&self.axis_x, i) * x + at::<R>(&self.axis_y, i) * y + at::<R>(&self.axis_z, i) * z;
+        let cos = R::from_bits(along.to_bits() & R::Word::load(&self.sign_mask[i..]));
+        let sin = (d2 - cos * cos).max(zero).sqrt();
+        // θ − θ_o, then minus θ_u. Each is 0 instead of negative.
+        let (cos_o, sin_o): (R, R) = (at(&self.cos_o, i), at(&self.sin_o, i));
+        let (cos, sin) = (cos * cos_o + sin * sin_o, sin * cos_o - cos * sin_o);
+        let within = sin.le(zero) | cos_u.le(cos);
+        let emitted = R::select(within, d2, cos * cos_u + sin * radius);
+        let emits = (at::<R>(&self.cos_e, i) * d2).le(emitted);
+        let emitted = R::select(emits, emitted.max(zero), zero);
+        let mut share = R::splat(1.0) / d2.max(r2);
+        let per = share;
+        share = at::<R>(&self.intensity, i) * share;
+        let mut cosines = emitted * per;
+        if NORMAL {
+            let cos = R::splat(n.x) * x + R::splat(n.y) * y + R::splat(n.z) * z;
+            let sin = (d2 - cos * cos).max(zero).sqrt();
+            let received = R::select(cos_u.le(cos), d2, (cos * cos_u + sin * radius).max(zero));
+            cosines = cosines * (received * per);
+        }
+        share * R::select(outside, cosines, R::splat(1.0))
+    }
 }
 
-/// An angle in [0, π], represented by its cosine and sine.
-#[derive(Clone, Copy)]
-struct Angle {
-    cos: f32,
-    sin: f32,
-}
-impl Angle {
-    #[inline(always)]
-    fn from_cos(cos: f32) -> Self {
-        let cos = smaller(cos, 1.0);
-        Self { cos, sin: larger(1.0 - cos * cos, 0.0).sqrt() }
-    }
-    #[inline(always)]
-    fn from_sin(sin: f32) -> Self {
-        Self { cos: (1.0 - sin * sin).sqrt(), sin }
-    }
-    /// max(0, self − b).
-    #[inline(always)]
-    fn minus(self, b: Self) -> Self {
-        let (cos, sin) = (self.cos * b.cos + self.sin * b.sin, self.sin * b.cos - self.cos * b.sin);
-        let below = self.cos >= b.cos;
-        Self { cos: if below { 1.0 } else { cos }, sin: if below { 0.0 } else { sin } }
-    }
-}
-
-/// Like max and min, but one instruction each; return the second operand for NaN.
-#[inline]
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-#[inline]
-fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-fn sum(weights: &[f32; LANES]) -> f64 {
-    weights.iter().map(|w| *w as f64).sum()
+/// Reads one lane per cluster from number `i` on.
+#[inline(always)]
+fn at<R: Real>(from: &[f32; LANES], i: usize) -> R {
+    R::load(&from[i..])
 }
 
 /// Weights of eight lanes, not all 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weights {
     weights: [f32; LANES],
-    sum: f64,
+    /// 0, and the sums of the first one to eight weights.
+    sums: [f64; LANES + 1],
     /// Whether these are importances; otherwise they are intensities, because no lane reaches the receiver.
     reached: bool,
 }
 
 impl Weights {
+    #[inline(always)]
+    fn new(weights: [f32; LANES], reached: bool) -> Self {
+        let mut sums = [0.0; LANES + 1];
+        for (i, w) in weights.iter().enumerate() {
+            sums[i + 1] = sums[i] + f64::from(*w);
+        }
+        Self { weights, sums, reached }
+    }
+
+    #[inline(always)]
+    fn sum(&self) -> f64 {
+        self.sums[LANES]
+    }
+
     /// Estimate of the irradiance that all lanes could send, in the unit of their intensity.
+    #[inline(always)]
     pub fn importance(&self) -> f64 {
-        if self.reached { self.sum } else { 0.0 }
+        if self.reached { self.sum() } else { 0.0 }
     }
 
     /// Probability of a lane.
+    #[inline(always)]
     pub fn share(&self, lane: usize) -> f64 {
-        self.weights[lane] as f64 / self.sum
+        f64::from(self.weights[lane % LANES]) / self.sum()
     }
 
     /// Selects a lane: returns it, its probability as given by [`Weights::share`], and u rescaled to \[0,1).
+    #[inline(always)]
     pub fn pick(&self, u: f64) -> (usize, f64, f64) {
-        let target = u * self.sum;
-        let (mut below, mut chosen, mut start) = (0.0, 0, 0.0);
-        for (lane, w) in self.weights.iter().enumerate() {
-            let w = *w as f64;
-            if w > 0.0 {
-                (chosen, start) = (lane, below);
-                if target < below + w {
-                    break;
-                }
-            }
-            below += w;
+        let target = u * self.sum();
+        // The last sum exceeds the target, and a lane of weight 0 ends where the one before it does.
+        let mut chosen = 0;
+        for end in &self.sums[1..LANES] {
+            chosen += u32::from(*end <= target);
         }
-        let rest = (target - start) / self.weights[chosen] as f64;
-        (chosen, self.share(chosen), rest.clamp(0.0, 1.0 - f64::EPSILON))
+        let chosen = chosen as usize % LANES;
+        let rest = (target - self.sums[chosen]) / f64::from(self.weights[chosen]);
+        (chosen, self.share(chosen), rest.max(0.0).min(1.0 - f64::EPSILON))
     }
 }
 
@@ -200,14 +205,14 @@ mod tests {
     fn a_lone_point_is_inverse_square_and_cosine() {
         let p = Vec3::Z * 2.0;
         let lanes = lone(&Light::Point(Point { p, intensity: Vec3::splat(3.0), range: f32::INFINITY }));
-        let weight = |p, n| lanes.weigh(p, n).weights[3];
+        let weight = |p, n| lanes.weigh::<f32>(p, n).weights[3];
         assert_eq!(weight(Vec3::ZERO, Vec3::ZERO), 0.75);
         assert!((weight(Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8)) - 0.6).abs() < 1e-6);
         assert_eq!(weight(Vec3::ZERO, Vec3::NEG_Z), 3.0, "behind the receiver: the intensity");
-        assert_eq!(lanes.weigh(Vec3::ZERO, Vec3::NEG_Z).importance(), 0.0);
+        assert_eq!(lanes.weigh::<f32>(Vec3::ZERO, Vec3::NEG_Z).importance(), 0.0);
         for p in [p, Vec3::splat(1e30), Vec3::NAN] {
-            let weights = lanes.weigh(p, Vec3::Z);
-            assert!(weights.sum > 0.0 && weights.sum.is_finite());
+            let weights = lanes.weigh::<f32>(p, Vec3::Z);
+            assert!(weights.sum() > 0.0 && weights.sum().is_finite());
         }
     }
 
@@ -220,17 +225,17 @@ mod tests {
         for (p, n) in [(Vec3::ZERO, Vec3::Z), (Vec3::X * 3.0, Vec3::new(-0.6, 0.0, 0.8))] {
             let v = Vec3::Z * 3.0 - p;
             let far = (v.z / v.length()) * n.dot(v) / v.length() / v.length_squared();
-            assert!(lanes.weigh(p, n).weights[3] >= far * (1.0 - 1e-5));
+            assert!(lanes.weigh::<f32>(p, n).weights[3] >= far * (1.0 - 1e-5));
         }
         let behind = Vec3::Z * 9.0;
-        assert_eq!(lanes.weights::<false>(behind, Vec3::ZERO), [0.0; LANES]);
-        assert!(lone(&Light::Area(area(true))).weights::<false>(behind, Vec3::ZERO)[3] > 0.0);
+        assert_eq!(lanes.weights::<f32, false>(behind, Vec3::ZERO), [0.0; LANES]);
+        assert!(lone(&Light::Area(area(true))).weights::<f32, false>(behind, Vec3::ZERO)[3] > 0.0);
     }
 
     #[test]
     fn picking_follows_the_shares() {
         let weights = [0.0, 1.0, 0.0, 2.0, 0.0, 0.0, 5.0, 0.0];
-        let weights = Weights { weights, sum: sum(&weights), reached: true };
+        let weights = Weights::new(weights, true);
         let mut counts = [0; LANES];
         for k in 0..8000 {
             let (lane, share, rest) = weights.pick((k as f64 + 0.5) / 8000.0);

@@ -1,0 +1,97 @@
+//! Light samples over lanes.
+use super::aimed::Aimed;
+use super::point::Shone;
+use dapple_math::lanes::{Mask, Real, Vec3x};
+use glam::Vec3;
+
+/// One sampled direction towards a light per lane, as [`LightSample`](crate::LightSample) describes one.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample<R: Real> {
+    /// Unit direction towards the light.
+    pub wi: Vec3x<R>,
+    /// Solid-angle density at the receiver; 1 for delta lights, and 0 where there is no sample.
+    pub pdf: R,
+    /// Whether no other sampling technique can find this light.
+    pub delta: R::Mask,
+    /// Radiance along −wi, of delta lights the irradiance on a surface that faces them.
+    pub radiance: Vec3x<R>,
+    /// Distance to the light; infinite for distant lights and the environment.
+    pub distance: R,
+    /// Whether there is a sampled point; only for area lights.
+    pub has_point: R::Mask,
+    /// The sampled point.
+    pub p: Vec3x<R>,
+    /// Bound of the error of `p`, per axis.
+    pub p_error: Vec3x<R>,
+    /// Unit normal of the front at the point.
+    pub n: Vec3x<R>,
+    /// Index of the triangle of the shape, as a number.
+    pub triangle: R,
+    /// Barycentric coordinate of corner 1 of the triangle.
+    pub u: R,
+    /// Barycentric coordinate of corner 2 of the triangle.
+    pub v: R,
+}
+
+impl<R: Real> Sample<R> {
+    /// No sample in any lane.
+    #[inline(always)]
+    pub(super) fn none() -> Self {
+        let (zero, none) = (Vec3x::splat(Vec3::ZERO), R::Mask::splat(false));
+        let o = R::splat(0.0);
+        Self {
+            wi: zero,
+            pdf: o,
+            delta: none,
+            radiance: zero,
+            distance: o,
+            has_point: none,
+            p: zero,
+            p_error: zero,
+            n: zero,
+            triangle: o,
+            u: o,
+            v: o,
+        }
+    }
+
+    /// Samples of area lights with the given triangle and barycentric coordinates.
+    #[inline(always)]
+    pub(super) fn area(aimed: Aimed<R>, [triangle, u, v]: [R; 3], radiance: Vec3x<R>) -> Self {
+        let Aimed { wi, distance, pdf, p, p_error, n, .. } = aimed;
+        let (delta, has_point) = (R::Mask::splat(false), R::Mask::splat(true));
+        Self { wi, pdf, delta, radiance, distance, has_point, p, p_error, n, triangle, u, v }
+    }
+
+    /// Samples of lights without extent.
+    #[inline(always)]
+    pub(super) fn delta(shone: Shone<R>) -> Self {
+        Self {
+            wi: shone.wi,
+            pdf: R::select(shone.reaches, R::splat(1.0), R::splat(0.0)),
+            delta: R::Mask::splat(true),
+            radiance: shone.irradiance,
+            distance: shone.distance,
+            ..Self::none()
+        }
+    }
+
+    /// Returns `yes` in the lanes of `mask` and `no` in the others.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            wi: Vec3x::select(mask, yes.wi, no.wi),
+            pdf: R::select(mask, yes.pdf, no.pdf),
+            delta: (mask & yes.delta) | (!mask & no.delta),
+            radiance: Vec3x::select(mask, yes.radiance, no.radiance),
+            distance: R::select(mask, yes.distance, no.distance),
+            has_point: (mask & yes.has_point) | (!mask & no.has_point),
+            p: Vec3x::select(mask, yes.p, no.p),
+            p_error: Vec3x::select(mask, yes.p_error, no.p_error),
+            n: Vec3x::select(mask, yes.n, no.n),
+            triangle: R::select(mask, yes.triangle, no.triangle),
+            u: R::select(mask, yes.u, no.u),
+            v: R::select(mask, yes.v, no.v),
+        }
+    }
+}
