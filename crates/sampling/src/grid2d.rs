@@ -1,17 +1,19 @@
-//! Piecewise constant densities on a grid over the unit square. Sampling uses marginal and conditional tables in f64,
-//! so that stratified points stay stratified and cells of weight 0 are never sampled.
+//! Piecewise constant densities on a grid over the unit square. Sampling inverts the marginal distribution of the rows
+//! and the conditional distribution of the row, so that stratified points stay stratified and cells of weight 0 are never
+//! sampled.
 
-use crate::Discrete;
+use crate::table::Table;
+use dapple_math::lanes::{Real, Vec2x, Word};
 use glam::Vec2;
-use std::cmp::Ordering;
 
 /// A piecewise constant density on `width`×`height` cells, with row 0 at y = 0.
 #[derive(Clone, Debug)]
 pub struct Grid2d {
-    rows: Discrete,
-    /// One conditional table per row; None for rows of weight 0.
-    columns: Vec<Option<Discrete>>,
-    width: usize,
+    rows: Table,
+    /// The conditional distribution of every row.
+    columns: Table,
+    /// Edges of the columns and rows.
+    edges: [Edges; 2],
 }
 
 /// A point of the unit square, the cell it lies in, and its density with respect to the unit square.
@@ -27,9 +29,22 @@ pub struct GridSample {
     pub pdf: f32,
 }
 
+/// Points as in [`GridSample`], one per lane.
+#[derive(Clone, Copy, Debug)]
+pub struct GridSamplex<R: Real> {
+    /// The point in [0,1)².
+    pub point: Vec2x<R>,
+    /// Column and row of the cell.
+    pub cell: [R::Word; 2],
+    /// Position within the cell, in [0,1)².
+    pub within: Vec2x<R>,
+    /// Probability density, with ∫ pdf = 1 over the unit square.
+    pub pdf: R,
+}
+
 impl Grid2d {
     /// Creates the density from `width`·`height` weights in row-major order. It is None when the sum is zero, a weight
-    /// is negative or not finite, or the number of weights is wrong.
+    /// is negative or not finite, the number of weights is wrong, or there are about 2³⁰ cells or more.
     pub fn new(width: usize, height: usize, weights: &[f64]) -> Option<Self> {
         if width == 0
             || weights.len() != width.checked_mul(height)?
@@ -37,55 +52,122 @@ impl Grid2d {
         {
             return None;
         }
-        let sums: Vec<f64> = weights.chunks(width).map(|row| row.iter().sum()).collect();
-        let columns = weights.chunks(width).map(Discrete::new).collect();
-        Some(Self { rows: Discrete::new(&sums)?, columns, width })
+        let mut columns = Table::new(width, height)?;
+        let sums: Vec<f64> = weights.chunks(width).map(|row| columns.push(row).unwrap_or(0.0)).collect();
+        let mut rows = Table::new(height, 1)?;
+        rows.push(&sums)?;
+        Some(Self { rows, columns, edges: [Edges::new(width), Edges::new(height)] })
     }
 
     /// Samples a point by `u` in [0,1)²: y from the marginal distribution, x from the conditional distribution of the
     /// row.
     pub fn sample(&self, u: Vec2) -> GridSample {
-        let y = self.rows.sample(u.y);
-        let row = y.index;
-        // A row of positive probability always has a table.
-        let (column, h) = self.columns[row].as_ref().map_or((0, 0.5), |c| {
-            let x = c.sample(u.x);
-            (x.index, x.u)
-        });
-        GridSample {
-            point: Vec2::new(inside(column, h, self.width), inside(row, y.u, self.rows.len())),
-            cell: (column as u32, row as u32),
-            within: Vec2::new(h, y.u),
-            pdf: self.cell_pdf(column as u32, row as u32),
+        let GridSamplex { point, cell: [column, row], within, pdf } = self.sample_lanes::<f32>(u.into());
+        GridSample { point: point.into(), cell: (column, row), within: within.into(), pdf }
+    }
+
+    /// Samples a point per lane, as [`Grid2d::sample`] does.
+    #[inline(always)]
+    pub fn sample_lanes<R: Real>(&self, u: Vec2x<R>) -> GridSamplex<R> {
+        let row = self.rows.sample(R::Word::splat(0), u.y);
+        let column = self.columns.sample(row.index, u.x);
+        let [x, y] = &self.edges;
+        GridSamplex {
+            point: Vec2x::new(x.inside(column.index, column.u), y.inside(row.index, row.u)),
+            cell: [column.index, row.index],
+            within: Vec2x::new(column.u, row.u),
+            pdf: self.density(row.pmf, column.pmf),
         }
     }
 
     /// Returns the density at `point`, which is clamped to the unit square.
     pub fn pdf(&self, point: Vec2) -> f32 {
-        self.cell_pdf(cell(point.x, self.width) as u32, cell(point.y, self.rows.len()) as u32)
+        self.pdf_lanes::<f32>(point.into())
     }
 
-    /// Returns the density within a cell.
+    /// Returns the density at a point per lane, as [`Grid2d::pdf`] does.
+    #[inline(always)]
+    pub fn pdf_lanes<R: Real>(&self, point: Vec2x<R>) -> R {
+        let [x, y] = &self.edges;
+        self.cell_pdf_lanes(x.cell(point.x), y.cell(point.y))
+    }
+
+    /// Returns the density within a cell; 0 if there is no such cell.
     pub fn cell_pdf(&self, column: u32, row: u32) -> f32 {
-        let Some(Some(columns)) = self.columns.get(row as usize) else { return 0.0 };
-        let p = self.rows.probability(row as usize) * columns.probability(column as usize);
-        (p * self.width as f64 * self.rows.len() as f64) as f32
+        if column as usize >= self.columns.bins() || row as usize >= self.rows.bins() {
+            return 0.0;
+        }
+        self.cell_pdf_lanes::<f32>(column, row)
+    }
+
+    /// Returns the density within a cell per lane, which has to be one of the grid.
+    #[inline(always)]
+    pub fn cell_pdf_lanes<R: Real>(&self, column: R::Word, row: R::Word) -> R {
+        self.density(self.rows.pmf(R::Word::splat(0), row), self.columns.pmf(row, column))
+    }
+
+    #[inline(always)]
+    fn density<R: Real>(&self, row: R, column: R) -> R {
+        // In an order in which the product of two small probabilities does not underflow.
+        let [x, y] = [&self.columns, &self.rows].map(|table| R::splat(table.bins() as f32));
+        (row * y) * (column * x)
     }
 }
 
-/// Returns the cell of `x`, clamped to 0..n.
-fn cell(x: f32, n: usize) -> usize {
-    ((f64::from(x).clamp(0.0, 1.0) * n as f64) as usize).min(n - 1)
-}
+/// Number i is the smallest f32 that is not below i/n, for i ≤ n.
+#[derive(Clone, Debug)]
+struct Edges(Vec<f32>);
 
-/// Returns (index + place)/n as f32, moved by an ulp where rounding would leave the cell, because the adjacent cell may
-/// have weight 0.
-fn inside(index: usize, place: f32, n: usize) -> f32 {
-    let x = ((index as f64 + f64::from(place)) / n as f64) as f32;
-    match cell(x, n).cmp(&index) {
-        Ordering::Less => x.next_up(),
-        Ordering::Equal if x < 1.0 => x,
-        _ => x.next_down(),
+impl Edges {
+    fn new(n: usize) -> Self {
+        // The product of an f32 and a count is exact in f64.
+        let is_below = |x: f32, i: usize| f64::from(x) * (n as f64) < i as f64;
+        let edge = |i| {
+            let x = (i as f64 / n as f64) as f32;
+            if is_below(x, i) {
+                x.next_up()
+            } else if i > 0 && !is_below(x.next_down(), i) {
+                x.next_down()
+            } else {
+                x
+            }
+        };
+        Self((0..=n).map(edge).collect())
+    }
+
+    /// Returns (index + place)/n, within the interval also after rounding, because the adjacent one may have weight 0.
+    #[inline(always)]
+    fn inside<R: Real>(&self, index: R::Word, place: R) -> R {
+        let (low, high) = self.ends::<R>(index);
+        let x = (index.int_to_real() + place) / R::splat(self.count() as f32);
+        let before_high = R::from_bits(high.to_bits().wrapping_sub(R::Word::splat(1)));
+        x.max(low).min(before_high)
+    }
+
+    /// Returns the interval of `x`, which is clamped to 0..n.
+    #[inline(always)]
+    fn cell<R: Real>(&self, x: R) -> R::Word {
+        let (zero, one) = (R::Word::splat(0), R::Word::splat(1));
+        let last = R::Word::splat(self.count() as u32 - 1);
+        let x = x.max(R::splat(0.0)).min(R::splat(1.0));
+        let near = (x * R::splat(self.count() as f32)).to_int();
+        let near = R::Word::select(near.lt(last), near, last);
+        // The product in f32 is off by one interval at most.
+        let (low, high) = self.ends::<R>(near);
+        let down = x.lt(low) & zero.lt(near);
+        let up = high.le(x) & near.lt(last);
+        let near = R::Word::select(down, near.wrapping_sub(one), near);
+        R::Word::select(up, near.wrapping_add(one), near)
+    }
+
+    #[inline(always)]
+    fn ends<R: Real>(&self, index: R::Word) -> (R, R) {
+        (R::gather(&self.0, index), R::gather(&self.0, index.wrapping_add(R::Word::splat(1))))
+    }
+
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.0.len() - 1
     }
 }
 

@@ -14,6 +14,7 @@ pub mod pattern;
 pub mod sample_set;
 pub mod sobol;
 pub mod stats;
+mod table;
 pub mod warp;
 
 pub use discrete::{Choice, Discrete};

@@ -63,8 +63,7 @@ impl Domain {
     fn scramble<W: Word>(self, mut x: W, [mut p, mut q]: [W; 2]) -> W {
         let mask = W::splat(self.mask);
         for _ in 0..6 {
-            x = x.wrapping_add(p) & mask;
-            x = x.wrapping_mul(q | W::splat(1)) & mask;
+            x = x.wrapping_add(p).wrapping_mul(q | W::splat(1)) & mask;
             x = x ^ (x >> self.shift);
             p = p.wrapping_mul(W::splat(0x9e37_79b1)) ^ q.rotate_left(13);
             q = q.wrapping_add(p.rotate_left(16));

@@ -62,3 +62,20 @@ pub fn settle<W: Word>(q: W, rest: W, n: u32, reciprocal: f32) -> (W, W) {
     let above = !rest.lt_signed(n);
     (W::select(above, q.wrapping_add(one), q), W::select(above, rest.wrapping_sub(n), rest))
 }
+
+/// Returns the higher word of the product of two unsigned words.
+#[inline(always)]
+pub fn multiply_high<W: Word>(a: W, b: W) -> W {
+    if W::Real::LANES == 1 {
+        let (mut x, mut y) = ([0], [0]);
+        a.store(&mut x);
+        b.store(&mut y);
+        return W::splat(((u64::from(x[0]) * u64::from(y[0])) >> 32) as u32);
+    }
+    let low = W::splat(0xffff);
+    let (a_low, a_high, b_low, b_high) = (a & low, a >> 16, b & low, b >> 16);
+    // No sum overflows: (2¹⁶ − 1)² + 2·(2¹⁶ − 1) < 2³².
+    let middle = a_high.wrapping_mul(b_low).wrapping_add(a_low.wrapping_mul(b_low) >> 16);
+    let other = a_low.wrapping_mul(b_high).wrapping_add(middle & low);
+    a_high.wrapping_mul(b_high).wrapping_add(middle >> 16).wrapping_add(other >> 16)
+}

@@ -7,31 +7,27 @@ use dapple_math::lanes::Real;
 /// w(a,b) + w(b,a) = 1 unless both are 0. A strategy whose density is NaN counts as absent.
 #[inline(always)]
 pub fn power<R: Real>(pdf_a: R, pdf_b: R) -> R {
-    let (ratio, a_is_larger) = ratio(pdf_a, pdf_b);
-    weight(pdf_a, pdf_b, ratio * ratio, a_is_larger)
+    let ratio = ratio(pdf_a, pdf_b);
+    weight(pdf_a, ratio * ratio)
 }
 
 /// Returns the MIS weight by the balance heuristic, with the same arguments and special cases as [`power`].
 #[inline(always)]
 pub fn balance<R: Real>(pdf_a: R, pdf_b: R) -> R {
-    let (ratio, a_is_larger) = ratio(pdf_a, pdf_b);
-    weight(pdf_a, pdf_b, ratio, a_is_larger)
+    weight(pdf_a, ratio(pdf_a, pdf_b))
 }
 
-/// Returns the smaller density divided by the larger, so that nothing overflows, and whether a is the larger.
+/// Returns b/a, 1 for two infinite densities. It overflows where the weight is 0, and underflows where it is 1.
 #[inline(always)]
-fn ratio<R: Real>(a: R, b: R) -> (R, R::Mask) {
-    let a_is_larger = b.le(a);
-    (R::select(a_is_larger, b, a) / R::select(a_is_larger, a, b), a_is_larger)
+fn ratio<R: Real>(a: R, b: R) -> R {
+    // NaN becomes 0.
+    let ratio = b.max(R::splat(0.0)) / a;
+    R::select(ratio.eq(ratio), ratio, R::splat(1.0))
 }
 
-/// Returns 1/(1 + r) for a the larger, r/(1 + r) otherwise, and the special cases.
+/// Returns 1/(1 + r), or 0 without a density.
 #[inline(always)]
-fn weight<R: Real>(a: R, b: R, r: R, a_is_larger: R::Mask) -> R {
-    let (zero, one) = (R::splat(0.0), R::splat(1.0));
-    let w = R::select(a_is_larger, one, r) / (one + r);
-    let infinite = R::splat(f32::INFINITY);
-    let w = R::select(a.eq(infinite) & b.eq(infinite), R::splat(0.5), w);
-    let w = R::select(b.gt(zero), w, one);
-    R::select(a.gt(zero), w, zero)
+fn weight<R: Real>(a: R, r: R) -> R {
+    let one = R::splat(1.0);
+    R::select(a.gt(R::splat(0.0)), one / (one + r), R::splat(0.0))
 }

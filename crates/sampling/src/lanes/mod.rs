@@ -5,10 +5,11 @@
 //! - [`Keyx`]: one key per lane. [`sobol`], [`pattern`]: sample points. An index of a Sobol point is passed with its bits
 //!   reversed, which is done once per sample.
 //! - [`warp`], [`mis`]: warps of the unit square with their densities, and weights of strategies.
-//! - [`Choicex`]: samples of [`Discrete`](crate::Discrete).
+//! - [`Choicex`], [`GridSamplex`]: samples of [`Discrete`](crate::Discrete) and [`Grid2d`](crate::Grid2d).
 
-pub(crate) mod hash;
-pub(crate) mod integer;
+mod circle;
+mod hash;
+mod integer;
 mod key;
 pub mod mis;
 pub mod pattern;
@@ -16,4 +17,5 @@ pub mod sobol;
 pub mod warp;
 
 pub use crate::discrete::Choicex;
+pub use crate::grid2d::GridSamplex;
 pub use key::Keyx;

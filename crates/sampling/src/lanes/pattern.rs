@@ -1,7 +1,7 @@
 //! Sample patterns over words: the s-th of n points. `r` is `s` with its bits reversed, of which Sobol points are made.
 
 use super::hash::{mix, permute};
-use super::integer::{by_lane, divide, settle};
+use super::integer::{by_lane, divide, multiply_high, settle};
 use super::{Keyx, sobol};
 use crate::arrangement::Pattern;
 use dapple_math::lanes::{Real, Vec2x, Word};
@@ -129,12 +129,7 @@ fn centre<W: Word>(cell: W, n: u32) -> W::Real {
 fn within<W: Word>(cell: W, n: u32, jitter: W) -> W::Real {
     let n = n.max(1);
     let (low, high) = (first(cell, n), first(cell.wrapping_add(W::splat(1)), n));
-    let span = high.wrapping_sub(low);
-    let offset = (span.int_to_real() * jitter.unit()).to_int();
-    // The product may be rounded up to the span.
-    let last = span.wrapping_sub(W::splat(1));
-    let offset = W::select(offset.lt_signed(span), offset, last);
-    let x = low.wrapping_add(W::select(last.lt_signed(W::splat(0)), W::splat(0), offset));
+    let x = low.wrapping_add(multiply_high(high.wrapping_sub(low), jitter));
     let end = W::splat((1 << 24) - 1);
     W::select(x.lt(end), x, end).int_to_real() * W::Real::splat(1.0 / 16_777_216.0)
 }

@@ -1,7 +1,7 @@
 //! An Owen-scrambled (0,2)-sequence over words; `r` is always the index of a sample with its bits reversed.
 
 use super::Keyx;
-use dapple_math::lanes::{Vec2x, Word};
+use dapple_math::lanes::{Real, Vec2x, Word};
 
 /// A nested uniform scramble of bit-reversed numbers: x → m·x + c modulo 2³² with odd m.
 ///
@@ -68,10 +68,10 @@ pub fn pad<W: Word>(r: W, n: u32, key: Keyx<W>) -> W {
 /// Permutes within blocks of 2^bits, whose place is the highest bits of `r` and whose number is the others.
 #[inline(always)]
 fn pad_block<W: Word>(r: W, bits: u32, key: Keyx<W>) -> W {
+    // A hash x → m·x + c of the number of the block, whose values for two blocks are independent over the keys.
     let [a, b] = key.words();
-    let h = (r << bits).wrapping_add(b);
-    let h = (h ^ (h >> 15)).wrapping_mul(W::splat(0x2c1b_3c6d));
-    let h = (h ^ (h >> 14)).wrapping_add(a).wrapping_mul(W::splat(0x297a_2d39));
+    let block = r << bits;
+    let h = (block ^ (block >> 16)).wrapping_mul((a ^ b.rotate_left(16)) | W::splat(1)).wrapping_add(b);
     // One of the 2^bits − 1 factors, by the highest byte; the other two numbers are from other bits.
     let factor = ((h >> 24).wrapping_mul(W::splat((1 << bits) - 1)) >> 4) & W::splat(0xf0);
     let product = W::gather(&PRODUCTS[bits as usize - 1], factor | (r >> (32 - bits)));
@@ -123,7 +123,20 @@ pub fn bits_2d<W: Word>(r: W, key: Keyx<W>) -> [W; 2] {
     let [index, x, y] = scrambles(key);
     // Dimension 0 is the reversed index, and a scramble lies between two reversals, so that the inner ones cancel.
     let index = index.of(r).reverse_bits();
-    [x.of(index).reverse_bits(), y.of(pascal_reversed(index)).reverse_bits()]
+    reverse_both([x.of(index), y.of(pascal_reversed(index))])
+}
+
+/// Reverses the bits of two words; those of a single lane are reversed together.
+#[inline(always)]
+fn reverse_both<W: Word>([x, y]: [W; 2]) -> [W; 2] {
+    if W::Real::LANES > 1 {
+        return [x.reverse_bits(), y.reverse_bits()];
+    }
+    let mut lanes = [[0; 1]; 2];
+    x.store(&mut lanes[0]);
+    y.store(&mut lanes[1]);
+    let both = (u64::from(lanes[1][0]) | u64::from(lanes[0][0]) << 32).reverse_bits();
+    [W::splat(both as u32), W::splat((both >> 32) as u32)]
 }
 
 /// Returns point `r` in [0,1), a multiple of 2⁻²⁴.

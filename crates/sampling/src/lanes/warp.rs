@@ -1,7 +1,8 @@
 //! Warps from the unit square over numbers; [`crate::warp`] has those of single points.
 
+use super::circle::{circle, eighth};
 use dapple_math::lanes::{Real, Vec2x, Vec3x, sin_cos};
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
+use std::f32::consts::{FRAC_1_PI, TAU};
 
 /// Samples the square [−1,1]² uniformly. pdf = 1/4 per area.
 #[inline(always)]
@@ -26,7 +27,7 @@ fn concentric<R: Real>(u: Vec2x<R>) -> (R, Vec2x<R>) {
     let centre = r.eq(R::splat(0.0));
     let ratio = R::select(centre, R::splat(0.0), other / R::select(centre, R::splat(1.0), r));
     // The angle from the nearer axis, which is at most π/4.
-    let (sin, cos) = sin_cos(ratio * R::splat(FRAC_PI_4));
+    let (sin, cos) = eighth(ratio);
     (r, Vec2x::new(R::select(is_wide, cos, sin), R::select(is_wide, sin, cos)))
 }
 
@@ -58,7 +59,7 @@ pub fn sphere<R: Real>(u: Vec2x<R>) -> Vec3x<R> {
 pub fn cone<R: Real>(u: Vec2x<R>, one_minus_cos: R) -> Vec3x<R> {
     let v = u.x * one_minus_cos;
     let sin = (v * (R::splat(2.0) - v)).max(R::splat(0.0)).sqrt();
-    let (sin_phi, cos_phi) = sin_cos(R::splat(TAU) * u.y);
+    let (sin_phi, cos_phi) = circle(u.y);
     Vec3x::new(sin * cos_phi, sin * sin_phi, R::splat(1.0) - v)
 }
 
