@@ -6,5 +6,5 @@
 /// | version | change |
 /// |---|---|
 /// | 1 | the first version |
-/// | 2 | Russian roulette from the third reflection on, with four times the throughput as survival probability |
+/// | 2 | Russian roulette from the third reflection on, with four times the throughput as survival probability; sample points, BSDFs, lights and camera rays by formulas over lanes |
 pub const BITS: i32 = 2;

@@ -126,7 +126,7 @@ impl Lanes {
             let cos = R::splat(n.x) * x + R::splat(n.y) * y + R::splat(n.z) * z;
             let sin = (d2 - cos * cos).max(zero).sqrt();
             let received = R::select(cos_u.le(cos), d2, (cos * cos_u + sin * radius).max(zero));
-            cosines = cosines * (received * per);
+            cosines *= received * per;
         }
         share * R::select(outside, cosines, R::splat(1.0))
     }
@@ -186,7 +186,7 @@ impl Weights {
         }
         let chosen = chosen as usize % LANES;
         let rest = (target - self.sums[chosen]) / f64::from(self.weights[chosen]);
-        (chosen, self.share(chosen), rest.max(0.0).min(1.0 - f64::EPSILON))
+        (chosen, self.share(chosen), rest.clamp(0.0, 1.0 - f64::EPSILON))
     }
 }
 

@@ -21,17 +21,16 @@ pub(super) fn sampled<R: Real>(
     index.store(&mut numbers);
     let [x, y, time] = stored([u.x, u.y, from.time]);
     sample_lanes(lights, mask.bitmask(), &numbers, &three(from.p), [&x, &y, &time], &mut out);
-    let vector = |[x, y, z]: &Columns<3>| Vec3x::load([x, y, z]);
     let other = Sample {
-        wi: vector(&out.wi),
+        wi: loaded(&out.wi),
         pdf: R::load(&out.pdf),
         delta: R::Mask::from_bitmask(out.delta),
-        radiance: vector(&out.radiance),
+        radiance: loaded(&out.radiance),
         distance: R::load(&out.distance),
         has_point: R::Mask::from_bitmask(out.has_point),
-        p: vector(&out.p),
-        p_error: vector(&out.p_error),
-        n: vector(&out.n),
+        p: loaded(&out.p),
+        p_error: loaded(&out.p_error),
+        n: loaded(&out.n),
         triangle: R::load(&out.place[0]),
         u: R::load(&out.place[1]),
         v: R::load(&out.place[2]),
@@ -55,6 +54,11 @@ pub(super) fn densities<R: Real>(
     let vectors = [&three(from.p), &three(hit.wi), &three(hit.n)];
     pdf_lanes(lights, mask.bitmask(), &numbers, vectors, [&distance, &time], &mut pdf);
     R::load(&pdf)
+}
+
+#[inline(always)]
+fn loaded<R: Real>([x, y, z]: &Columns<3>) -> Vec3x<R> {
+    Vec3x::load([x, y, z])
 }
 
 /// Samples as columns.

@@ -1,4 +1,4 @@
-//! Triangles, sampled uniformly in solid angle [Arvo 1995; Peters 2021].
+//! Triangles, sampled uniformly in solid angle [Arvo 1995] [Peters 2021].
 //!
 //! All values follow from the inverse distances of the corners, the cosines between them, and the height over the
 //! plane. The sampled direction is a sum of the vectors to the corners with weights that are not negative: they are
