@@ -19,6 +19,8 @@ import sys
 
 # Parts of the names that a kernel may refer to: functions that it may call, and the table by which AVX2 packs lanes.
 ALLOWED = ["by_lane13replace_lanes", "4core9panicking", "slice_index_fail", "slice5index", "memset", "memcpy", "4avx26PACKED"]
+# The same of sampling and camera.
+ALLOWED += ["integer13replace_lanes", "sobol8PRODUCTS", "10exact_rays"]
 ENTRIES = {"run_avx2": "%ymm", "run_avx512": "%zmm"}
 CALL = re.compile(r"^\s+(?:callq?|jmpq?)\s+\*?(\S+)")
 MOVES = re.compile(r"^\s+v?mov")

@@ -115,9 +115,11 @@ impl Table {
     #[inline(always)]
     fn bin<R: Real>(&self, start: R::Word, index: R::Word) -> [R; 3] {
         let at = start.wrapping_add(index << 1);
-        let [b, c, d] = [1, 2, 3].map(|i| at.wrapping_add(R::Word::splat(i)));
-        let (low, low_rest) = (R::gather(&self.edges, at), R::gather(&self.edges, b));
-        let (high, high_rest) = (R::gather(&self.edges, c), R::gather(&self.edges, d));
+        let (one, two) = (R::Word::splat(1), R::Word::splat(2));
+        let next = at.wrapping_add(two);
+        let (low, low_rest) = (R::gather(&self.edges, at), R::gather(&self.edges, at.wrapping_add(one)));
+        let (high, high_rest) =
+            (R::gather(&self.edges, next), R::gather(&self.edges, next.wrapping_add(one)));
         [low, low_rest, (high - low) + (high_rest - low_rest)]
     }
 
