@@ -121,7 +121,11 @@ impl Camera {
     /// The ray starts at the lens and ends at the far plane. [`Camera::near`] returns the distance of the near plane.
     #[inline]
     pub fn ray(&self, pixel: (u32, u32), fraction: Vec2, size: (u32, u32), lens_u: Vec2) -> Ray {
-        let ray = self.rays::<f32>([pixel.0, pixel.1], fraction.into(), size, lens_u.into());
+        let view = self.view(size);
+        if !view.is_plain() {
+            return self.exact_ray(pixel, fraction, size, lens_u);
+        }
+        let ray = self.plain_rays::<f32>(&view, pixel.into(), fraction.into(), lens_u.into());
         Ray { o: ray.o.into(), d: ray.d.into(), t_max: ray.t_max }
     }
 
@@ -135,9 +139,20 @@ impl Camera {
         lens_u: Vec2x<R>,
     ) -> Rayx<R> {
         let view = self.view(size);
-        if !self.is_plain(&view) {
+        if !view.is_plain() {
             return self.rays_by_lane(pixel, fraction, size, lens_u);
         }
+        self.plain_rays(&view, pixel, fraction, lens_u)
+    }
+
+    #[inline(always)]
+    fn plain_rays<R: Real>(
+        &self,
+        view: &View,
+        pixel: [R::Word; 2],
+        fraction: Vec2x<R>,
+        lens_u: Vec2x<R>,
+    ) -> Rayx<R> {
         match self.open_lens() {
             Some(lens) => view.ray(pixel, fraction, Some(lens.point_lanes(lens_u))),
             None => view.ray(pixel, fraction, None),
@@ -165,22 +180,10 @@ impl Camera {
             half,
             slope,
             spacing,
+            lens_radius: self.lens.map_or(0.0, |lens| lens.radius),
             inverse_focus: self.lens.map_or(0.0, |lens| lens.inverse_focus() as f32),
             far: self.clip.map_or(f32::INFINITY, |clip| clip.far),
         }
-    }
-
-    /// Whether f32 is accurate enough for all rays of the image: for 1/300 pixel, and without overflow.
-    #[inline(always)]
-    fn is_plain(&self, view: &View) -> bool {
-        let radius = self.lens.map_or(0.0, |lens| lens.radius);
-        let is_wide = match self.projection {
-            Projection::Perspective { tan_half } => view.slope >= LEAST_SLOPE && tan_half < LARGEST_SLOPE,
-            Projection::Orthographic { .. } => true,
-        };
-        is_wide
-            && view.half[0].max(view.half[1]) <= LARGEST_HALF
-            && radius * view.inverse_focus < LARGEST_SLOPE
     }
 
     /// Computes the rays of delicate images one by one in f64.
@@ -264,15 +267,6 @@ struct Lanes {
     pixel: [[u32; MAX_LANES]; 2],
     u: [[f32; MAX_LANES]; 4],
 }
-
-/// The slope per pixel below which directions in f32, whose error is up to 3e-7, are not accurate enough.
-const LEAST_SLOPE: f32 = 1e-4;
-
-/// A slope whose square is far from overflow.
-const LARGEST_SLOPE: f32 = 1e15;
-
-/// Half of the largest side of an image in which a fraction in f32 keeps 2⁻¹¹ of a pixel.
-const LARGEST_HALF: f32 = 4096.0;
 
 /// Returns the unit right, up and backward axes of a transform without its scale, shear and reflection, or None when it
 /// has no direction of view. The direction of view is kept. One axis of length zero is derived from the two others. A

@@ -125,8 +125,9 @@ const CELLS: usize = 448;
 /// than 2e-5 of its peak. Its integral is exact, so that a constant image is unbiased.
 struct Axis {
     radius: f32,
-    /// |f| at the knots i·radius/CELLS.
-    size: Vec<f32>,
+    /// Per cell the integral of |f| before it, in two parts, and |f| at both of its ends, for ∫|f| = 1 over the half axis
+    /// and lengths in cells.
+    rows: Vec<[f32; 4]>,
     /// The integrals of |f| over the cells. It is None for a filter that is zero everywhere, of which there is none.
     cells: Option<Discrete>,
     /// First cell in which f is negative.
@@ -143,9 +144,16 @@ impl Axis {
         let negative_from = (0..CELLS).find(|&i| centre(i) < 0.0).unwrap_or(CELLS);
         let cells: Vec<f64> = size.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
         let (sum, positive) = (cells.iter().sum::<f64>(), cells[..negative_from].iter().sum::<f64>());
+        let mut before = 0.0;
+        let mut row = |w: &[f64]| {
+            let edge = before / sum;
+            before += 0.5 * (w[0] + w[1]);
+            let rest = edge - f64::from(edge as f32);
+            [edge, rest, w[0] / sum, w[1] / sum].map(|x| x as f32)
+        };
         Self {
             radius: radius as f32,
-            size: size.into_iter().map(|x| x as f32).collect(),
+            rows: size.windows(2).map(&mut row).collect(),
             cells: Discrete::new(&cells),
             negative_from: negative_from as u32,
             norm: (sum / (2.0 * positive - sum)) as f32,
@@ -158,16 +166,17 @@ impl Axis {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
         let v = u + u - one;
         let Some(cells) = &self.cells else { return (v, one) };
-        let cell = cells.sample_lanes(v.abs());
-        let next = cell.index.wrapping_add(R::Word::splat(1));
-        let (f0, f1) = (R::gather(&self.size, cell.index), R::gather(&self.size, next));
-        // Solves f0·t + (f1 − f0)·t²/2 = u·(f0 + f1)/2 for t in [0,1] without cancellation.
-        let root = (f0 * f0 + (f1 * f1 - f0 * f0) * cell.u).max(zero).sqrt();
-        let t = (cell.u * (f0 + f1) / (f0 + root)).min(one);
-        let t = R::select(cell.u.gt(zero), t, zero);
-        let x = (cell.index.int_to_real() + t) * R::splat(self.radius / CELLS as f32);
+        let a = v.abs();
+        let index = cells.index_lanes(a);
+        let [edge, rest, f0, f1] = R::gather_rows(&self.rows, index);
+        // Solves f0·t + (f1 − f0)·t²/2 = r for t in [0,1] without cancellation.
+        let r = ((a - edge) - rest).max(zero);
+        let r = r + r;
+        let root = (f0 * f0 + (f1 - f0) * r).max(zero).sqrt();
+        let t = R::select(r.gt(zero), (r / (f0 + root)).min(one), zero);
+        let x = (index.int_to_real() + t) * R::splat(self.radius / CELLS as f32);
         let norm = R::splat(self.norm);
-        let weight = R::select(cell.index.lt(R::Word::splat(self.negative_from)), norm, -norm);
+        let weight = R::select(index.lt(R::Word::splat(self.negative_from)), norm, -norm);
         (x.min(R::splat(self.radius)).copysign(v), weight)
     }
 }
