@@ -25,6 +25,8 @@ ALLOWED = ["by_lane13replace_lanes", "4core9panicking", "slice_index_fail", "sli
            "far_importance", "sample_far"]
 # Tables of directional albedos.
 ALLOWED += ["albedo5NODES", "albedo5MEANS"]
+# The same of sampling and camera.
+ALLOWED += ["integer13replace_lanes", "sobol8PRODUCTS", "10exact_rays"]
 ENTRIES = {"run_avx2": "%ymm", "run_avx512": "%zmm"}
 CALL = re.compile(r"^\s+(?:callq?|jmpq?)\s+\*?(\S+)")
 MOVES = re.compile(r"^\s+v?mov")

@@ -4,6 +4,9 @@
 //! spans the vertical field of view and its width follows from the size in pixels; film coordinates start at the top
 //! left.
 use crate::Lens;
+use crate::precise::{NARROW, film_plane, finest};
+use crate::view::{Rayx, View};
+use dapple_math::lanes::{MAX_LANES, Real, Vec2x, Vec3x, Word};
 use dapple_math::{Motion, Ray};
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::sync::Arc;
@@ -103,8 +106,9 @@ impl Camera {
     /// Returns the ray through the point `pixel + fraction` of an image of `size` pixels (from the top left, x right, y
     /// down). It leaves the lens at the point sampled by `lens_u` in \[0,1)², and its direction is unit.
     ///
-    /// `pixel` and `fraction` are separate arguments, and everything is computed in f64 and rounded once, so that no
-    /// jitter is lost in large images and every pixel of a narrow view has its own direction. `fraction` may lie
+    /// `pixel` and `fraction` are separate arguments. Images with more than 8192 pixels along a side, and views with less
+    /// than 1e-4 rad per pixel, are computed in f64 and rounded once, so that no jitter is lost in large images and every
+    /// pixel of a narrow view has its own direction. `fraction` may lie
     /// outside \[0,1) (wide filters). A rotated frame still rounds each direction component to 2⁻²⁴: below 6e-8 rad per
     /// pixel only a camera aligned with the axes of render space resolves every pixel, because small components keep
     /// their precision.
@@ -117,6 +121,108 @@ impl Camera {
     /// The ray starts at the lens and ends at the far plane. [`Camera::near`] returns the distance of the near plane.
     #[inline]
     pub fn ray(&self, pixel: (u32, u32), fraction: Vec2, size: (u32, u32), lens_u: Vec2) -> Ray {
+        let view = self.view(size);
+        if !view.is_plain() {
+            return self.exact_ray(pixel, fraction, size, lens_u);
+        }
+        let ray = self.plain_rays::<f32>(&view, pixel.into(), fraction.into(), lens_u.into());
+        Ray { o: ray.o.into(), d: ray.d.into(), t_max: ray.t_max }
+    }
+
+    /// Returns one ray per lane, as [`Camera::ray`] does.
+    #[inline(always)]
+    pub fn rays<R: Real>(
+        &self,
+        pixel: [R::Word; 2],
+        fraction: Vec2x<R>,
+        size: (u32, u32),
+        lens_u: Vec2x<R>,
+    ) -> Rayx<R> {
+        let view = self.view(size);
+        if !view.is_plain() {
+            return self.rays_by_lane(pixel, fraction, size, lens_u);
+        }
+        self.plain_rays(&view, pixel, fraction, lens_u)
+    }
+
+    #[inline(always)]
+    fn plain_rays<R: Real>(
+        &self,
+        view: &View,
+        pixel: [R::Word; 2],
+        fraction: Vec2x<R>,
+        lens_u: Vec2x<R>,
+    ) -> Rayx<R> {
+        match self.open_lens() {
+            Some(lens) => view.ray(pixel, fraction, Some(lens.point_lanes(lens_u))),
+            None => view.ray(pixel, fraction, None),
+        }
+    }
+
+    /// Returns the lens, if it has an area.
+    #[inline(always)]
+    fn open_lens(&self) -> Option<Lens> {
+        self.lens.filter(|lens| cfg!(not(without = "lens")) && lens.radius > 0.0)
+    }
+
+    #[inline(always)]
+    fn view(&self, size: (u32, u32)) -> View {
+        let half = [size.0 as f32 * 0.5, size.1.max(1) as f32 * 0.5];
+        let (slope, spacing) = match self.projection {
+            Projection::Perspective { tan_half } => (tan_half / half[1], 0.0),
+            Projection::Orthographic { half_height } => (0.0, half_height / half[1]),
+        };
+        View {
+            origin: self.origin,
+            right: self.right,
+            up: self.up,
+            backward: self.backward,
+            half,
+            slope,
+            spacing,
+            lens_radius: self.lens.map_or(0.0, |lens| lens.radius),
+            inverse_focus: self.lens.map_or(0.0, |lens| lens.inverse_focus() as f32),
+            far: self.clip.map_or(f32::INFINITY, |clip| clip.far),
+        }
+    }
+
+    /// Computes the rays of delicate images one by one in f64.
+    #[inline(always)]
+    fn rays_by_lane<R: Real>(
+        &self,
+        pixel: [R::Word; 2],
+        fraction: Vec2x<R>,
+        size: (u32, u32),
+        lens_u: Vec2x<R>,
+    ) -> Rayx<R> {
+        let mut lanes = Lanes { pixel: [[0; MAX_LANES]; 2], u: [[0.0; MAX_LANES]; 4] };
+        pixel[0].store(&mut lanes.pixel[0]);
+        pixel[1].store(&mut lanes.pixel[1]);
+        fraction.x.store(&mut lanes.u[0]);
+        fraction.y.store(&mut lanes.u[1]);
+        lens_u.x.store(&mut lanes.u[2]);
+        lens_u.y.store(&mut lanes.u[3]);
+        let [a, b, c, d, e, f, t_max] = self.exact_rays(&lanes, R::LANES, size);
+        let (o, d) = (Vec3x::load([&a, &b, &c]), Vec3x::load([&d, &e, &f]));
+        Rayx { o, d, t_max: R::load(&t_max) }
+    }
+
+    /// Returns origins, directions and ends of `count` rays, a column per number.
+    #[cold]
+    #[inline(never)]
+    fn exact_rays(&self, lanes: &Lanes, count: usize, size: (u32, u32)) -> [[f32; MAX_LANES]; 7] {
+        let mut rays = [[0.0; MAX_LANES]; 7];
+        for i in 0..count {
+            let ([x, y], [a, b, c, d]) = (lanes.pixel.map(|from| from[i]), lanes.u.map(|from| from[i]));
+            let ray = self.exact_ray((x, y), Vec2::new(a, b), size, Vec2::new(c, d));
+            let numbers = [ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.t_max];
+            rays.iter_mut().zip(numbers).for_each(|(column, x)| column[i] = x);
+        }
+        rays
+    }
+
+    /// Returns the ray computed in f64 and rounded once.
+    fn exact_ray(&self, pixel: (u32, u32), fraction: Vec2, size: (u32, u32), lens_u: Vec2) -> Ray {
         let plane = film_plane(pixel, fraction, size);
         let (film, tilt, step) = match self.projection {
             Projection::Perspective { tan_half } => {
@@ -127,13 +233,9 @@ impl Camera {
                 (plane * f64::from(half_height), DVec2::ZERO, f64::INFINITY)
             }
         };
-        match self.lens {
-            Some(lens) if cfg!(not(without = "lens")) && lens.radius > 0.0 => {
-                let on_lens = lens.point(lens_u).as_dvec2();
-                self.ray_from(film + on_lens, tilt - on_lens * lens.inverse_focus(), step)
-            }
-            _ => self.ray_from(film, tilt, step),
-        }
+        let Some(lens) = self.open_lens() else { return self.ray_from(film, tilt, step) };
+        let on_lens = lens.point(lens_u).as_dvec2();
+        self.ray_from(film + on_lens, tilt - on_lens * lens.inverse_focus(), step)
     }
 
     /// Returns the ray from the point `offset` of the lens plane along (tilt.x, tilt.y, −1), both in the camera's
@@ -160,29 +262,11 @@ impl Camera {
     }
 }
 
-/// Below this angle between pixels, in radians, the error of a unit vector in f32 (2⁻²⁴) exceeds 1/64 pixel.
-const NARROW: f64 = 64.0 / (1u64 << 24) as f64;
-
-/// Returns the f32 vector that is closest in direction to the unit vector `d` among [`LENGTHS`] lengths. The rounding
-/// errors of different lengths are effectively random, so that the best of n is √n times as good as one. The direction
-/// is off by 1e-9 rad typically and by 4e-9 at most (measured).
-#[cold]
-fn finest(d: DVec3) -> Vec3 {
-    // A direction along an axis keeps the full precision of its small components.
-    let (mut best, mut least) = (d.as_vec3(), f64::INFINITY);
-    let unit = d / d.abs().max_element();
-    for k in 0..LENGTHS {
-        let rounded = (unit * (1.0 + f64::from(k) / f64::from(LENGTHS))).as_vec3();
-        let off = unit.cross(rounded.as_dvec3()).length_squared() / rounded.as_dvec3().length_squared();
-        if off < least {
-            (best, least) = (rounded, off);
-        }
-    }
-    best
+/// Pixels, fractions and lens numbers of rays, a column per coordinate.
+struct Lanes {
+    pixel: [[u32; MAX_LANES]; 2],
+    u: [[f32; MAX_LANES]; 4],
 }
-
-/// Number of lengths between 1 and 2 that are tried. It is a power of two, so that the largest component is exact.
-const LENGTHS: u32 = 1024;
 
 /// Returns the unit right, up and backward axes of a transform without its scale, shear and reflection, or None when it
 /// has no direction of view. The direction of view is kept. One axis of length zero is derived from the two others. A
@@ -204,16 +288,6 @@ pub fn axes(m: &DMat3) -> Option<(DVec3, DVec3, DVec3)> {
 
 /// Largest |y| of a unit vector that counts as horizontal within the rounding of f32.
 const LEVEL: f64 = 1e-6;
-
-/// Returns the film point on the plane whose centre is 0, top edge y = 1 and bottom edge y = −1, with x to the right in
-/// the same unit.
-#[inline]
-fn film_plane(pixel: (u32, u32), fraction: Vec2, size: (u32, u32)) -> DVec2 {
-    let (w, h) = (size.0 as f64, size.1.max(1) as f64);
-    let x = pixel.0 as f64 - 0.5 * w + fraction.x as f64;
-    let y = pixel.1 as f64 - 0.5 * h + fraction.y as f64;
-    DVec2::new(x, -y) * (2.0 / h)
-}
 
 #[cfg(test)]
 mod tests {

@@ -3,7 +3,9 @@
 //! Filters are sampled instead of splatted: the film point is warped so that its density is the filter [Ernst 2006].
 //! Every pixel then has its own independent samples, and a constant image stays constant. Filters with negative lobes
 //! (Mitchell) are sampled by |f| with the weight sign(f)·∫|f|, whose mean is 1. All filters are separable.
-use dapple_sampling::warp;
+use dapple_math::lanes::{Real, Vec2x, Word};
+use dapple_sampling::Discrete;
+use dapple_sampling::lanes::warp;
 use glam::Vec2;
 use std::{fmt, str::FromStr, sync::LazyLock};
 
@@ -37,13 +39,20 @@ impl Filter {
     /// monotone in each coordinate, so that strata of `u` stay strata. For `Box { radius: 0.5 }` it is u − ½ exactly.
     #[inline]
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
-        match *self {
-            Self::Box { radius } => ((u + u - Vec2::ONE) * radius, 1.0),
-            Self::Tent => (Vec2::new(warp::tent(u.x, 1.0), warp::tent(u.y, 1.0)), 1.0),
-            Self::Gaussian => GAUSSIAN.sample_2d(u),
-            Self::Mitchell => MITCHELL.sample_2d(u),
-            Self::BlackmanHarris => BLACKMAN_HARRIS.sample_2d(u),
-        }
+        let (offset, weight) = self.warp().sample::<f32>(u.into());
+        (offset.into(), weight)
+    }
+
+    /// Returns the warp over lanes. It is made once, outside of the computation over lanes.
+    #[inline]
+    pub fn warp(&self) -> FilterWarp {
+        FilterWarp(match *self {
+            Self::Box { radius } => Shape::Box(radius),
+            Self::Tent => Shape::Tent,
+            Self::Gaussian => Shape::Table(&GAUSSIAN),
+            Self::Mitchell => Shape::Table(&MITCHELL),
+            Self::BlackmanHarris => Shape::Table(&BLACKMAN_HARRIS),
+        })
     }
 
     /// Returns half the side, in pixels, of the square outside of which the filter is zero.
@@ -53,6 +62,33 @@ impl Filter {
             Self::Tent => 1.0,
             Self::Gaussian | Self::BlackmanHarris => 1.5,
             Self::Mitchell => 2.0,
+        }
+    }
+}
+
+/// The warp of a [`Filter`] over lanes.
+#[derive(Clone, Copy)]
+pub struct FilterWarp(Shape);
+
+#[derive(Clone, Copy)]
+enum Shape {
+    Box(f32),
+    Tent,
+    Table(&'static Axis),
+}
+
+impl FilterWarp {
+    /// Samples an offset from the pixel's centre and a weight per lane, as [`Filter::sample`] does.
+    #[inline(always)]
+    pub fn sample<R: Real>(&self, u: Vec2x<R>) -> (Vec2x<R>, R) {
+        let one = R::splat(1.0);
+        match self.0 {
+            Shape::Box(radius) => (warp::square(u) * R::splat(radius), one),
+            Shape::Tent => (Vec2x::new(warp::tent(u.x, one), warp::tent(u.y, one)), one),
+            Shape::Table(axis) => {
+                let ((x, a), (y, b)) = (axis.sample(u.x), axis.sample(u.y));
+                (Vec2x::new(x, y), a * b)
+            }
         }
     }
 }
@@ -83,60 +119,65 @@ fn blackman_harris(x: f64) -> f64 {
 /// Number of cells of one half axis: 7·64, so that Mitchell's junction at 1 and its zero at 8/7 are at knots.
 const CELLS: usize = 448;
 
-/// Inverse of the cumulative |f| of one axis of an even filter, from a table in f64.
+/// Inverse of the cumulative |f| of one axis of an even filter.
 ///
 /// *Approximation*: |f| is interpolated linearly between knots. The applied filter differs from the named one by less
 /// than 2e-5 of its peak. Its integral is exact, so that a constant image is unbiased.
 struct Axis {
-    radius: f64,
-    /// |f| at the knots i·radius/CELLS, scaled so that the half axis integrates to 1.
-    density: Vec<f64>,
-    /// Integral of `density` from 0 to each knot; the last is 1.
-    cdf: Vec<f64>,
+    radius: f32,
+    /// Per cell the integral of |f| before it, in two parts, and |f| at both of its ends, for ∫|f| = 1 over the half axis
+    /// and lengths in cells.
+    rows: Vec<[f32; 4]>,
+    /// The integrals of |f| over the cells. It is None for a filter that is zero everywhere, of which there is none.
+    cells: Option<Discrete>,
     /// First cell in which f is negative.
-    negative_from: usize,
+    negative_from: u32,
     /// ∫|f| / ∫f of the interpolated filter.
-    norm: f64,
+    norm: f32,
 }
 
 impl Axis {
     fn new(radius: f64, f: fn(f64) -> f64) -> Self {
         let h = radius / CELLS as f64;
-        let knots: Vec<f64> = (0..=CELLS).map(|i| f(i as f64 * h)).collect();
+        let size: Vec<f64> = (0..=CELLS).map(|i| f(i as f64 * h).abs()).collect();
         let centre = |i: usize| f((i as f64 + 0.5) * h);
         let negative_from = (0..CELLS).find(|&i| centre(i) < 0.0).unwrap_or(CELLS);
-        let mut cdf = vec![0.0];
-        let (mut sum, mut positive) = (0.0, 0.0);
-        for i in 0..CELLS {
-            sum += 0.5 * h * (knots[i].abs() + knots[i + 1].abs());
-            cdf.push(sum);
-            if i < negative_from {
-                positive = sum;
-            }
+        let cells: Vec<f64> = size.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
+        let (sum, positive) = (cells.iter().sum::<f64>(), cells[..negative_from].iter().sum::<f64>());
+        let mut before = 0.0;
+        let mut row = |w: &[f64]| {
+            let edge = before / sum;
+            before += 0.5 * (w[0] + w[1]);
+            let rest = edge - f64::from(edge as f32);
+            [edge, rest, w[0] / sum, w[1] / sum].map(|x| x as f32)
+        };
+        Self {
+            radius: radius as f32,
+            rows: size.windows(2).map(&mut row).collect(),
+            cells: Discrete::new(&cells),
+            negative_from: negative_from as u32,
+            norm: (sum / (2.0 * positive - sum)) as f32,
         }
-        let density = knots.iter().map(|k| k.abs() / sum).collect();
-        cdf.iter_mut().for_each(|c| *c /= sum);
-        Self { radius, density, cdf, negative_from, norm: sum / (2.0 * positive - sum) }
     }
 
     /// Returns the offset for u in \[0,1) and the factor of the weight. The lower half of u mirrors the upper half.
-    fn sample(&self, u: f32) -> (f64, f64) {
-        let v = 2.0 * u as f64 - 1.0;
+    #[inline(always)]
+    fn sample<R: Real>(&self, u: R) -> (R, R) {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let v = u + u - one;
+        let Some(cells) = &self.cells else { return (v, one) };
         let a = v.abs();
-        let i = self.cdf.partition_point(|&c| c <= a).clamp(1, CELLS) - 1;
-        let h = self.radius / CELLS as f64;
-        let (f0, f1) = (self.density[i], self.density[i + 1]);
+        let index = cells.index_lanes(a);
+        let [edge, rest, f0, f1] = R::gather_rows(&self.rows, index);
         // Solves f0·t + (f1 − f0)·t²/2 = r for t in [0,1] without cancellation.
-        let r = (a - self.cdf[i]) / h;
-        let root = (f0 * f0 + 2.0 * (f1 - f0) * r).max(0.0).sqrt();
-        let t = if r > 0.0 { (2.0 * r / (f0 + root)).min(1.0) } else { 0.0 };
-        let sign = if i < self.negative_from { 1.0 } else { -1.0 };
-        ((i as f64 + t) * h * if v < 0.0 { -1.0 } else { 1.0 }, sign * self.norm)
-    }
-
-    fn sample_2d(&self, u: Vec2) -> (Vec2, f32) {
-        let ((x, wx), (y, wy)) = (self.sample(u.x), self.sample(u.y));
-        (Vec2::new(x as f32, y as f32), (wx * wy) as f32)
+        let r = ((a - edge) - rest).max(zero);
+        let r = r + r;
+        let root = (f0 * f0 + (f1 - f0) * r).max(zero).sqrt();
+        let t = R::select(r.gt(zero), (r / (f0 + root)).min(one), zero);
+        let x = (index.int_to_real() + t) * R::splat(self.radius / CELLS as f32);
+        let norm = R::splat(self.norm);
+        let weight = R::select(index.lt(R::Word::splat(self.negative_from)), norm, -norm);
+        (x.min(R::splat(self.radius)).copysign(v), weight)
     }
 }
 
@@ -222,7 +263,7 @@ mod tests {
     fn mitchell_norm_is_the_closed_form() {
         // ∫|f| = 367/343 on one axis, ∫f = 1.
         assert!((MITCHELL.norm - 367.0 / 343.0).abs() < 1e-5, "{}", MITCHELL.norm);
-        assert_eq!(MITCHELL.negative_from, CELLS * 4 / 7);
+        assert_eq!(MITCHELL.negative_from as usize, CELLS * 4 / 7);
         assert_eq!((GAUSSIAN.norm, BLACKMAN_HARRIS.norm), (1.0, 1.0));
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! On the command line, apertures are written as `disk`, `square` or `blades:N[:rotation]`, with the rotation in
 //! degrees.
-use dapple_sampling::warp;
+use dapple_math::lanes::{Real, Vec2x};
+use dapple_sampling::lanes::warp;
 use glam::Vec2;
 use std::{fmt, str::FromStr};
 
@@ -39,12 +40,18 @@ impl Lens {
     /// (x right, y up).
     #[inline]
     pub fn point(&self, u: Vec2) -> Vec2 {
+        self.point_lanes::<f32>(u.into()).into()
+    }
+
+    /// Samples a point of the aperture per lane, as [`Lens::point`] does.
+    #[inline(always)]
+    pub fn point_lanes<R: Real>(&self, u: Vec2x<R>) -> Vec2x<R> {
         let unit = match self.aperture {
             Aperture::Disk => warp::disk(u),
-            Aperture::Square => u + u - Vec2::ONE,
+            Aperture::Square => warp::square(u),
             Aperture::Blades { n, rotation } => warp::polygon(u, n.max(3), rotation),
         };
-        unit * self.radius
+        unit * R::splat(self.radius)
     }
 
     /// Returns the area of the aperture in square render-space units.

@@ -7,8 +7,11 @@
 pub mod camera;
 pub mod film;
 pub mod filter;
+pub mod lanes;
 pub mod lens;
+mod precise;
 pub mod shutter;
+mod view;
 pub use camera::{Camera, Clip, Projection};
 pub use dapple_math as math;
 pub use film::{Film, RectMismatch};

@@ -1,7 +1,7 @@
 //! Named random decisions of a path.
 //!
 //! This table is fixed like a file format: replay and the merging of sample ranges rely on it. New decisions get new
-//! numbers (below 256: a key packs depth·256 + number); numbers are never reused. Omitting a decision does not change
+//! numbers (below 256); numbers are never reused. Omitting a decision does not change
 //! the other random numbers, because each is keyed by name.
 //!
 //! | number | decision | dims | depth |

@@ -2,7 +2,7 @@
 //! stratified (an alias table would shuffle them). A guide table makes the number of steps nearly independent of the
 //! number of indices.
 
-use crate::table::Table;
+use crate::table::{LARGEST, Table};
 use dapple_math::lanes::{Real, Word};
 
 /// A distribution over n indices with probabilities proportional to their weights.
@@ -57,6 +57,12 @@ impl Discrete {
     pub fn sample_lanes<R: Real>(&self, u: R) -> Choicex<R> {
         let found = self.table.sample(R::Word::splat(0), u);
         Choicex { index: found.index, pmf: found.pmf, u: found.u }
+    }
+
+    /// Returns only the index that [`Discrete::sample_lanes`] samples.
+    #[inline(always)]
+    pub fn index_lanes<R: Real>(&self, u: R) -> R::Word {
+        self.table.search(R::Word::splat(0), u.max(R::splat(0.0)).min(R::splat(LARGEST)))
     }
 
     /// Samples as [`Discrete::sample`] does, by 32 random bits, for more than 2^24 indices.

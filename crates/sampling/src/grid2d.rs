@@ -109,8 +109,8 @@ impl Grid2d {
     #[inline(always)]
     fn density<R: Real>(&self, row: R, column: R) -> R {
         // In an order in which the product of two small probabilities does not underflow.
-        let [x, y] = [&self.columns, &self.rows].map(|table| R::splat(table.bins() as f32));
-        (row * y) * (column * x)
+        let (width, height) = (self.columns.bins() as f32, self.rows.bins() as f32);
+        (row * R::splat(height)) * (column * R::splat(width))
     }
 }
 

@@ -76,13 +76,21 @@ impl Table {
     #[inline(always)]
     pub fn sample<R: Real>(&self, row: R::Word, u: R) -> Found<R> {
         let u = u.max(R::splat(0.0)).min(R::splat(LARGEST));
+        let index = self.search(row, u);
+        let [edge, rest, pmf] = self.bin(self.start::<R>(row), index);
+        let within = ((u - edge) - rest) / pmf;
+        Found { index, pmf, u: within.max(R::splat(0.0)).min(R::splat(LARGEST)) }
+    }
+
+    /// Returns the first bin of a row whose upper edge is above `u`, which is in [0, 1 − 2⁻²⁴].
+    #[inline(always)]
+    pub fn search<R: Real>(&self, row: R::Word, u: R) -> R::Word {
         let one = R::Word::splat(1);
         let part = (u * R::splat(self.parts as f32)).to_int();
         let part = part.wrapping_add(row.wrapping_mul(R::Word::splat(self.parts as u32 + 1)));
         let start = self.start::<R>(row);
         let mut low = R::Word::gather(&self.guide, part);
         let mut high = R::Word::gather(&self.guide, part.wrapping_add(one));
-        // The first bin whose upper edge is above u.
         loop {
             let open = low.lt(high);
             if !open.any() {
@@ -94,9 +102,7 @@ impl Table {
             low = R::Word::select(open & is_above, next, low);
             high = R::Word::select(open & !is_above, middle, high);
         }
-        let [edge, rest, pmf] = self.bin(start, low);
-        let within = ((u - edge) - rest) / pmf;
-        Found { index: low, pmf, u: within.max(R::splat(0.0)).min(R::splat(LARGEST)) }
+        low
     }
 
     /// Returns the probability of a bin of a row.
@@ -115,9 +121,11 @@ impl Table {
     #[inline(always)]
     fn bin<R: Real>(&self, start: R::Word, index: R::Word) -> [R; 3] {
         let at = start.wrapping_add(index << 1);
-        let [b, c, d] = [1, 2, 3].map(|i| at.wrapping_add(R::Word::splat(i)));
-        let (low, low_rest) = (R::gather(&self.edges, at), R::gather(&self.edges, b));
-        let (high, high_rest) = (R::gather(&self.edges, c), R::gather(&self.edges, d));
+        let (one, two) = (R::Word::splat(1), R::Word::splat(2));
+        let next = at.wrapping_add(two);
+        let (low, low_rest) = (R::gather(&self.edges, at), R::gather(&self.edges, at.wrapping_add(one)));
+        let (high, high_rest) =
+            (R::gather(&self.edges, next), R::gather(&self.edges, next.wrapping_add(one)));
         [low, low_rest, (high - low) + (high_rest - low_rest)]
     }
 

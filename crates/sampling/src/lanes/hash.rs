@@ -1,5 +1,6 @@
 //! Integer hashes over words, which are the same in all versions and on all machines.
 
+use super::integer::{OfLane, by_lane};
 use dapple_math::lanes::{Mask, Word};
 
 /// A bijection of 64 bits in two words with full avalanche: four rounds, each of which multiplies one word after a part
@@ -36,7 +37,7 @@ pub fn permute<W: Word>(i: W, n: u32, key: [W; 2]) -> W {
         x = W::select(outside, domain.scramble(x, key), x);
     }
     let outside = !x.lt(W::splat(n));
-    super::integer::by_lane(x, key, |x, key| domain.walk(x, n, key), outside)
+    by_lane(outside, x, key, Walk { domain, n })
 }
 
 /// Number of steps that all lanes take together. A walk is longer with a probability of 2⁻⁴⁰ at most.
@@ -70,12 +71,19 @@ impl Domain {
         }
         x.wrapping_add(p) & mask
     }
+}
 
-    /// Continues a walk to its end.
-    #[cold]
-    fn walk(self, mut x: u32, n: u32, key: [u32; 2]) -> u32 {
-        while x >= n {
-            x = self.scramble(x, key);
+/// Continues a walk to its end.
+#[derive(Clone, Copy)]
+struct Walk {
+    domain: Domain,
+    n: u32,
+}
+
+impl OfLane for Walk {
+    fn of(self, mut x: u32, key: [u32; 2]) -> u32 {
+        while x >= self.n {
+            x = self.domain.scramble(x, key);
         }
         x
     }
@@ -101,7 +109,7 @@ mod tests {
         let domain = Domain::of(1025);
         for i in 0..1025 {
             let key = mix([3, 4]);
-            assert_eq!(domain.walk(domain.scramble(i, key), 1025, key), permute(i, 1025, key));
+            assert_eq!(Walk { domain, n: 1025 }.of(domain.scramble(i, key), key), permute(i, 1025, key));
         }
     }
 }

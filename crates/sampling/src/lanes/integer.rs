@@ -2,9 +2,15 @@
 
 use dapple_math::lanes::{MAX_LANES, Mask, Real, Word};
 
-/// Replaces the lanes of `mask` in `x` by `f(x, key)`. The lanes are expected to be few or none.
+/// A function of single lanes, of a word and of a key.
+pub trait OfLane: Copy {
+    /// Returns the word of one lane.
+    fn of(self, x: u32, key: [u32; 2]) -> u32;
+}
+
+/// Replaces the lanes of `mask` in `x` by a function of them. The lanes are expected to be few or none.
 #[inline(always)]
-pub fn by_lane<W: Word>(x: W, key: [W; 2], f: impl Fn(u32, [u32; 2]) -> u32, mask: W::Mask) -> W {
+pub fn by_lane<W: Word>(mask: W::Mask, x: W, key: [W; 2], f: impl OfLane) -> W {
     if !mask.any() {
         return x;
     }
@@ -12,11 +18,24 @@ pub fn by_lane<W: Word>(x: W, key: [W; 2], f: impl Fn(u32, [u32; 2]) -> u32, mas
     x.store(&mut xs);
     key[0].store(&mut a);
     key[1].store(&mut b);
-    let bits = mask.bitmask();
-    for lane in (0..MAX_LANES).filter(|lane| bits >> lane & 1 == 1) {
-        xs[lane] = f(xs[lane], [a[lane], b[lane]]);
-    }
+    replace_lanes(mask.bitmask(), &mut xs, &a, &b, f);
     W::load(&xs)
+}
+
+#[cold]
+#[inline(never)]
+fn replace_lanes(
+    mask: u32,
+    xs: &mut [u32; MAX_LANES],
+    a: &[u32; MAX_LANES],
+    b: &[u32; MAX_LANES],
+    f: impl OfLane,
+) {
+    for (lane, x) in xs.iter_mut().enumerate() {
+        if mask >> lane & 1 == 1 {
+            *x = f.of(*x, [a[lane], b[lane]]);
+        }
+    }
 }
 
 /// Returns ⌊x / n⌋ and the remainder, exactly. A divisor of 0 counts as 1.
@@ -37,11 +56,13 @@ pub fn divide<W: Word>(x: W, n: u32) -> (W, W) {
     }
     if n >= 1 << 30 {
         // The quotient is at most 3.
-        return (0..3).fold((zero, x), |(q, rest), _| {
+        let (mut q, mut rest) = (zero, x);
+        for _ in 0..3 {
             let more = W::splat(n).le(rest);
-            let next = (q.wrapping_add(W::splat(1)), rest.wrapping_sub(W::splat(n)));
-            (W::select(more, next.0, q), W::select(more, next.1, rest))
-        });
+            q = W::select(more, q.wrapping_add(W::splat(1)), q);
+            rest = W::select(more, rest.wrapping_sub(W::splat(n)), rest);
+        }
+        return (q, rest);
     }
     let reciprocal = 1.0 / n as f32;
     // The quotient in f32 is off by less than 2⁻²² of itself and 1, so that the remainder is below 2³¹ in magnitude.

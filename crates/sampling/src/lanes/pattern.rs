@@ -1,7 +1,7 @@
 //! Sample patterns over words: the s-th of n points. `r` is `s` with its bits reversed, of which Sobol points are made.
 
 use super::hash::{mix, permute};
-use super::integer::{by_lane, divide, multiply_high, settle};
+use super::integer::{OfLane, by_lane, divide, multiply_high, settle};
 use super::{Keyx, sobol};
 use crate::arrangement::Pattern;
 use dapple_math::lanes::{Real, Vec2x, Word};
@@ -137,13 +137,28 @@ fn within<W: Word>(cell: W, n: u32, jitter: W) -> W::Real {
 /// Returns ⌈cell·2²⁴/n⌉ for cell ≤ n, exactly.
 #[inline(always)]
 fn first<W: Word>(cell: W, n: u32) -> W {
-    if n >= 1 << 24 || W::Real::LANES == 1 {
-        // Cell n of 2³² − 1 is the last, so that the word does not wrap.
-        let exact = |cell: u32, _| ((u64::from(cell) << 24).div_ceil(u64::from(n))) as u32;
-        return by_lane(cell, [cell; 2], exact, cell.eq(cell));
+    if W::Real::LANES == 1 {
+        let mut lane = [0];
+        cell.store(&mut lane);
+        return W::splat(First(n).of(lane[0], [0; 2]));
+    }
+    if n >= 1 << 24 {
+        return by_lane(cell.eq(cell), cell, [cell; 2], First(n));
     }
     // ⌊(cell·2²⁴ + n − 1)/n⌋, whose quotient in f32 is off by less than 8, so that the remainder is below 2²⁸.
     let q = (cell.int_to_real() * W::Real::splat(16_777_216.0 / n as f32)).to_int();
     let rest = (cell << 24).wrapping_add(W::splat(n - 1)).wrapping_sub(q.wrapping_mul(W::splat(n)));
     settle(q, rest, n, 1.0 / n as f32).0
+}
+
+/// [`first`] of one lane.
+#[derive(Clone, Copy)]
+struct First(u32);
+
+impl OfLane for First {
+    #[inline(always)]
+    fn of(self, cell: u32, _: [u32; 2]) -> u32 {
+        // The last cell of n = 2³² − 1 does not wrap either.
+        (u64::from(cell) << 24).div_ceil(u64::from(self.0)) as u32
+    }
 }
