@@ -1,5 +1,6 @@
 //! Orthonormal frames.
 
+use crate::lanes::Framex;
 use glam::Vec3;
 
 /// An orthonormal basis. It is right-handed unless [`Frame::from_z_tangent`] mirrors it.
@@ -16,12 +17,8 @@ pub struct Frame {
 impl Frame {
     /// Builds an arbitrary frame about unit `z`. No direction is singular, including z = (0, 0, −1) [Duff et al. 2017].
     pub fn from_z(z: Vec3) -> Self {
-        let sign = 1.0f32.copysign(z.z);
-        let a = -1.0 / (sign + z.z);
-        let b = z.x * z.y * a;
-        let x = Vec3::new(1.0 + sign * z.x * z.x * a, sign * b, -sign * z.x);
-        let y = Vec3::new(b, sign + z.y * z.y * a, -z.y);
-        Self { x, y, z }
+        let frame = Framex::<f32>::from_z(z.into());
+        Self { x: frame.x.into(), y: frame.y.into(), z }
     }
 
     /// Builds the frame whose x is `tangent` made orthogonal to unit `z`; `sign` < 0 mirrors y. Falls back to

@@ -6,16 +6,18 @@
 //! - [`offset`]: bounds of rounding errors (γₙ), and ray origins that avoid self-intersection without an epsilon.
 //! - [`Aabb`]: axis-aligned bounding boxes.
 //! - [`ExactSum`]: sums that do not depend on the order of summation.
+//! - [`lanes`]: numbers of 1, 8 or 16 lanes, vectors and elementary functions over them, all with the same bits.
 //! - [`Image`], [`PixelRect`]: images in linear colour, and rectangles of pixels.
 //!
 //! The crate does not depend on surfaces, lights, materials or files. [`glam`] is re-exported because its vectors are
 //! part of most signatures.
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 pub mod aabb;
 pub mod exact_sum;
 pub mod frame;
 pub mod image;
+pub mod lanes;
 pub mod motion;
 pub mod offset;
 pub mod ray;

@@ -1,5 +1,5 @@
 //! Selection of the traversal kernel for the machine. This module, `memory` and `stack` contain the only `unsafe` code
-//! of the workspace.
+//! of the crate.
 //!
 //! `Avx2` values exist only inside [`avx2`], which is called only on machines where AVX2 was detected.
 #![allow(unsafe_code)]

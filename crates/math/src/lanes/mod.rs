@@ -1,0 +1,43 @@
+//! Numbers of many lanes: formulas written once and computed for 1, 8 or 16 arguments at a time, with the same bits.
+//!
+//! - [`Real`], [`Word`], [`Mask`]: numbers, 32-bit integers and truth values, one per lane. `f32`, `u32` and `bool`
+//!   implement them with one lane; AVX2 gives eight lanes and AVX-512 sixteen.
+//! - [`Vec2x`], [`Vec3x`], [`Framex`]: vectors and orthonormal frames, with the arithmetic of glam and of
+//!   [`Frame`](crate::Frame).
+//! - [`sin_cos`], [`atan2`], [`acos`], [`exp`], [`ln`], [`powf`] and others: elementary functions without branches, with
+//!   stated errors. Arguments outside of the domain of a formula are computed by `libm`, with any number of lanes.
+//! - [`Isa`], [`Kernel`], [`dispatch()`]: the instruction sets, and how a computation over [`Real`] runs with one of them.
+
+#[cfg(all(target_arch = "x86_64", not(dapple_portable)))]
+mod avx2;
+#[cfg(all(target_arch = "x86_64", not(dapple_portable)))]
+mod avx512;
+mod by_lane;
+mod dispatch;
+mod exponential;
+mod frame;
+mod inverse;
+mod isa;
+mod logarithm;
+mod mask;
+mod polynomial;
+mod power;
+mod real;
+mod scalar;
+mod sealed;
+mod trigonometric;
+mod vec2;
+mod vec3;
+
+pub use dispatch::{Kernel, dispatch};
+pub use exponential::{exp, exp2};
+pub use frame::Framex;
+pub use inverse::{acos, asin, atan2};
+pub use isa::Isa;
+pub use logarithm::{ln, log2};
+pub use mask::Mask;
+pub use power::powf;
+pub use real::{MAX_LANES, Real, Word};
+pub use trigonometric::{cos, sin, sin_cos};
+pub use vec2::Vec2x;
+pub use vec3::Vec3x;
