@@ -315,7 +315,7 @@ fn irradiance_under_a_quad_that_moves() {
             Settings { size: (24, 24), strategy, max_bounces: 1, ..Settings::default() }.with_spp(256);
         assert_close("moving quad", &run(&scene, &settings), exact);
     }
-    let settings = Settings { max_bounces: 1, ..distribution((24, 24), 64) };
+    let settings = Settings { max_bounces: 1, ..distribution((24, 24), 96) };
     assert_close("moving quad, summed", &run(&scene, &settings), exact);
 }
 

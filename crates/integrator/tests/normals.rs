@@ -113,7 +113,7 @@ fn a_furnace_keeps_its_light_at_every_tilt_view_and_azimuth() {
 /// Rough lobes lose by single scattering what they lose without the map, at every roughness.
 #[test]
 fn a_map_neither_takes_light_nor_gives_any() {
-    let settings = Settings { size: (4, 4), max_bounces: 2, ..Settings::default() }.with_spp(512);
+    let settings = Settings { size: (6, 6), max_bounces: 2, ..Settings::default() }.with_spp(384);
     let mean = |scene: &Scene| mean_and_error(&run(scene, &settings));
     for material in
         [metal(Vec3::ONE, 0.3), metal(Vec3::ONE, 0.6), metal(Vec3::ONE, 1.0), pane(0.4), plastic()]

@@ -37,7 +37,7 @@ fn counts(outcome: &Outcome) -> [u64; 2] {
 fn endless() -> Settings {
     let many = SampleSet::new(1 << 20, Pattern::Random);
     let plans = SampleSets {
-        pixel: SampleSet::new(1, Pattern::Random),
+        pixel: SampleSet::new(1, Pattern::Grid),
         light: many,
         diffuse: many,
         ..SampleSets::default()

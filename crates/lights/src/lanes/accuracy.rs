@@ -1,4 +1,6 @@
 //! Errors of the f32 formulas of flat lights against f64.
+#![cfg(test)]
+
 use super::flat::flat;
 use super::{Rectangle, Triangle};
 use crate::polygon::{Facet, Outline};

@@ -5,7 +5,6 @@
 //! lane may have another light. [`Rectangle`], [`Triangle`], [`Sphere`] and [`Disk`] are the shapes in lanes; their
 //! samples are [`Aimed`]. Densities are per solid angle at the receiver, and 0 means that there is no sample. Lanes in
 //! which f32 is not accurate enough (grazing receivers, contact with a sphere) are computed in f64, one by one.
-#[cfg(test)]
 mod accuracy;
 mod aimed;
 mod choice;
