@@ -1,4 +1,4 @@
-//! The soft edge of spot lights, in f64.
+//! The soft edge of spot lights, and the end of the range of point lights, in f64.
 use glam::DVec3;
 
 /// Fraction of the intensity in the direction `d` for a light with the unit `axis`, see [`crate::Spot::falloff`]. The
@@ -13,4 +13,9 @@ pub(crate) fn falloff(d: DVec3, axis: DVec3, inner: f64, outer: f64) -> f64 {
         let a = (outer - height) / (outer - inner);
         a * a
     }
+}
+
+/// clamp(1 − r⁴, 0, 1): the fall-off at the distance `r` over the range that KHR_lights_punctual recommends.
+pub(crate) fn window(r: f64) -> f64 {
+    (1.0 - r * r * r * r).clamp(0.0, 1.0)
 }

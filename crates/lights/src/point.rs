@@ -43,7 +43,7 @@ impl Point {
 
     /// The light as the lanes take it.
     pub(crate) fn lanes(&self) -> Pointx<f32> {
-        Pointx { p: self.p.into(), intensity: self.intensity.into(), per_range: 1.0 / self.range }
+        Pointx { p: self.p.into(), intensity: self.intensity.into(), range: self.range }
     }
 
     /// Power in W per channel, 4πI.

@@ -133,7 +133,7 @@ fn fitted(
         let found = measure(scene, &run, seed, reference, &allowance).unwrap().curve;
         found.into_iter().filter(|p| p.samples >= 16.0).collect()
     };
-    let curves: Vec<Curve> = (1..=6).map(curve).collect();
+    let curves: Vec<Curve> = (1..=8).map(curve).collect();
     slope(&curves, Over::Samples, Error::Mse).unwrap()
 }
 

@@ -1,6 +1,6 @@
 //! Point and spot lights.
 use super::columns::{Columns, lane, lanes_of, stored, three};
-use crate::falloff::falloff;
+use crate::falloff::{falloff, window};
 use dapple_math::lanes::{Mask, Real, Vec3x};
 
 /// One point light per lane.
@@ -10,8 +10,8 @@ pub struct Point<R> {
     pub p: Vec3x<R>,
     /// Intensity in W·sr⁻¹ per channel.
     pub intensity: Vec3x<R>,
-    /// 1/range in inverse render units; 0 for none.
-    pub per_range: R,
+    /// Distance in render units at which the light ends; infinite for none.
+    pub range: R,
 }
 
 /// One spot light per lane.
@@ -53,12 +53,29 @@ impl<R: Real> Point<R> {
         let v = self.p - p;
         let d2 = v.length_squared();
         let distance = d2.sqrt();
-        let r = distance * self.per_range;
+        let r = distance / self.range;
         let r2 = r * r;
-        let window = (one - r2 * r2).max(zero);
-        let irradiance = self.intensity * (window / d2);
+        let mut share = (one - r2 * r2).max(zero) / d2;
+        // Towards the end of the range the difference cancels.
+        let cancels = r.gt(R::splat(0.5));
+        if cancels.any() {
+            let [mut column, range] = stored([share, self.range]);
+            share_lanes(cancels.bitmask(), &mut column, [&three(p), &three(self.p)], &range);
+            share = R::load(&column);
+        }
+        let irradiance = self.intensity * share;
         let reaches = d2.gt(zero) & irradiance.is_finite() & is_lit(irradiance);
         Shone { wi: v / distance, distance, irradiance, reaches }
+    }
+}
+
+/// Irradiance per intensity, in f64.
+#[cold]
+#[inline(never)]
+fn share_lanes(mask: u32, column: &mut [f32], [p, from]: [&Columns<3>; 2], range: &[f32]) {
+    for i in lanes_of(mask) {
+        let d2 = (lane(from, i).as_dvec3() - lane(p, i).as_dvec3()).length_squared();
+        column[i] = (window(d2.sqrt() / f64::from(range[i])) / d2) as f32;
     }
 }
 

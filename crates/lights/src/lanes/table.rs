@@ -161,8 +161,8 @@ impl Table {
 
     #[inline(always)]
     fn point<R: Real>(&self, index: R::Word, intensity: Vec3x<R>) -> Point<R> {
-        let [x, y, z, per_range] = self.row::<R>(index, 0);
-        Point { p: Vec3x::new(x, y, z), intensity, per_range }
+        let [x, y, z, range] = self.row::<R>(index, 0);
+        Point { p: Vec3x::new(x, y, z), intensity, range }
     }
 
     /// Solid-angle density with which [`Table::sample`] samples the unit direction `wi`, which hits light number
@@ -228,11 +228,11 @@ fn described(light: &Light) -> (Kind, Record, Vec3) {
         Light::Area(area) => described_area(area),
         Light::Point(l) => {
             let point = l.lanes();
-            (Kind::Point, [row(point.p, point.per_range), rest, rest, rest], l.intensity)
+            (Kind::Point, [row(point.p, point.range), rest, rest, rest], l.intensity)
         }
         Light::Spot(l) => {
             let Spot { point, axis, inner, outer } = l.lanes();
-            let rows = [row(point.p, point.per_range), row(axis, inner), [outer, 0.0, 0.0, 0.0], rest];
+            let rows = [row(point.p, point.range), row(axis, inner), [outer, 0.0, 0.0, 0.0], rest];
             (Kind::Spot, rows, l.intensity)
         }
         Light::Distant(l) => (Kind::Distant, [row(l.towards.into(), 0.0), rest, rest, rest], l.irradiance),
