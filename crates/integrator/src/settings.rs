@@ -97,7 +97,7 @@ pub struct Limits {
     pub threads: Option<usize>,
     /// Instruction set of the batches of the path tracer; `None`: the fastest that this machine supports.
     pub isa: Option<Isa>,
-    /// Number of samples of a batch, where batches are used; 0 for none, `None` for a default.
+    /// Number of samples of a batch, where batches are used; at most 1024; 0 for none, `None` for that number.
     pub batch: Option<u32>,
 }
 

@@ -8,7 +8,7 @@ use crate::path::{End, PathState, Place, away};
 use crate::sample::Sample;
 use crate::trace_context::TraceContext;
 use crate::vertex::{Vertex, oriented};
-use crate::visibility::{Solid, Visibility};
+use crate::visibility::Solid;
 use dapple_geometry::Hit;
 use dapple_math::Ray;
 use dapple_sampling::Pattern;
@@ -32,11 +32,23 @@ pub(super) struct Arrival<'a> {
 
 type Context<'a> = TraceContext<'a, Solid<true>>;
 
+/// The ray of a path; camera rays have an end.
+#[inline(always)]
+fn ray(paths: &Paths, asked: &Asked, depth: u32, i: usize) -> Ray {
+    let t_max = if depth == 0 { asked.t_max.get(i) } else { f32::INFINITY };
+    Ray { o: paths.o.get(i), d: paths.d.get(i), t_max }
+}
+
+/// The time of a path, where anything moves.
+#[inline(always)]
+fn time(paths: &Paths, asked: &Asked, moves: bool, i: usize) -> f32 {
+    if moves { asked.time.get(paths.place.get(i) as usize) } else { 0.0 }
+}
+
 impl Arrival<'_> {
+    #[inline(always)]
     fn ray(&self, i: usize) -> Ray {
-        let (o, d) = (self.paths.o.get(i), self.paths.d.get(i));
-        let t_max = if self.depth == 0 { self.asked.t_max.get(i) } else { f32::INFINITY };
-        Ray { o, d, t_max }
+        ray(self.paths, self.asked, self.depth, i)
     }
 
     fn place(&self, i: usize) -> usize {
@@ -44,7 +56,7 @@ impl Arrival<'_> {
     }
 
     fn time(&self, i: usize) -> f32 {
-        if self.job.needs.time { self.asked.time.get(self.place(i)) } else { 0.0 }
+        time(self.paths, self.asked, self.job.needs.time, i)
     }
 
     fn context(&self, i: usize) -> Context<'_> {
@@ -55,13 +67,13 @@ impl Arrival<'_> {
 
     /// Finds the nearest hit of every ray.
     pub fn intersect(&mut self, hits: &mut [Hit]) {
-        for i in 0..self.paths.len {
-            let context = self.context(i);
-            let hit = context.visibility.intersect(context.scene, &self.ray(i), context.time, context.key);
+        let results = &mut *self.results;
+        let (paths, depth, asked, needs) = (self.paths, self.depth, self.asked, self.job.needs);
+        let ray = |i| (ray(paths, asked, depth, i), time(paths, asked, needs.time, i));
+        self.job.scene.accel.intersect_each(paths.len, ray, |i, hit| {
             hits[i] = hit.unwrap_or(NOWHERE);
-            let place = self.place(i);
-            self.results[place].rays += 1;
-        }
+            results[paths.place.get(i) as usize].rays += 1;
+        });
     }
 
     /// Ends the paths that leave the scene, and stores the vertices of the others.

@@ -29,8 +29,8 @@ pub(super) struct Asked {
 }
 
 impl Asked {
-    pub fn new(rows: usize) -> Self {
-        let (words, numbers) = (|| Words::new(rows), || Numbers::new(rows));
+    pub fn new() -> Self {
+        let (words, numbers) = (Words::new, Numbers::new);
         Self { x: words(), y: words(), index: words(), time: numbers(), weight: numbers(), t_max: numbers() }
     }
 }

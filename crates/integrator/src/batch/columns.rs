@@ -3,23 +3,27 @@
 use dapple_math::lanes::{MAX_LANES, Real, Vec3x, Word};
 use glam::Vec3;
 
+/// The largest number of rows.
+pub(super) const ROWS: usize = 1024;
+
+/// Number of places of a column: writes over lanes may reach beyond the last row.
+const PLACES: usize = ROWS + MAX_LANES;
+
+/// All columns have the same constant length, so that one comparison checks an index for all of them.
+type Column<T> = Box<[T; PLACES]>;
+
 /// A column of numbers.
-pub(super) struct Numbers(Vec<f32>);
+pub(super) struct Numbers(Column<f32>);
 
 /// A column of words.
-pub(super) struct Words(Vec<u32>);
+pub(super) struct Words(Column<u32>);
 
 /// A column of vectors.
-pub(super) struct Vectors([Vec<f32>; 3]);
-
-/// Number of places of a column of `rows`: writes over lanes may reach beyond the last row.
-fn places(rows: usize) -> usize {
-    rows + MAX_LANES
-}
+pub(super) struct Vectors([Column<f32>; 3]);
 
 impl Numbers {
-    pub fn new(rows: usize) -> Self {
-        Self(vec![0.0; places(rows)])
+    pub fn new() -> Self {
+        Self(Box::new([0.0; PLACES]))
     }
 
     #[inline(always)]
@@ -40,7 +44,7 @@ impl Numbers {
     /// Reads the row `i` of every lane.
     #[inline(always)]
     pub fn gather<R: Real>(&self, i: R::Word) -> R {
-        R::gather(&self.0, i)
+        R::gather(&*self.0, i)
     }
 
     #[inline(always)]
@@ -56,8 +60,8 @@ impl Numbers {
 }
 
 impl Words {
-    pub fn new(rows: usize) -> Self {
-        Self(vec![0; places(rows)])
+    pub fn new() -> Self {
+        Self(Box::new([0; PLACES]))
     }
 
     #[inline(always)]
@@ -88,8 +92,8 @@ impl Words {
 }
 
 impl Vectors {
-    pub fn new(rows: usize) -> Self {
-        Self(std::array::from_fn(|_| vec![0.0; places(rows)]))
+    pub fn new() -> Self {
+        Self(std::array::from_fn(|_| Box::new([0.0; PLACES])))
     }
 
     #[inline(always)]

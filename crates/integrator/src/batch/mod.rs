@@ -20,14 +20,12 @@ mod trace;
 
 use crate::job::Job;
 use crate::kernel::Kernel;
+use columns::ROWS;
 use dapple_materials::Lobe;
 use dapple_math::lanes::Isa;
 use lights::Lights;
 use std::sync::Mutex;
 pub(crate) use trace::{Batch, Done};
-
-/// Number of samples of a batch, unless the limits give another.
-const ROWS: usize = 1024;
 
 /// What the batches of a render share.
 pub(crate) struct Batches {
@@ -42,7 +40,7 @@ impl Batches {
     /// `None` if samples are computed one by one.
     pub fn new(job: &Job<'_>, kernel: Kernel<'_>) -> Option<Self> {
         let limits = &job.settings.limits;
-        let rows = limits.batch.map_or(ROWS, |rows| rows as usize);
+        let rows = limits.batch.map_or(ROWS, |rows| (rows as usize).min(ROWS));
         if rows == 0 || !matches!(kernel, Kernel::Plain(_)) || !covers(job) {
             return None;
         }

@@ -1,6 +1,6 @@
 //! Rows of a batch: paths between vertices, their vertices, shadow rays, and the results by place.
 
-use super::columns::{Numbers, Vectors, Words};
+use super::columns::{Numbers, ROWS, Vectors, Words};
 use crate::bias_report::{BiasReport, Truncation};
 use crate::emission::{CompetingStrategy, MisContext};
 use crate::observer::PathObserver;
@@ -35,8 +35,8 @@ pub(super) struct Paths {
 }
 
 impl Paths {
-    pub fn new(rows: usize) -> Self {
-        let (words, vectors) = (|| Words::new(rows), || Vectors::new(rows));
+    pub fn new() -> Self {
+        let (words, vectors) = (Words::new, Vectors::new);
         Self {
             len: 0,
             place: words(),
@@ -45,10 +45,10 @@ impl Paths {
             o: vectors(),
             d: vectors(),
             beta: vectors(),
-            eta: Numbers::new(rows),
+            eta: Numbers::new(),
             p: vectors(),
             n: vectors(),
-            pdf: Numbers::new(rows),
+            pdf: Numbers::new(),
             flags: words(),
         }
     }
@@ -134,16 +134,16 @@ pub(super) struct Vertices {
 }
 
 impl Vertices {
-    pub fn new(rows: usize) -> Self {
-        let vectors = || Vectors::new(rows);
+    pub fn new() -> Self {
+        let vectors = Vectors::new;
         Self {
-            live: Words::new(rows),
+            live: Words::new(),
             p: vectors(),
             start: vectors(),
             p_error: vectors(),
             ng: vectors(),
             frame: [vectors(), vectors(), vectors()],
-            materials: Columns::new(rows),
+            materials: Columns::new(ROWS),
         }
     }
 }
@@ -160,14 +160,14 @@ pub(super) struct Shadows {
 }
 
 impl Shadows {
-    pub fn new(rows: usize) -> Self {
-        let vectors = || Vectors::new(rows);
+    pub fn new() -> Self {
+        let vectors = Vectors::new;
         Self {
             len: 0,
-            place: Words::new(rows),
+            place: Words::new(),
             o: vectors(),
             d: vectors(),
-            t_max: Numbers::new(rows),
+            t_max: Numbers::new(),
             light: vectors(),
         }
     }

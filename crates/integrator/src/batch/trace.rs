@@ -10,7 +10,7 @@ use crate::bias_report::BiasReport;
 use crate::dimension::Dimension;
 use crate::job::Job;
 use crate::sample::Sample;
-use dapple_geometry::{Hit, Opaque};
+use dapple_geometry::Hit;
 use dapple_math::lanes::{Isa, dispatch};
 use glam::Vec3;
 
@@ -47,12 +47,12 @@ impl Batch {
             rows,
             len: 0,
             set: None,
-            asked: Asked::new(rows),
-            paths: Paths::new(rows),
-            next: Paths::new(rows),
+            asked: Asked::new(),
+            paths: Paths::new(),
+            next: Paths::new(),
             hits: vec![NOWHERE; rows],
-            vertices: Vertices::new(rows),
-            shadows: Shadows::new(rows),
+            vertices: Vertices::new(),
+            shadows: Shadows::new(),
             results: vec![Result::default(); rows],
             cuts: Cuts::default(),
         }
@@ -90,7 +90,7 @@ impl Batch {
     }
 
     /// Traces all samples; returns false if the job was stopped before that.
-    pub fn trace(&mut self, job: &Job<'_>, lights: &Lights, isa: Isa) -> bool {
+    pub(super) fn trace(&mut self, job: &Job<'_>, lights: &Lights, isa: Isa) -> bool {
         let Some((set, n)) = self.set else { return true };
         let pattern = job.settings.pattern;
         self.paths.len = self.len;
@@ -152,16 +152,18 @@ impl Batch {
     /// Adds the light of the shadow rays that nothing occludes.
     fn occlude(&mut self, job: &Job<'_>) {
         let accel = &job.scene.accel;
-        for i in 0..self.shadows.len {
-            let (ray, place) = (self.shadows.ray(i), self.shadows.place.get(i) as usize);
-            let result = &mut self.results[place];
-            let is_ray = ray.t_max >= 0.0;
-            result.rays += u32::from(is_ray);
-            let time = if job.needs.time { self.asked.time.get(place) } else { 0.0 };
-            if !(is_ray && accel.occluded(&ray, time, &Opaque)) {
-                result.radiance += self.shadows.light.get(i);
+        let (shadows, asked, results) = (&self.shadows, &self.asked, &mut self.results);
+        let place = |i: usize| shadows.place.get(i) as usize;
+        let time = |i: usize| if job.needs.time { asked.time.get(place(i)) } else { 0.0 };
+        // No ray with an end below 0 hits anything.
+        let ray = |i: usize| (shadows.ray(i), time(i));
+        accel.occluded_each(shadows.len, ray, |i, is_occluded| {
+            let result = &mut results[place(i)];
+            result.rays += u32::from(shadows.t_max.get(i) >= 0.0);
+            if !is_occluded {
+                result.radiance += shadows.light.get(i);
             }
-        }
+        });
     }
 
     /// The samples, in the order in which they were added.
