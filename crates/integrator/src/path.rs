@@ -279,7 +279,8 @@ impl PathState {
     ) -> Option<Place> {
         let hit = context.visibility.intersect(context.scene, ray, context.time, context.key)?;
         let is_camera = if V::PLAIN { depth == 0 } else { self.arrival.is_camera() };
-        Self::place(context, ray, hit, near, is_camera)
+        let surface = context.scene.accel.surface(ray, context.time, &hit);
+        Self::place(context, ray, (hit, surface), near, is_camera)
     }
 
     /// The place of the nearest hit, or behind the surfaces that a camera ray passes.
@@ -287,12 +288,11 @@ impl PathState {
     pub fn place<V: Visibility>(
         context: &TraceContext<'_, V>,
         ray: &Ray,
-        mut hit: Hit,
+        (mut hit, mut surface): (Hit, Surface),
         near: f32,
         is_camera: bool,
     ) -> Option<Place> {
         let (job, scene, time) = (context.job, context.scene, context.time);
-        let mut surface = scene.accel.surface(ray, time, &hit);
         if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
             shared_place::resolve_shared(places, ray, (&mut hit, &mut surface), context);
         }

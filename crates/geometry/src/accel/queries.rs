@@ -113,6 +113,12 @@ impl Accel {
     /// Position, error bound and normals of a hit. The position is computed from barycentric coordinates on triangles,
     /// and projected onto the surface on shapes; it is never o + t·d.
     pub fn surface(&self, ray: &Ray, time: f32, hit: &Hit) -> Surface {
+        self.surface_inline(ray, time, hit)
+    }
+
+    /// As [`Accel::surface`], compiled into the caller, for loops over many hits.
+    #[inline(always)]
+    pub fn surface_inline(&self, ray: &Ray, time: f32, hit: &Hit) -> Surface {
         let mut surface = match self.objects.get(hit.object as usize) {
             Some(object) => object.surface(ray, self.clamped(time), hit),
             None => Surface { p: ray.o, start: ray.o, p_error: Vec3::ZERO, ng: Vec3::Z, ns: Vec3::Z },

@@ -78,8 +78,8 @@ impl Arrival<'_> {
 
     /// Ends the paths that leave the scene, and stores the vertices of the others.
     pub fn vertices(&mut self, hits: &[Hit], vertices: &mut Vertices) {
-        for i in 0..self.paths.len {
-            let is_live = self.vertex(i, hits[i], vertices);
+        for (i, hit) in hits.iter().enumerate().take(self.paths.len) {
+            let is_live = self.vertex(i, *hit, vertices);
             vertices.live.set(i, u32::from(is_live));
         }
     }
@@ -125,7 +125,8 @@ impl Arrival<'_> {
     #[inline(always)]
     fn met(&self, i: usize, ray: &Ray, hit: Hit) -> Option<Place> {
         let near = if self.depth == 0 { self.job.near_most } else { 0.0 };
-        PathState::place(&self.context(i), ray, hit, near, self.depth == 0)
+        let surface = self.job.scene.accel.surface_inline(ray, self.time(i), &hit);
+        PathState::place(&self.context(i), ray, (hit, surface), near, self.depth == 0)
     }
 
     /// Adds the emission of the surface.

@@ -33,7 +33,7 @@ pub(crate) struct Batches {
     isa: Isa,
     rows: usize,
     /// Batches that no tile uses.
-    idle: Mutex<Vec<Box<Batch>>>,
+    idle: Mutex<Vec<Batch>>,
 }
 
 impl Batches {
@@ -49,13 +49,13 @@ impl Batches {
     }
 
     /// An empty batch.
-    pub fn take(&self) -> Box<Batch> {
+    pub fn take(&self) -> Batch {
         let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
-        idle.unwrap_or_else(|| Box::new(Batch::new(self.rows)))
+        idle.unwrap_or_else(|| Batch::new(self.rows))
     }
 
     /// Gives a batch back.
-    pub fn give(&self, mut batch: Box<Batch>) {
+    pub fn give(&self, mut batch: Batch) {
         batch.clear();
         if let Ok(mut idle) = self.idle.lock() {
             idle.push(batch);
