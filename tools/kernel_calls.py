@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Checks that kernels over lanes are compiled to instructions: lists the calls inside them and fails on unexpected ones.
 
-    python3 tools/kernel_calls.py [--package dapple-math] [--example NAME ...]
+    python3 tools/kernel_calls.py [--package dapple-math] [--example NAME ... | --lib]
 
 A function or closure over lanes that is not inlined is compiled without the instruction set, and the compiler then turns
-each of its operations into a call, without a warning. This script compiles examples to assembly (cargo rustc --release,
+each of its operations into a call, without a warning. This script compiles examples, or with
+--lib the package itself, to assembly (cargo rustc --release,
 without link-time optimisation, which would hide it) and reads every instance of the entry functions run_avx2 and
 run_avx512. Allowed are calls of the functions for arguments outside of a formula's domain, and of panics. It also fails
 if an entry has no instruction on the registers of its instruction set. It needs Python 3 and Rust, on x86-64.
@@ -27,20 +28,24 @@ ALLOWED = ["by_lane13replace_lanes", "4core9panicking", "slice_index_fail", "sli
 ALLOWED += ["albedo5NODES", "albedo5MEANS"]
 # The same of sampling and camera.
 ALLOWED += ["integer13replace_lanes", "sobol8PRODUCTS", "10exact_rays"]
+# Rows of the path tracer's batches that are computed one by one.
+ALLOWED += ["shade9note_cuts", "lights7look_up"]
 ENTRIES = {"run_avx2": "%ymm", "run_avx512": "%zmm"}
 CALL = re.compile(r"^\s+(?:callq?|jmpq?)\s+\*?(\S+)")
 MOVES = re.compile(r"^\s+v?mov")
 
 
 def assembly(package, example):
-    """Compiles one example and returns the lines of its assembly."""
+    """Compiles one example, or the library if it is None, and returns the lines of its assembly."""
     # In a folder of its own: cargo writes the assembly only when it compiles, and it keeps that of the last time there.
     target = os.path.join(os.environ.get("CARGO_TARGET_DIR", "target"), "kernel_calls")
     environment = dict(os.environ, CARGO_TARGET_DIR=target, CARGO_PROFILE_RELEASE_LTO="off")
     environment["CARGO_PROFILE_RELEASE_CODEGEN_UNITS"] = "1"
-    command = ["cargo", "rustc", "--quiet", "--release", "-p", package, "--example", example]
+    command = ["cargo", "rustc", "--quiet", "--release", "-p", package]
+    command += ["--example", example] if example else ["--lib"]
     subprocess.run(command + ["--", "--emit", "asm", "-C", "debuginfo=0"], check=True, env=environment)
-    pattern = os.path.join(target, "release", "examples", f"{example.replace('-', '_')}-*.s")
+    folder, name = ("examples", example) if example else ("deps", package)
+    pattern = os.path.join(target, "release", folder, f"{name.replace('-', '_')}-*.s")
     found = sorted(glob.glob(pattern), key=os.path.getmtime, reverse=True)
     if not found:
         sys.exit(f"{example}: no assembly at {pattern}; remove {target} and try again")
@@ -93,16 +98,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--package", default="dapple-math")
     parser.add_argument("--example", nargs="+", default=["lanes", "lane_functions"])
+    parser.add_argument("--lib", action="store_true")
     options = parser.parse_args()
     faults = []
-    for example in options.example:
+    for example in [None] if options.lib else options.example:
         kernels = collections.Counter()
         for name, body in functions(assembly(options.package, example)):
             for entry in ENTRIES:
                 if re.search(rf"dispatch\d+{entry}\d", name):
                     kernels[entry] += 1
                     faults += check(name, entry, body)
-        faults += [f"{example} has no instance of {entry}" for entry in ENTRIES if not kernels[entry]]
+        faults += [f"{example or options.package} has no instance of {entry}" for entry in ENTRIES if not kernels[entry]]
     if faults:
         sys.exit("unexpected calls:\n" + "\n".join(faults))
     print("no unexpected calls")

@@ -48,6 +48,7 @@ impl Surface {
     /// bound γ₇ Σ|bᵢpᵢ| [Pharr, Jakob & Humphreys 2023, §6.8.4] is wider than that rounding: it also covers the error
     /// of the intersection test for nearby ray origins, and it is never zero for a triangle that has an extent. `ng` is
     /// the f64 cross product of two edges; `ns` interpolates `normals`.
+    #[inline(always)]
     pub fn on_triangle(corners: [Vec3; 3], normals: Option<[Vec3; 3]>, u: f32, v: f32) -> Self {
         let (p, size) = weighted(corners, u, v);
         let winding = winding(corners);

@@ -122,7 +122,7 @@ impl<'a> SampleContext<'a> {
         let hit = context.visibility.intersect(scene, ray, self.sample.time, context.key)?;
         let surface = scene.accel.surface(ray, self.sample.time, &hit);
         let wo = -ray.d.normalize();
-        let vertex = Vertex::new(self.job, (ray, wo), &hit, &surface, (self.sample.time, None));
+        let vertex = Vertex::new(self.job, (ray, wo), (&hit, &surface), (self.sample.time, None));
         Some(Intersection { vertex })
     }
 

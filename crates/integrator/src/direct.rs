@@ -12,7 +12,8 @@ use crate::visibility::Visibility;
 use dapple_lights::{Aiming, Light, LightSample};
 use dapple_materials::{Lobe, Lobes};
 use dapple_math::Ray;
-use dapple_sampling::{mis, warp};
+use dapple_math::lanes::Real;
+use dapple_sampling::{lanes, mis, warp};
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
 
@@ -204,11 +205,19 @@ impl<V: Visibility> DirectLighting<'_, V> {
 
     /// MIS weight of a light sample against BSDF sampling of the same light.
     pub fn weight(&self, delta: bool, pdf: f32, bsdf_pdf: f32) -> f32 {
-        match self.strategy {
-            _ if delta => 1.0,
-            Strategy::Both => mis::power(pdf, bsdf_pdf),
-            Strategy::LightOnly => 1.0,
-            Strategy::BsdfOnly => 0.0,
-        }
+        light_weight::<f32>(self.strategy, delta, pdf, bsdf_pdf)
     }
+}
+
+/// MIS weight of light samples of density `pdf` against BSDF sampling of the same light; those of `delta` lights have
+/// no competitor.
+#[inline(always)]
+pub(crate) fn light_weight<R: Real>(strategy: Strategy, delta: R::Mask, pdf: R, bsdf_pdf: R) -> R {
+    let one = R::splat(1.0);
+    let weight = match strategy {
+        Strategy::Both => lanes::mis::power(pdf, bsdf_pdf),
+        Strategy::LightOnly => one,
+        Strategy::BsdfOnly => R::splat(0.0),
+    };
+    R::select(delta, one, weight)
 }

@@ -20,6 +20,8 @@ type Sampler =
 pub(crate) enum Kernel<'a> {
     /// By the method in the settings.
     Own(Sampler),
+    /// By paths in a plain scene, which batches compute as well.
+    Plain(Sampler),
     /// By a custom integrator, in place of the method in the settings.
     Custom(&'a dyn Integrator),
 }
@@ -36,7 +38,7 @@ impl Kernel<'_> {
         rays: &mut u64,
     ) -> (Vec3, f32) {
         match self {
-            Self::Own(sampler) => sampler(job, pixel, index, first, rays),
+            Self::Own(sampler) | Self::Plain(sampler) => sampler(job, pixel, index, first, rays),
             Self::Custom(integrator) => custom::sample(*integrator, job, pixel, index, rays),
         }
     }
@@ -44,24 +46,30 @@ impl Kernel<'_> {
 
 /// The smallest kernel of the settings' method that covers the job, and its name.
 pub(crate) fn choose(job: &Job<'_>) -> (Kernel<'static>, &'static str) {
-    let (sampler, name) = sampler(job);
-    (Kernel::Own(sampler), name)
+    let (alpha, watched) = (job.asks_alpha(), is_watched(job));
+    if !job.is_plain() || watched {
+        let (sampler, name) = general(job, alpha, watched);
+        return (Kernel::Own(sampler), name);
+    }
+    let (sampler, name): (Sampler, _) = match (job.settings.kind(), alpha) {
+        (MethodKind::Path, false) => (path_plain, "path"),
+        (MethodKind::Path, true) => (path_plain_alpha, "path+alpha"),
+        (MethodKind::Distribution, false) => (distribution_plain, "distribution"),
+        (MethodKind::Distribution, true) => (distribution_plain_alpha, "distribution+alpha"),
+    };
+    let is_path = job.settings.kind() == MethodKind::Path && !alpha;
+    (if is_path { Kernel::Plain(sampler) } else { Kernel::Own(sampler) }, name)
 }
 
-fn sampler(job: &Job<'_>) -> (Sampler, &'static str) {
-    let alpha = job.asks_alpha();
-    let watched = cfg!(not(without = "layers"))
-        && (job.settings.general
-            || job.settings.transparent
-            || job.settings.aovs.iter().any(|aov| aov.needs_first_hit()));
-    if job.is_plain() && !watched {
-        return match (job.settings.kind(), alpha) {
-            (MethodKind::Path, false) => (path_plain, "path"),
-            (MethodKind::Path, true) => (path_plain_alpha, "path+alpha"),
-            (MethodKind::Distribution, false) => (distribution_plain, "distribution"),
-            (MethodKind::Distribution, true) => (distribution_plain_alpha, "distribution+alpha"),
-        };
-    }
+/// Whether first hits are recorded.
+fn is_watched(job: &Job<'_>) -> bool {
+    let settings = job.settings;
+    let asks = settings.aovs.iter().any(|aov| aov.needs_first_hit());
+    cfg!(not(without = "layers")) && (settings.general || settings.transparent || asks)
+}
+
+/// The smallest kernel for scenes that are not plain, or with first hits.
+fn general(job: &Job<'_>, alpha: bool, watched: bool) -> (Sampler, &'static str) {
     match (job.settings.kind(), alpha, watched) {
         (MethodKind::Path, false, false) => (path_solid, "path"),
         (MethodKind::Path, false, true) => (path_solid_watched, "path+first-hit"),

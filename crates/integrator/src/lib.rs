@@ -16,6 +16,7 @@ pub use dapple_scene as scene;
 
 pub mod allocation;
 pub mod aov;
+mod batch;
 pub mod bias_report;
 pub mod bits;
 mod clear;

@@ -16,13 +16,15 @@ use crate::medium::{Boundary, MediumStack};
 use crate::observer::{PathObserver, cut_short};
 use crate::sample::Sample;
 use crate::scatter::Scattered;
-use crate::settings::{ROULETTE_FROM, ROULETTE_SCALE};
+use crate::settings::{ROULETTE_FROM, ROULETTE_SCALE, Strategy};
 use crate::shared_place;
 use crate::trace_context::TraceContext;
 use crate::vertex::Vertex;
 use crate::visibility::Visibility;
 use dapple_geometry::{Hit, Surface};
 use dapple_math::Ray;
+use dapple_math::lanes::{Real, Vec3x};
+use dapple_scene::Scene;
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
 
@@ -57,7 +59,6 @@ fn li<V: Visibility, O: PathObserver>(
     let (scene, settings) = (job.scene, job.settings);
     // The near plane applies only to the camera ray.
     let (mut state, mut ray, mut near) = PathState::begin::<V>(job, ray, sample.time);
-    let mut radiance = Vec3::ZERO;
     for depth in 0.. {
         // The tile checks the flag after every sample; long paths also check it here.
         if depth % STOP_CHECK_INTERVAL == STOP_CHECK_INTERVAL - 1 && job.is_stopped() {
@@ -66,51 +67,44 @@ fn li<V: Visibility, O: PathObserver>(
         *rays += 1;
         let key = sample.key.at(depth, Dimension::Alpha);
         let context = TraceContext { job, scene, visibility, time: sample.time, key: key.branch(sample.s) };
-        let length = ray.d.length();
         let has_media = !V::PLAIN && !job.media.is_empty();
         let arrived = match has_media {
             true => state.arrive_through_media(&context, &mut ray, near, observer),
             false => state.arrive(&context, &ray, near, depth),
         };
-        let Some(Place { hit, surface, distance, boundary }) = arrived else {
-            return radiance + state.escaped(job, depth, ray.d, observer);
+        let Some(place) = arrived else {
+            state.escape(job, depth, ray.d, observer);
+            break;
         };
         near = 0.0;
-        let wo = -ray.d / length;
-        let le = emission::surface(scene, &hit, &surface, wo, distance, &state.arrival, settings.strategy);
-        radiance += state.beta * le;
-        let vertex = Vertex::new(job, (&ray, wo), &hit, &surface, (sample.time, boundary.as_ref()));
+        let wo = away(ray.d);
+        let le = place.emission(scene, wo, &state.arrival, settings.strategy);
+        state.radiance += state.beta * le;
+        let at = (&place.hit, &place.surface);
+        let vertex = Vertex::new(job, (&ray, wo), at, (sample.time, place.boundary.as_ref()));
         observer.vertex(depth, &vertex, state.beta, le);
         if vertex.shading.unlit || depth >= job.bounces {
             cut_short(&vertex, state.beta, observer);
-            return radiance;
+            break;
         }
-        let near = &state.stack;
-        let media = Sides { near, far: boundary.as_ref().map_or(near, |boundary| &boundary.after) };
-        let direct = direct(job, visibility, &vertex, sample, depth, media, (state.beta, observer), rays);
-        observer.direct(direct);
-        radiance += state.beta * direct;
-        let uc = if job.needs.lobe { sample.point_1d(depth, Dimension::Lobe) } else { 0.0 };
-        let u = if job.needs.direction { sample.point_2d(depth, Dimension::Direction) } else { Vec2::ZERO };
-        let Some(next) = vertex.scatter(uc, u, job.followed, &context) else { return radiance };
-        observer.scattered(depth, &next.sample);
-        state.advance(job, &vertex, &next, sample.time, distance);
-        if let (true, true, Some(boundary)) = (has_media, next.sample.lobe.is_transmission(), &boundary) {
-            state.stack = boundary.after;
-        }
-        if state.beta.max_element() < FAINT {
-            observer.cut(Truncation::Faint, state.beta);
-            return radiance;
-        }
-        ray = if V::PLAIN { next.ray } else { state.arrival.ending(next.ray) };
-        if depth >= ROULETTE_FROM
-            && job.roulette
-            && !state.survives(sample.point_1d(depth, Dimension::Roulette))
-        {
-            return radiance;
-        }
+        let end = End { distance: place.distance, boundary: place.boundary.as_ref() };
+        let Some(next) = state.leave(&context, &vertex, end, sample, depth, observer, rays) else { break };
+        ray = next;
     }
-    radiance
+    state.radiance
+}
+
+/// The unit direction that points back along a ray of direction `d`.
+#[inline(always)]
+pub(crate) fn away(d: Vec3) -> Vec3 {
+    backward::<f32>(d.into()).0.into()
+}
+
+/// The unit directions that point back along rays of directions `d`, and the lengths of `d`.
+#[inline(always)]
+pub(crate) fn backward<R: Real>(d: Vec3x<R>) -> (Vec3x<R>, R) {
+    let length = d.length();
+    (-d / length, length)
 }
 
 /// One light by next-event estimation; without interreflection, also the environment on diffuse lobes and the ambient
@@ -158,30 +152,48 @@ fn direct<V: Visibility, O: PathObserver>(
 }
 
 /// End of a ray of a path.
-struct Place {
-    hit: Hit,
-    surface: Surface,
+pub(crate) struct Place {
+    pub hit: Hit,
+    pub surface: Surface,
     /// Length of the ray.
-    distance: f32,
+    pub distance: f32,
     /// The media on both sides, if the surface separates two.
     boundary: Option<Boundary>,
 }
 
+impl Place {
+    /// Weighted emission towards `wo`.
+    #[inline(always)]
+    pub fn emission(&self, scene: &Scene, wo: Vec3, arrival: &MisContext, strategy: Strategy) -> Vec3 {
+        emission::surface(scene, &self.hit, &self.surface, wo, self.distance, arrival, strategy)
+    }
+}
+
+/// What a path needs of the end of its ray when it continues: the length of the ray, and the media on both sides.
+#[derive(Clone, Copy)]
+pub(crate) struct End<'a> {
+    pub distance: f32,
+    pub boundary: Option<&'a Boundary>,
+}
+
 /// State of a path between vertices.
-struct PathState {
+pub(crate) struct PathState {
+    /// Radiance found so far.
+    pub radiance: Vec3,
     /// Product of f·cos/pdf so far.
-    beta: Vec3,
+    pub beta: Vec3,
     /// Product of the relative indices of refraction, which cancels the radiance compression of refraction in the
     /// roulette.
-    eta: f32,
+    pub eta: f32,
     /// The bodies that contain the path.
-    stack: MediumStack,
-    arrival: MisContext,
+    pub stack: MediumStack,
+    pub arrival: MisContext,
 }
 
 impl Default for PathState {
     fn default() -> Self {
-        Self { beta: Vec3::ONE, eta: 1.0, stack: MediumStack::EMPTY, arrival: MisContext::CAMERA }
+        let (radiance, stack) = (Vec3::ZERO, MediumStack::EMPTY);
+        Self { radiance, beta: Vec3::ONE, eta: 1.0, stack, arrival: MisContext::CAMERA }
     }
 }
 
@@ -205,15 +217,54 @@ impl PathState {
         (state, ray, near)
     }
 
-    /// Contribution of the environment to a path that leaves the scene along `d`.
+    /// Adds the environment to a path that leaves the scene along `d`.
     #[inline(always)]
-    fn escaped<O: PathObserver>(&self, job: &Job<'_>, depth: u32, d: Vec3, observer: &mut O) -> Vec3 {
+    pub fn escape<O: PathObserver>(&mut self, job: &Job<'_>, depth: u32, d: Vec3, observer: &mut O) {
         let le = match depth == 0 && observer.hides_backdrop() {
             true => Vec3::ZERO,
             false => emission::escaped(job.scene, d.normalize(), &self.arrival, job.settings.strategy),
         };
         observer.escaped(depth, self.beta, le, d);
-        self.beta * le
+        self.radiance += self.beta * le;
+    }
+
+    /// Adds the direct light at a vertex, and scatters the path: the next ray, or `None` where the path ends.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
+    pub fn leave<V: Visibility, O: PathObserver>(
+        &mut self,
+        context: &TraceContext<'_, V>,
+        vertex: &Vertex,
+        end: End<'_>,
+        sample: &Sample,
+        depth: u32,
+        observer: &mut O,
+        rays: &mut u64,
+    ) -> Option<Ray> {
+        let job = context.job;
+        let near = &self.stack;
+        let media = Sides { near, far: end.boundary.map_or(near, |boundary| &boundary.after) };
+        let lit = (self.beta, &mut *observer);
+        let direct = direct(job, context.visibility, vertex, sample, depth, media, lit, rays);
+        observer.direct(direct);
+        self.radiance += self.beta * direct;
+        let uc = if job.needs.lobe { sample.point_1d(depth, Dimension::Lobe) } else { 0.0 };
+        let u = if job.needs.direction { sample.point_2d(depth, Dimension::Direction) } else { Vec2::ZERO };
+        let next = vertex.scatter(uc, u, job.followed, context)?;
+        observer.scattered(depth, &next.sample);
+        self.advance(job, vertex, &next, sample.time, end.distance);
+        if let (true, Some(boundary)) = (!V::PLAIN && next.sample.lobe.is_transmission(), end.boundary) {
+            self.stack = boundary.after;
+        }
+        if is_faint::<f32>(self.beta.into()) {
+            observer.cut(Truncation::Faint, self.beta);
+            return None;
+        }
+        let plays = depth >= ROULETTE_FROM && job.roulette;
+        if plays && !self.survives(sample.point_1d(depth, Dimension::Roulette)) {
+            return None;
+        }
+        Some(if V::PLAIN { next.ray } else { self.arrival.ending(next.ray) })
     }
 
     /// The nearest surface, in a scene without media. Camera rays ignore surfaces in front of the near plane, at
@@ -226,14 +277,26 @@ impl PathState {
         near: f32,
         depth: u32,
     ) -> Option<Place> {
+        let hit = context.visibility.intersect(context.scene, ray, context.time, context.key)?;
+        let is_camera = if V::PLAIN { depth == 0 } else { self.arrival.is_camera() };
+        let surface = context.scene.accel.surface(ray, context.time, &hit);
+        Self::place(context, ray, (hit, surface), near, is_camera)
+    }
+
+    /// The place of the nearest hit, or behind the surfaces that a camera ray passes.
+    #[inline(always)]
+    pub fn place<V: Visibility>(
+        context: &TraceContext<'_, V>,
+        ray: &Ray,
+        (mut hit, mut surface): (Hit, Surface),
+        near: f32,
+        is_camera: bool,
+    ) -> Option<Place> {
         let (job, scene, time) = (context.job, context.scene, context.time);
-        let mut hit = context.visibility.intersect(scene, ray, time, context.key)?;
-        let mut surface = scene.accel.surface(ray, time, &hit);
         if let Some(places) = shared_place::of(scene).filter(|_| !V::PLAIN) {
             shared_place::resolve_shared(places, ray, (&mut hit, &mut surface), context);
         }
         let mut distance = hit.t * ray.d.length();
-        let is_camera = if V::PLAIN { depth == 0 } else { self.arrival.is_camera() };
         if is_camera && job.passes(ray, (&hit, &surface), near, time) {
             (hit, surface, distance) = visible_hit(context, ray, (near, hit.t))?;
         }
@@ -270,12 +333,9 @@ impl PathState {
     }
 
     fn survives(&mut self, u: f32) -> bool {
-        let q = (ROULETTE_SCALE * (self.beta * self.eta).max_element()).min(1.0);
-        if u >= q {
-            return false;
-        }
-        self.beta /= q;
-        true
+        let (beta, survives) = roulette::<f32>(self.beta.into(), self.eta, u);
+        self.beta = beta.into();
+        survives
     }
 
     /// Continues along `next`, after a ray of length `distance`.
@@ -303,4 +363,17 @@ impl PathState {
             view: 0.0,
         };
     }
+}
+
+/// Whether a path of throughput `beta` ends because nothing visible would remain of its light.
+#[inline(always)]
+pub(crate) fn is_faint<R: Real>(beta: Vec3x<R>) -> R::Mask {
+    beta.max_element().lt(R::splat(FAINT))
+}
+
+/// Russian roulette by the numbers `u`: the throughput of the paths that survive, and whether they do.
+#[inline(always)]
+pub(crate) fn roulette<R: Real>(beta: Vec3x<R>, eta: R, u: R) -> (Vec3x<R>, R::Mask) {
+    let q = (R::splat(ROULETTE_SCALE) * (beta * eta).max_element()).min(R::splat(1.0));
+    (beta / q, !u.ge(q))
 }

@@ -7,6 +7,7 @@ use crate::vertex::Vertex;
 use crate::visibility::Visibility;
 use dapple_materials::{BsdfSample, Lobes};
 use dapple_math::Ray;
+use dapple_math::lanes::{Framex, Real, Vec3x};
 use glam::{Vec2, Vec3};
 
 /// A scattered ray with its BSDF sample.
@@ -27,7 +28,7 @@ impl Vertex {
     ) -> Option<Scattered> {
         let sample = self.bsdf.sample_f(uc, u, lobes)?;
         let passes = self.bsdf.passes(sample.wi);
-        let wi = if passes { self.along } else { self.frame.to_world(sample.wi).normalize() };
+        let wi = onward::<f32>(&self.frame.into(), passes, self.along.into(), sample.wi.into()).into();
         if sample.weight == Vec3::ZERO {
             return None;
         }
@@ -66,4 +67,15 @@ impl Vertex {
             _ => Some(self.surface.origin_towards(wi)),
         }
     }
+}
+
+/// Directions in which light goes on that is scattered to `local`: exactly `along` where it passes the surface.
+#[inline(always)]
+pub(crate) fn onward<R: Real>(
+    frame: &Framex<R>,
+    passes: R::Mask,
+    along: Vec3x<R>,
+    local: Vec3x<R>,
+) -> Vec3x<R> {
+    Vec3x::select(passes, along, frame.to_world(local).normalize())
 }

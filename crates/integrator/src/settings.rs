@@ -10,6 +10,7 @@ use crate::culling::Backfaces;
 use crate::effects::{Combine, SampleSets};
 use dapple_camera::Filter;
 use dapple_math::PixelRect;
+use dapple_math::lanes::Isa;
 use dapple_sampling::{Pattern, SampleSet};
 use glam::Vec3;
 use std::ops::Range;
@@ -94,6 +95,10 @@ pub struct Limits {
     pub time: Option<Duration>,
     /// Number of worker threads; `None`: all that the system grants.
     pub threads: Option<usize>,
+    /// Instruction set of the batches of the path tracer; `None`: the fastest that this machine supports.
+    pub isa: Option<Isa>,
+    /// Number of samples of a batch, where batches are used; at most 1024; 0 for none, `None` for that number.
+    pub batch: Option<u32>,
 }
 
 /// What to render and how; `Settings::default()` is the command line's default at 512×512.

@@ -133,7 +133,7 @@ impl<V: Visibility> TraceContext<'_, V> {
             }
             if boundary.is_none_or(|boundary| !boundary.is_hidden()) {
                 let seen = (at.ray, -at.ray.d / length);
-                let vertex = Vertex::new(self.job, seen, &first, &surface, (self.time, boundary.as_ref()));
+                let vertex = Vertex::new(self.job, seen, (&first, &surface), (self.time, boundary.as_ref()));
                 if !self.pass(&vertex, &mut way) {
                     return Passage::Blocked;
                 }

@@ -2,8 +2,9 @@
 
 use crate::allocation::SampleAllocation;
 use crate::aov::Aov;
+use crate::batch::{Batch, Batches, Done};
 use crate::bias_report::{BiasReport, BiasTotals};
-use crate::first_hit_sums::FirstHits;
+use crate::first_hit_sums::{FirstHit, FirstHits};
 use crate::job::Job;
 use crate::kernel::Kernel;
 use crate::settings::Settings;
@@ -111,45 +112,109 @@ impl Tile {
     pub fn render(
         &mut self,
         job: &Job<'_>,
-        kernel: Kernel<'_>,
+        (kernel, batches): (Kernel<'_>, Option<&Batches>),
         (from, to): (u32, u32),
         allocation: Option<&SampleAllocation>,
     ) -> u64 {
         if self.film.rect() != self.rect {
             self.film = Film::new(self.rect);
         }
+        let count = |x, y, spp| allocation.map_or(spp, |allocation| allocation.count(x, y, spp));
+        let asked = |x, y| (count(x, y, from), count(x, y, to));
+        let (samples, is_done) = match batches {
+            Some(batches) => self.in_batches(job, batches, asked),
+            None => self.one_by_one(job, kernel, asked),
+        };
+        if is_done {
+            self.next = to;
+        }
+        samples
+    }
+
+    /// Adds the samples that are `asked` of every pixel; returns how many, and whether that is all.
+    fn one_by_one(
+        &mut self,
+        job: &Job<'_>,
+        kernel: Kernel<'_>,
+        asked: impl Fn(u32, u32) -> (u32, u32),
+    ) -> (u64, bool) {
         let mut samples = 0;
-        for y in self.rect.y0..self.rect.y1 {
-            for x in self.rect.x0..self.rect.x1 {
-                let count = |spp| allocation.map_or(spp, |allocation| allocation.count(x, y, spp));
-                let (from, to, rays) = (count(from), count(to), self.rays);
-                for index in from..to {
-                    if !self.sample(job, kernel, x, y, index) {
-                        return samples;
-                    }
-                    samples += 1;
+        for (x, y) in pixels(self.rect) {
+            let (from, to) = asked(x, y);
+            for index in from..to {
+                let (mut first, mut rays) = (self.first_hits.start(job.settings), 0);
+                let (value, weight) = kernel.sample(job, (x, y), index, &mut first, &mut rays);
+                self.count_rays(x, y, rays);
+                if job.is_stopped() {
+                    return (samples, false);
                 }
-                self.count_rays(x, y, self.rays - rays);
+                self.add(job, (x, y), index, (value, weight), &mut first);
+                samples += 1;
             }
         }
-        self.next = to;
+        (samples, true)
+    }
+
+    /// As [`Self::one_by_one`].
+    fn in_batches(
+        &mut self,
+        job: &Job<'_>,
+        batches: &Batches,
+        asked: impl Fn(u32, u32) -> (u32, u32),
+    ) -> (u64, bool) {
+        let (mut samples, mut batch) = (0, batches.take());
+        for (x, y) in pixels(self.rect) {
+            let (from, to) = asked(x, y);
+            for index in from..to {
+                if batch.add(job, (x, y), index) {
+                    continue;
+                }
+                if !batches.trace(job, &mut batch) {
+                    return (samples, false);
+                }
+                samples += self.add_batch(job, &mut batch);
+                batch.add(job, (x, y), index);
+            }
+        }
+        if !batches.trace(job, &mut batch) {
+            return (samples, false);
+        }
+        samples += self.add_batch(job, &mut batch);
+        batches.give(batch);
+        (samples, true)
+    }
+
+    /// Adds the samples of a batch, and empties it; returns how many.
+    fn add_batch(&mut self, job: &Job<'_>, batch: &mut Batch) -> u64 {
+        let mut first = self.first_hits.start(job.settings);
+        for Done { pixel, index, value, weight, bias, rays } in batch.done() {
+            self.count_rays(pixel.0, pixel.1, rays);
+            first.bias = bias;
+            self.add(job, pixel, index, (value, weight), &mut first);
+        }
+        let samples = batch.len() as u64;
+        batch.clear();
         samples
     }
 
     fn count_rays(&mut self, x: u32, y: u32, rays: u64) {
+        self.rays += rays;
         if !self.pixel_rays.is_empty() {
             let pixel = (y - self.rect.y0) * self.rect.width() + (x - self.rect.x0);
             self.pixel_rays[pixel as usize] += rays;
         }
     }
 
-    /// Adds a sample; returns false if the job was stopped before the sample was complete.
-    fn sample(&mut self, job: &Job<'_>, kernel: Kernel<'_>, x: u32, y: u32, index: u32) -> bool {
-        let mut first = self.first_hits.start(job.settings);
-        let (mut value, weight) = kernel.sample(job, (x, y), index, &mut first, &mut self.rays);
-        if job.is_stopped() {
-            return false;
-        }
+    /// Adds a sample.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        job: &Job<'_>,
+        (x, y): (u32, u32),
+        index: u32,
+        (mut value, weight): (Vec3, f32),
+        first: &mut FirstHit,
+    ) {
         if !job.settings.picture {
             // The image is not rendered, so that nothing was removed from it.
             (value, first.bias) = (Vec3::ZERO, BiasReport::default());
@@ -174,7 +239,11 @@ impl Tile {
             let here = [clamped, depth, faint, f64::from(!finite)];
             *removed = std::array::from_fn(|k| removed[k] + here[k]);
         }
-        self.first_hits.add(pixel, &first, index, weight);
-        true
+        self.first_hits.add(pixel, first, index, weight);
     }
+}
+
+/// The pixels of a rectangle, row by row.
+fn pixels(rect: PixelRect) -> impl Iterator<Item = (u32, u32)> {
+    (rect.y0..rect.y1).flat_map(move |y| (rect.x0..rect.x1).map(move |x| (x, y)))
 }

@@ -5,6 +5,7 @@ use crate::medium::Boundary;
 use crate::normals::{Tilt, leans};
 use dapple_geometry::{Hit, Surface};
 use dapple_materials::{Bsdf, Lobes};
+use dapple_math::lanes::{Real, Vec3x};
 use dapple_math::{Frame, Ray};
 use dapple_scene::Shading;
 use glam::Vec3;
@@ -28,11 +29,11 @@ pub(crate) struct Vertex {
 impl Vertex {
     /// The vertex at a hit of `ray`, seen from `wo`, without the roughness of lobes that are switched off. `boundary`:
     /// the media on both sides, if the surface separates two.
+    #[inline(always)]
     pub fn new(
         job: &Job<'_>,
         (ray, wo): (&Ray, Vec3),
-        hit: &Hit,
-        surface: &Surface,
+        (hit, surface): (&Hit, &Surface),
         (time, boundary): (f32, Option<&Boundary>),
     ) -> Self {
         let mut shading = job.scene.shading(hit, surface, time);
@@ -41,19 +42,31 @@ impl Vertex {
         {
             shading.material.set_ior(ior);
         }
-        let (frame, tilt) = if shading.frame.z == surface.ng {
-            (shading.frame, None)
-        } else if leans(shading.frame.z, surface.ng) {
-            Tilt::new(job, &shading, (hit, surface), wo, time)
-        } else {
-            (facing_frame(&shading.frame, surface.ng, wo), None)
-        };
+        let oriented = oriented(job, &shading, (hit, surface), wo, time);
+        Self::of(job, (ray, wo), (hit, surface), shading, oriented)
+    }
+
+    /// The vertex with the shading data of its hit, and with its frame and tilt.
+    #[inline(always)]
+    pub fn of(
+        job: &Job<'_>,
+        (ray, wo): (&Ray, Vec3),
+        (hit, surface): (&Hit, &Surface),
+        shading: Shading,
+        (frame, tilt): (Frame, Option<Tilt>),
+    ) -> Self {
         let unmapped = tilt.and_then(|tilt| tilt.unmapped);
         let mut bsdf = Bsdf::losing_as(&shading.material, frame.to_local(wo), unmapped);
         if !job.sharp.is_empty() {
             bsdf = bsdf.sharp(job.sharp);
         }
         Self { hit: *hit, surface: *surface, shading, frame, wo, along: ray.d, bsdf, tilt }
+    }
+
+    /// The directions that decide about the sides of the surface.
+    #[inline(always)]
+    fn facing(&self) -> Facing<f32> {
+        Facing { ng: self.surface.ng.into(), ns: self.frame.z.into(), wo: self.wo.into() }
     }
 
     /// Maps a direction of the local hemisphere to the world, on the side of `wo`, as for reflected light.
@@ -91,19 +104,18 @@ impl Vertex {
 
     /// Whether `wo` and a local direction are on the same side of the shading normal.
     pub fn reflects(&self, local: Vec3) -> bool {
-        local.z * self.frame.z.dot(self.wo) > 0.0
+        self.facing().reflects(local.into())
     }
 
     /// Whether the shading and the geometric normal disagree on reflection or transmission. If the two normals agree up
     /// to rounding, this happens only for directions along the surface.
     pub fn leaks(&self, wi: Vec3, local: Vec3) -> bool {
-        let reflects_geometrically = wi.dot(self.surface.ng) * self.wo.dot(self.surface.ng) > 0.0;
-        self.reflects(local) != reflects_geometrically
+        self.facing().leaks(wi.into(), local.into())
     }
 
     /// Unit geometric normal on the side of `wo`.
     pub fn seen_normal(&self) -> Vec3 {
-        self.surface.ng * self.surface.ng.dot(self.wo).signum()
+        self.facing().seen_normal().into()
     }
 
     /// The normal for the light choice: zero if light can also arrive from behind.
@@ -113,6 +125,56 @@ impl Vertex {
         } else {
             self.tilt.map_or_else(|| self.seen_normal(), |tilt| tilt.horizon)
         }
+    }
+}
+
+/// Normals of a surface, and the direction from which it is seen, per lane.
+#[derive(Clone, Copy)]
+pub(crate) struct Facing<R> {
+    /// Geometric normal.
+    pub ng: Vec3x<R>,
+    /// Shading normal.
+    pub ns: Vec3x<R>,
+    /// Unit direction towards the viewer.
+    pub wo: Vec3x<R>,
+}
+
+impl<R: Real> Facing<R> {
+    /// See [`Vertex::reflects`].
+    #[inline(always)]
+    fn reflects(&self, local: Vec3x<R>) -> R::Mask {
+        (local.z * self.ns.dot(self.wo)).gt(R::splat(0.0))
+    }
+
+    /// See [`Vertex::leaks`].
+    #[inline(always)]
+    pub fn leaks(&self, wi: Vec3x<R>, local: Vec3x<R>) -> R::Mask {
+        let reflects_geometrically = (wi.dot(self.ng) * self.wo.dot(self.ng)).gt(R::splat(0.0));
+        self.reflects(local) ^ reflects_geometrically
+    }
+
+    /// See [`Vertex::seen_normal`].
+    #[inline(always)]
+    pub fn seen_normal(&self) -> Vec3x<R> {
+        self.ng * R::splat(1.0).copysign(self.ng.dot(self.wo))
+    }
+}
+
+/// The shading frame on the side of `wo`, and its tilt against the surface.
+#[inline(always)]
+pub(crate) fn oriented(
+    job: &Job<'_>,
+    shading: &Shading,
+    (hit, surface): (&Hit, &Surface),
+    wo: Vec3,
+    time: f32,
+) -> (Frame, Option<Tilt>) {
+    if shading.frame.z == surface.ng {
+        (shading.frame, None)
+    } else if leans(shading.frame.z, surface.ng) {
+        Tilt::new(job, shading, (hit, surface), wo, time)
+    } else {
+        (facing_frame(&shading.frame, surface.ng, wo), None)
     }
 }
 

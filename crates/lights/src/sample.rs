@@ -42,7 +42,7 @@ pub struct LightSample {
 /// that its end lies up to |n|·|d|·2⁻²⁴ in front of or behind the target, measured along the normal of the light.
 /// Without a margin the light would occlude its own samples where its coordinates, and with them its error box, are
 /// small relative to the distance. This margin suffices for all directions but the last 4° to the plane of the light.
-const END: f32 = 1.0 - 16.0 * UNIT_ROUNDOFF;
+pub(crate) const END: f32 = 1.0 - 16.0 * UNIT_ROUNDOFF;
 
 impl LightSample {
     /// The shadow ray from `o`, an origin outside the error box of its surface, to a point outside the error box of the

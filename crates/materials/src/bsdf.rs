@@ -90,7 +90,7 @@ impl Bsdf {
 
     /// Whether light that leaves towards `wi` continues in exactly the direction in which it arrived, to the last bit.
     pub fn passes(&self, wi: Vec3) -> bool {
-        Vec3::from(self.0.turn(wi.into())) == -Vec3::from(self.0.face().0)
+        self.0.passes(wi.into())
     }
 
     /// Unrefracted transmission of a smooth surface towards `wo`, from the opposite direction: at a thin wall and where

@@ -47,6 +47,13 @@ impl Frame {
     }
 }
 
+impl From<Frame> for Framex<f32> {
+    #[inline(always)]
+    fn from(frame: Frame) -> Self {
+        Self { x: frame.x.into(), y: frame.y.into(), z: frame.z.into() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -59,7 +59,7 @@ pub fn padded_2d(pattern: Pattern, s: u32, n: u32, key: Key) -> Vec2 {
 
 /// Returns the number of cells along each axis; random and Sobol points have no cells, only a count.
 #[inline]
-fn cells(pattern: Pattern, n: u32) -> [u32; 2] {
+pub fn cells(pattern: Pattern, n: u32) -> [u32; 2] {
     match pattern {
         Pattern::Grid | Pattern::Stratified => nearest_square(n),
         Pattern::Random | Pattern::Sobol => [n, 1],

@@ -190,6 +190,12 @@ impl Scene {
         emitter.radiance(&Hit { t: 0.0, u: at.x, v: at.y, primitive, object })
     }
 
+    /// Whether the radiance of a light varies over its surface, so that [`Scene::light_radiance`] is not that of the
+    /// sample.
+    pub fn is_patterned(&self, light: u32) -> bool {
+        self.source_of(light).is_some_and(|(object, _)| !self.emitter(object).is_constant())
+    }
+
     /// Opacity at a hit: 1 for opaque materials, 0 or 1 for Mask.
     pub fn opacity(&self, hit: &Hit) -> f32 {
         self.material(hit.object).opacity(&self.accel, &self.textures, hit)

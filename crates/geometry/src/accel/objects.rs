@@ -58,7 +58,7 @@ impl Object {
         Some(Line { o: to_object.transform_point3(line.o), d: to_object.transform_vector3(line.d) })
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn surface(&self, ray: &Ray, time: f64, hit: &Hit) -> Surface {
         match (&self.place, &self.body) {
             (Place::World, Body::Mesh(mesh)) => {

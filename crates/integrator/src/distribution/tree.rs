@@ -104,7 +104,7 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         let wo = -ray.d / length;
         let beta = beta * absorbed;
         let le = emission::surface(scene, &hit, &surface, wo, distance, arrival, settings.strategy);
-        let vertex = Vertex::new(self.job, (ray, wo), &hit, &surface, (self.time, boundary));
+        let vertex = Vertex::new(self.job, (ray, wo), (&hit, &surface), (self.time, boundary));
         self.observer.vertex(place.depth, &vertex, beta, le);
         if vertex.shading.unlit || place.depth >= self.job.bounces {
             cut_short(&vertex, beta, self.observer);

@@ -2,6 +2,7 @@
 
 use super::pool::Pool;
 use super::watch;
+use crate::batch::Batches;
 use crate::job::Job;
 use crate::kernel;
 use crate::settings::Settings;
@@ -37,9 +38,11 @@ pub fn render_pixels_until(
     watch::until(stop, |stopped| {
         let job = Job { stop: stopped.clone(), ..Job::new(scene, camera, settings) };
         let (kernel, _) = kernel::choose(&job);
+        let batches = Batches::new(&job, kernel);
         Pool::new(&settings.limits).each_tile(&mut tiles, |tile| {
             if !job.is_stopped() {
-                tile.render(&job, kernel, (0, spp), settings.allocation().map(|allocation| &**allocation));
+                let allocation = settings.allocation().map(|allocation| &**allocation);
+                tile.render(&job, (kernel, batches.as_ref()), (0, spp), allocation);
             }
         });
     });

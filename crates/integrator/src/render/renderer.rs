@@ -6,6 +6,7 @@ use super::pilot::Pilot;
 use super::pool::Pool;
 use super::snapshot::{self, Snapshot};
 use super::watch::Watch;
+use crate::batch::Batches;
 use crate::bias_report::{self, BiasReport, BiasTotals};
 use crate::clear;
 use crate::custom::Integrator;
@@ -28,6 +29,7 @@ pub struct Renderer<'a> {
     job: Job<'a>,
     kernel: Kernel<'a>,
     kernel_name: &'static str,
+    batches: Option<Batches>,
     pool: Pool,
     state: RenderState,
 }
@@ -108,7 +110,8 @@ impl<'a> Renderer<'a> {
         let pilot = Pilot::new(settings, &mut tiles);
         let (belongs_to, next) = (settings.identity(), settings.sample_range().start);
         let state = RenderState { belongs_to, next, tiles, pilot, elapsed: Duration::ZERO };
-        Self { pool: Pool::new(&settings.limits), job, kernel, kernel_name, state }
+        let batches = Batches::new(&job, kernel);
+        Self { pool: Pool::new(&settings.limits), job, kernel, kernel_name, batches, state }
     }
 
     /// Adds samples until every pixel has those below index `until`, rounded up to whole rounds of the distribution
@@ -137,7 +140,7 @@ impl<'a> Renderer<'a> {
 
     /// Runs passes; returns whether `until` was reached.
     fn passes(&mut self, until: u32, watch: &Watch<'_>) -> bool {
-        let (job, kernel, state) = (&self.job, self.kernel, &mut self.state);
+        let (job, kernel, state) = (&self.job, (self.kernel, self.batches.as_ref()), &mut self.state);
         let start = job.settings.sample_range().start;
         while state.next < until {
             let from = state.next;

@@ -1,7 +1,9 @@
 //! Light samples over lanes.
 use super::aimed::Aimed;
 use super::point::Shone;
+use crate::sample::END;
 use dapple_math::lanes::{Mask, Real, Vec3x};
+use dapple_math::offset::offset_origins;
 use glam::Vec3;
 
 /// One sampled direction towards a light per lane, as [`LightSample`](crate::LightSample) describes one.
@@ -34,9 +36,9 @@ pub struct Sample<R: Real> {
 }
 
 impl<R: Real> Sample<R> {
-    /// No sample in any lane.
+    /// Returns no sample in any lane.
     #[inline(always)]
-    pub(super) fn none() -> Self {
+    pub fn none() -> Self {
         let (zero, none) = (Vec3x::splat(Vec3::ZERO), R::Mask::splat(false));
         let o = R::splat(0.0);
         Self {
@@ -74,6 +76,20 @@ impl<R: Real> Sample<R> {
             distance: shone.distance,
             ..Self::none()
         }
+    }
+
+    /// Returns directions and ends of the shadow rays from `o`, as [`LightSample::shadow_ray`] does.
+    ///
+    /// [`LightSample::shadow_ray`]: crate::LightSample::shadow_ray
+    #[inline(always)]
+    pub fn shadow_ray(&self, o: Vec3x<R>) -> (Vec3x<R>, R) {
+        let end = R::select(self.distance.is_finite(), self.distance, R::splat(f32::INFINITY));
+        if !self.has_point.any() {
+            return (self.wi, end);
+        }
+        let target = offset_origins(self.p, self.p_error, self.n, -self.wi);
+        let d = Vec3x::select(self.has_point, target - o, self.wi);
+        (d, R::select(self.has_point, R::splat(END), end))
     }
 
     /// Returns `yes` in the lanes of `mask` and `no` in the others.

@@ -145,6 +145,15 @@ impl<R: Real, K> Bsdf<R, K> {
     }
 }
 
+impl<R: Real, K> Bsdf<R, K> {
+    /// Whether light that leaves towards `wi` continues in exactly the direction in which it arrived, to the last bit.
+    #[inline(always)]
+    pub fn passes(&self, wi: Vec3x<R>) -> R::Mask {
+        let (turned, on) = (self.turn(wi), -self.wo);
+        turned.x.eq(on.x) & turned.y.eq(on.y) & turned.z.eq(on.z)
+    }
+}
+
 impl<R: Real, K: Kind<R>> Bsdf<R, K> {
     /// Builds the BSDFs of surfaces of a kind, given `wo` and its side from [`face`].
     #[inline(always)]

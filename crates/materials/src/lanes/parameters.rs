@@ -90,6 +90,7 @@ impl Columns {
     }
 
     /// Sets the parameters of point `i`. A point beyond the columns is ignored.
+    #[inline]
     pub fn set(&mut self, i: usize, material: &Material) {
         let Some(thin) = self.thin.get_mut(i) else { return };
         *thin = u32::from(material.thin);

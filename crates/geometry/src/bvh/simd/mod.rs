@@ -7,7 +7,7 @@
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use super::hit_filter::{HitFilter, TriangleHit};
+use super::hit_filter::{HitFilter, Opaque, TriangleHit};
 use super::kernel::Kernel;
 use super::lanes::Portable;
 use super::traverse::traverse;
@@ -25,6 +25,56 @@ impl Tree {
     #[inline]
     pub fn occluded<C: HitFilter<TriangleHit>>(&self, ray: &Ray, filter: &C) -> bool {
         run::<C, true>(self, ray, filter).is_some()
+    }
+}
+
+impl Tree {
+    /// Calls `found` with the nearest triangle of each of `n` rays, as [`Tree::intersect`] finds it.
+    #[inline]
+    pub fn intersect_each(
+        &self,
+        n: usize,
+        ray: impl Fn(usize) -> Ray,
+        found: impl FnMut(usize, Option<TriangleHit>),
+    ) {
+        run_each::<false>(self, n, ray, found);
+    }
+
+    /// Calls `found` with whether each of `n` rays is occluded, as [`Tree::occluded`] finds it.
+    #[inline]
+    pub fn occluded_each(&self, n: usize, ray: impl Fn(usize) -> Ray, mut found: impl FnMut(usize, bool)) {
+        run_each::<true>(self, n, ray, |i, hit| found(i, hit.is_some()));
+    }
+}
+
+/// Runs many queries for opaque triangles, in a single call of the kernel.
+#[inline]
+fn run_each<const ANY: bool>(
+    tree: &Tree,
+    n: usize,
+    ray: impl Fn(usize) -> Ray,
+    mut found: impl FnMut(usize, Option<TriangleHit>),
+) {
+    match tree.kernel {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as in `run`.
+        Kernel::Avx2 => unsafe { avx2_each::<ANY>(tree, n, ray, found) },
+        _ => (0..n).for_each(|i| found(i, run::<Opaque, ANY>(tree, &ray(i), &Opaque))),
+    }
+}
+
+/// # Safety
+/// As for [`avx2`].
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,popcnt")]
+unsafe fn avx2_each<const ANY: bool>(
+    tree: &Tree,
+    n: usize,
+    ray: impl Fn(usize) -> Ray,
+    mut found: impl FnMut(usize, Option<TriangleHit>),
+) {
+    for i in 0..n {
+        found(i, traverse::<x86::Avx2, Opaque, ANY>(tree, &ray(i), &Opaque));
     }
 }
 

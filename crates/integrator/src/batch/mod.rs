@@ -1,0 +1,78 @@
+//! The plain path tracer in batches: many samples at a time, stage by stage, over lanes.
+//!
+//! A batch holds all samples of some pixels in columns, one row per path. All of its paths are at the same depth: rays are
+//! intersected one by one, then emission and the data of vertices are looked up, then direct light and scattering are
+//! computed over lanes, then shadow rays are tested. Paths that go on are packed into the rows of the next depth. What lanes do not cover
+//! (tilted shading normals, mirrors, infinite throughput) is computed row by row, by the functions of the path tracer.
+//!
+//! Every formula is the same in both, so that a sample has the same bits as that of the kernel for single samples,
+//! whatever the batch and the lanes: each row has its own sums, and its terms are added in the same order. Results are
+//! kept by place, and added to the film in the order in which they were asked for.
+
+mod arrive;
+mod camera;
+mod columns;
+mod lights;
+mod points;
+mod rows;
+mod shade;
+mod trace;
+
+use crate::job::Job;
+use crate::kernel::Kernel;
+use columns::ROWS;
+use dapple_materials::Lobe;
+use dapple_math::lanes::Isa;
+use lights::Lights;
+use std::sync::Mutex;
+pub(crate) use trace::{Batch, Done};
+
+/// What the batches of a render share.
+pub(crate) struct Batches {
+    lights: Lights,
+    isa: Isa,
+    rows: usize,
+    /// Batches that no tile uses.
+    idle: Mutex<Vec<Batch>>,
+}
+
+impl Batches {
+    /// `None` if samples are computed one by one.
+    pub fn new(job: &Job<'_>, kernel: Kernel<'_>) -> Option<Self> {
+        let limits = &job.settings.limits;
+        let rows = limits.batch.map_or(ROWS, |rows| (rows as usize).min(ROWS));
+        if rows == 0 || !matches!(kernel, Kernel::Plain(_)) || !covers(job) {
+            return None;
+        }
+        let isa = limits.isa.unwrap_or_else(Isa::fastest);
+        Some(Self { lights: Lights::new(job.scene), isa, rows, idle: Mutex::default() })
+    }
+
+    /// An empty batch.
+    pub fn take(&self) -> Batch {
+        let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
+        idle.unwrap_or_else(|| Batch::new(self.rows))
+    }
+
+    /// Gives a batch back.
+    pub fn give(&self, mut batch: Batch) {
+        batch.clear();
+        if let Ok(mut idle) = self.idle.lock() {
+            idle.push(batch);
+        }
+    }
+
+    /// Traces all samples of a batch; returns false if the job was stopped before that.
+    pub fn trace(&self, job: &Job<'_>, batch: &mut Batch) -> bool {
+        batch.trace(job, &self.lights, self.isa)
+    }
+}
+
+/// Whether batches cover everything that a plain job asks for.
+fn covers(job: &Job<'_>) -> bool {
+    let goes_on = |lobes: dapple_materials::Lobes| lobes.contains(Lobe::DeltaTransmission);
+    job.sharp.is_empty()
+        && !job.has_no_interreflection()
+        && !job.lights_are_points()
+        && !job.scene.lobe_bounds().into_iter().any(goes_on)
+}
