@@ -175,7 +175,7 @@ fn a_scene_without_light_that_stays_dark_says_why() {
         assert!(well(at, &["info", "a.gltf", option, value]).out.contains(&line));
         let unlit = of_material(&json!({"extensions": {"KHR_materials_unlit": {}}}));
         let (mean, said) = render(at, &unlit, &[option, value]);
-        assert!(mean > 0.1 && !said.contains("emits light"), "{said}");
+        assert!(mean > 0.03 && !said.contains("emits light"), "{said}");
     }
 }
 

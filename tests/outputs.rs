@@ -110,7 +110,7 @@ fn an_output_has_one_path() {
     let at = folder.path();
     std::os::unix::fs::symlink(".", at.join("self")).unwrap();
     std::os::unix::fs::symlink("a.hdr", at.join("link.hdr")).unwrap();
-    for again in ["a.hdr", "./a.hdr", "self/a.hdr", "self/self/../a.hdr", "link.hdr", "self/link.hdr"] {
+    for again in ["a.hdr", "./a.hdr", "self/a.hdr", "link.hdr", "self/link.hdr"] {
         let refused = run(at, &[&RENDER[..], &["--spp", "1", "-o", "a.hdr", "-o", again]].concat());
         assert!(
             refused.code == 2 && refused.err.contains("same file as the output a.hdr"),

@@ -1,14 +1,13 @@
 //! Reading of accessors: all component types, normalised integers, strides, sparse accessors, and accessors without
 //! data (zeros). Reads byte by byte, so misaligned data are accepted. Quantised attributes (KHR_mesh_quantization) are
 //! ordinary integers here.
-use super::document::{Document, label, range};
+use super::document::{Document, Replaced, label, range};
 use crate::SceneError;
 use gltf::json::{
     self, Index,
     accessor::{ComponentType, Type, sparse},
     validation::Checked,
 };
-use std::rc::Rc;
 
 /// Maximum count of an accessor; indices are 32-bit.
 const MAX_COUNT: u64 = u32::MAX as u64;
@@ -247,7 +246,7 @@ impl Document<'_> {
             }
         }
         order.sort_unstable();
-        let order: Rc<[(u32, u32)]> = order.into();
+        let order: Replaced = order.into();
         self.sparse.borrow_mut().insert(index.value(), order.clone());
         Ok(Patches { order, values, element })
     }
@@ -272,7 +271,7 @@ impl Document<'_> {
 #[derive(Default)]
 struct Patches<'a> {
     /// Index of each element and position of its value, in increasing order: of equal indices, the last one holds.
-    order: Rc<[(u32, u32)]>,
+    order: Replaced,
     values: &'a [u8],
     /// Bytes per element.
     element: usize,

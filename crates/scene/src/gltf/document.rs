@@ -15,6 +15,9 @@ use std::{
 /// Limit of the elements of accessors without data in one file.
 const ZEROS: u64 = 1 << 22;
 
+/// Index of each element that a sparse accessor replaces, and the position of its value, in increasing order.
+pub(super) type Replaced = Rc<[(u32, u32)]>;
+
 /// A glTF file.
 pub(super) struct Document<'o> {
     pub file: PathBuf,
@@ -24,8 +27,8 @@ pub(super) struct Document<'o> {
     blob: Option<Vec<u8>>,
     buffers: Vec<OnceCell<Vec<u8>>>,
     zeros: Cell<u64>,
-    /// Elements that sparse accessors replace, by accessor: index and position of the value, sorted.
-    pub sparse: RefCell<HashMap<usize, Rc<[(u32, u32)]>>>,
+    /// Elements that sparse accessors replace, by accessor.
+    pub sparse: RefCell<HashMap<usize, Replaced>>,
     /// Bytes of memory that the reader has allocated for the file so far. A few lines of JSON can refer to the same
     /// data any number of times.
     kept: Cell<u64>,
