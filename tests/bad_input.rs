@@ -3,6 +3,7 @@
 mod dapple;
 
 use dapple::{files, run, triangle};
+use serde_json::json;
 use std::fs;
 use std::path::Path;
 
@@ -369,7 +370,7 @@ fn a_file_beside_the_scene_leaves_out_no_picture() {
 /// Names and URIs come from files: whatever they contain, the terminal gets plain text of limited length.
 #[test]
 fn names_do_not_act_on_the_terminal() {
-    let evil = format!("\u{1b}[2J\u{202e}\r\n\u{9b}{}", "x".repeat(100_000));
+    let evil = format!("\u{1b}[2J\u{202e}\r\n\u{9b}\u{2028}\u{2029}{}", "x".repeat(100_000));
     let named = |root: &mut serde_json::Value| {
         for list in ["nodes", "meshes", "cameras", "materials"] {
             for thing in root[list].as_array_mut().into_iter().flatten() {
@@ -401,12 +402,74 @@ fn names_do_not_act_on_the_terminal() {
             let run = run(folder.path(), &[&[command, "scene.gltf"], more].concat());
             assert!([0, 2].contains(&run.code), "{command}: {}", run.code);
             for text in [&run.out, &run.err] {
-                let acts = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+                let acts = |c: char| (c.is_control() && c != '\n') || "\u{202e}\u{2028}\u{2029}".contains(c);
                 assert!(!text.contains(acts), "{command}: {:?}", text.chars().take(300).collect::<String>());
             }
             assert!(run.err.len() < 2000, "{command}: {} bytes", run.err.len());
         }
     }
+}
+
+/// The name of a file is chosen by whoever made it, and a line break in it would start a line of its own.
+#[cfg(unix)]
+#[test]
+fn a_file_name_forges_no_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = "a\nwarning: forged\u{2028}b.gltf";
+    fs::write(folder.path().join(name), triangle(|_, _| {})).unwrap();
+    fs::write(folder.path().join(name.replace("gltf", "toml")), "spp = 1\nsize = '4x4'\n").unwrap();
+    for arguments in [&["info", name][..], &["render", name], &["plan", name]] {
+        let run = run(folder.path(), arguments);
+        assert_eq!(run.code, 0, "{}", run.err);
+        let text = run.out + &run.err;
+        assert!(
+            !text.contains('\u{2028}') && !text.lines().any(|line| line.starts_with("warning: forged")),
+            "{text}"
+        );
+    }
+    let missing = run(folder.path(), &["render", "x\nwarning: forged.gltf"]);
+    assert!(missing.code == 2 && missing.err.lines().count() == 1, "{}", missing.err);
+}
+
+#[test]
+fn a_negative_number_is_named_with_its_option() {
+    let folder = tempfile::tempdir().unwrap();
+    for (option, wanted) in [
+        ("--spp", "a positive number"),
+        ("--threads", "a positive number"),
+        ("--max-bounces", "a number that is not negative"),
+        ("--seed", "a number that is not negative"),
+    ] {
+        let run = run(folder.path(), &["render", option, "-1"]);
+        let said = format!("invalid value '-1' for '{option}': expected {wanted}");
+        assert!(run.code == 2 && run.err.contains(&said), "{}", run.err);
+    }
+}
+
+#[test]
+fn a_missing_image_is_named_once_and_many_like_warnings_are_summed() {
+    let scene = triangle(|root, _| {
+        root["images"] = (0..40).map(|i| json!({ "uri": format!("gone{i}.png") })).collect();
+        root["textures"] = (0..40).map(|i| json!({ "source": i })).collect();
+        let texture = |i: i32| json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": i } } });
+        root["materials"] = (0..40).map(texture).collect();
+        let one = root["meshes"][0]["primitives"][0].clone();
+        let primitive = |i: i32| {
+            let mut primitive = one.clone();
+            primitive["material"] = i.into();
+            primitive
+        };
+        root["meshes"][0]["primitives"] = (0..40).map(primitive).collect();
+    });
+    let folder = folder_with(&scene);
+    let small = ["render", "scene.gltf", "--size", "4x4", "--spp", "1", "--env-color", "1,1,1"];
+    let lenient = run(folder.path(), &small);
+    assert_eq!(lenient.code, 0, "{}", lenient.err);
+    let about: Vec<&str> = lenient.err.lines().filter(|line| line.contains("gone")).collect();
+    assert_eq!(about.len(), 5, "{}", lenient.err);
+    assert!(about[4].ends_with("(and 35 more like this)"), "{}", about[4]);
+    let strict = run(folder.path(), &[&small[..], &["--strict"]].concat());
+    assert_eq!((strict.code, strict.err.matches("gone0.png").count()), (2, 1), "{}", strict.err);
 }
 
 /// Whoever words a message (the command line, the TOML or the JSON reader), it quotes at most 80 characters of a value.
@@ -426,7 +489,7 @@ fn messages_repeat_the_beginning_of_a_value() {
         assert!(short(&format!("{}{}", info.out, info.err)), "{}{}", info.out, info.err);
     }
     let folder = folder_with(&triangle(|root, _| root["nodes"][1]["name"] = long.as_str().into()));
-    let names = ["camera", "scene", "env", "size", "filter", "aov", "orbit", "tone", "pixel", "time-limit"];
+    let names = ["camera", "scene", "env", "size", "filter", "orbit", "tone", "pixel", "time-limit"];
     for name in names {
         fs::write(folder.path().join("scene.toml"), format!("{name} = '{long}y'")).unwrap();
         let run = run(folder.path(), &["render", "scene.gltf"]);

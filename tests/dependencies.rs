@@ -79,6 +79,7 @@ const PINNED: [(&str, &[&str], &[&str]); 12] = [
             "same-file",
             "serde",
             "serde_json",
+            "signal-hook",
             "strsim",
             "thiserror",
             "toml",

@@ -107,14 +107,16 @@ fn a_camera_in_a_closed_space_says_so() {
             let (mean, said) = render(at, &scene, light);
             assert!(mean < 1e-3, "{mean}");
             assert!(said.contains("camera 'eye' is in a closed space that no light enters"), "{said}");
-            assert!(said.contains("--orbit") && !said.contains("studio"), "{said}");
+            assert!(said.contains("--orbit"), "{said}");
+            let is_added = said.contains("a soft studio environment is added (--env none prevents this)");
+            assert_eq!(is_added, light.is_empty(), "{said}");
             assert_eq!(said.contains("--backfaces culled"), opens, "{said}");
         }
         // From outside, the camera sees through inward-facing walls to others that no light reaches.
         let (mean, said) = render(at, &scene, &["--orbit", "30,20"]);
         let is_unlit = said.contains("almost no light reaches") && said.contains("--backfaces shown");
         assert!(mean > 0.1 && !said.contains("closed space"), "{mean} {said}");
-        assert!(said.contains("studio") != is_unlit, "{said}");
+        assert!(said.contains("--env none prevents this"), "{is_unlit} {said}");
         let (_, said) = render(at, &scene, &["--orbit", "30,20", "--backfaces", "shown"]);
         assert!(said.contains("studio") && !said.contains("almost no light"), "{said}");
     }
@@ -122,16 +124,74 @@ fn a_camera_in_a_closed_space_says_so() {
     assert!(mean > 0.1 && !said.contains("closed space"), "{mean} {said}");
 }
 
+/// The triangle, of a material in JSON.
+fn of_material(material: &serde_json::Value) -> String {
+    triangle(|root, _| {
+        root["materials"] = json!([material]);
+        root["meshes"][0]["primitives"][0]["material"] = 0.into();
+    })
+}
+
+const STUDIO: &str = "a soft studio environment is added (--env none prevents this)";
+
 #[test]
 fn black_surfaces_are_named_as_the_reason() {
     let folder = tempfile::tempdir().unwrap();
-    let black = triangle(|root, _| {
-        root["materials"] = json!([{
-            "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0},
-            "extensions": {"KHR_materials_specular": {"specularFactor": 0}},
-        }]);
-        root["meshes"][0]["primitives"][0]["material"] = 0.into();
-    });
+    let black = of_material(&json!({
+        "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0},
+        "extensions": {"KHR_materials_specular": {"specularFactor": 0}},
+    }));
     let (_, said) = render(folder.path(), &black, &[]);
     assert!(said.contains("the surfaces that camera 'eye' sees reflect almost no light"), "{said}");
+    assert!(said.contains(STUDIO), "{said}");
+    let info = well(folder.path(), &["info", "a.gltf"]).out;
+    assert!(info.contains("reflect almost no light") && info.contains(STUDIO), "{info}");
+}
+
+/// Black metal reflects some light at grazing angles. Where it fills the image, the metered exposure shows it.
+#[test]
+fn black_metal_that_is_visible_is_not_called_black() {
+    let folder = tempfile::tempdir().unwrap();
+    let metal = json!({"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 1}});
+    let near = ["--look-from", "0,-0.3,0.3", "--look-at", "0,-0.3,0"];
+    let (_, said) = render(folder.path(), &of_material(&metal), &[&near[..], &["-o", "a.png"]].concat());
+    let image = read::picture(&folder.path().join("a.png")).unwrap();
+    assert!(image.mean().y > 0.1, "{}", image.mean());
+    assert!(said.contains(STUDIO) && !said.contains("black"), "{said}");
+}
+
+#[test]
+fn a_scene_without_light_that_stays_dark_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for (option, value, why) in [
+        ("--env", "none", "--env none prevents the default light"),
+        ("--env-color", "0,0,0", "the environment that is given is black"),
+    ] {
+        let (mean, said) = render(at, &triangle(|_, _| {}), &[option, value]);
+        assert_eq!(mean, 0.0);
+        let line = format!("nothing in the scene emits light, and {why}: the image is black");
+        assert!(said.contains(&line), "{said}");
+        assert!(well(at, &["info", "a.gltf", option, value]).out.contains(&line));
+        let unlit = of_material(&json!({"extensions": {"KHR_materials_unlit": {}}}));
+        let (mean, said) = render(at, &unlit, &[option, value]);
+        assert!(mean > 0.03 && !said.contains("emits light"), "{said}");
+    }
+}
+
+/// A single-sided triangle seen from behind, also from other directions behind it.
+#[test]
+fn culled_back_faces_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let behind = triangle(|root, _| {
+        root["nodes"][1]["translation"] = json!([0, 0, -4]);
+        root["nodes"][1]["rotation"] = json!([0, 1, 0, 0]);
+    });
+    for more in [&[][..], &["--orbit", "190,20"]] {
+        let (_, said) = render(folder.path(), &behind, more);
+        assert!(said.contains("only back faces") && said.contains("--backfaces shown"), "{said}");
+        assert!(!said.contains("--orbit"), "{said}");
+        let (_, said) = render(folder.path(), &behind, &[more, &["--backfaces", "shown"]].concat());
+        assert!(!said.contains("back faces"), "{said}");
+    }
 }

@@ -135,6 +135,45 @@ fn placed(instances: usize, triangles: usize) -> String {
     root.to_string()
 }
 
+/// `primitives` triangles that share one accessor of `vertices` positions.
+fn shared(primitives: u64, vertices: u64) -> String {
+    triangle(|root, bytes| {
+        let place = |i: u64| [(i % 100) as f32, (i / 100) as f32, (i % 7) as f32];
+        bytes.resize(44, 0);
+        bytes.extend((0..vertices).flat_map(place).flat_map(f32::to_le_bytes));
+        let view = json!({ "buffer": 0, "byteOffset": 44, "byteLength": 12 * vertices });
+        root["bufferViews"].as_array_mut().unwrap().push(view);
+        root["buffers"][0]["byteLength"] = bytes.len().into();
+        root["accessors"][0] =
+            json!({ "bufferView": 2, "componentType": 5126, "count": vertices, "type": "VEC3" });
+        let one = root["meshes"][0]["primitives"][0].clone();
+        root["meshes"][0]["primitives"] = (0..primitives).map(|_| one.clone()).collect();
+    })
+}
+
+/// `nodes` nodes that show a mesh of `primitives` triangles.
+fn shown_often(nodes: usize, primitives: usize) -> String {
+    triangle(|root, _| {
+        let one = root["meshes"][0]["primitives"][0].clone();
+        root["meshes"][0]["primitives"] = (0..primitives).map(|_| one.clone()).collect();
+        root["nodes"] = (0..nodes).map(|i| json!({ "mesh": 0, "translation": [i, 0, 0] })).collect();
+        root["scenes"][0]["nodes"] = (0..nodes).collect();
+    })
+}
+
+/// A Radiance HDR of one colour, of run-length coded rows.
+fn flat_hdr(side: u16) -> Vec<u8> {
+    let mut row = vec![2, 2];
+    row.extend(side.to_be_bytes());
+    for _ in 0..4 {
+        (0..side / 127).for_each(|_| row.extend([0xff, 0x80]));
+        row.extend([128 + (side % 127) as u8, 0x80]);
+    }
+    let mut hdr = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {side} +X {side}\n").into_bytes();
+    (0..side).for_each(|_| hdr.extend(&row));
+    hdr
+}
+
 /// `length` lamps, each the child of the one before; those in `moving` slide.
 fn lamps(length: usize, moving: std::ops::Range<usize>) -> String {
     triangle(|root, bytes| {
@@ -187,6 +226,8 @@ fn what_a_small_file_blows_up_to_is_refused_with_the_figure() {
     fs::write(at("lies.hdr"), "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16384 +X 16384\n").unwrap();
     fs::write(at("texture.gltf"), textured(&black_png(16_384, 16_384))).unwrap();
     fs::write(at("placed.gltf"), placed(100_000, 10_000)).unwrap();
+    fs::write(at("often.gltf"), shown_often(1000, 3000)).unwrap();
+    fs::write(at("flat.hdr"), flat_hdr(16_000)).unwrap();
     let dapple = |arguments: &[&str]| run(folder.path(), arguments);
     let render = |arguments: &[&str]| dapple(&[&["render"], arguments, &QUICK].concat());
     refused(
@@ -194,7 +235,8 @@ fn what_a_small_file_blows_up_to_is_refused_with_the_figure() {
         &["frame.exr", "data for 2 pixels in a display window of 16384×16384"],
     );
     refused(&render(&["--env", "lies.hdr"]), &["lies.hdr", "16384×16384", " GB ", "--memory-limit"]);
-    refused(&render(&["--env", "bomb.png"]), &["bomb.png", "5.1 GB", "--memory-limit 5G"]);
+    refused(&render(&["--env", "bomb.png"]), &["bomb.png", "5.1 GB", "--memory-limit 6GB"]);
+    refused(&render(&["--env", "flat.hdr"]), &["flat.hdr", "16000×16000", "7.7 GB", "--memory-limit 8GB"]);
     refused(
         &dapple(&["diff", "bomb.png", "bomb.png"]),
         &["bomb.png", "268435456 pixels", "36.8 GB", "--memory-limit"],
@@ -202,6 +244,7 @@ fn what_a_small_file_blows_up_to_is_refused_with_the_figure() {
     refused(&render(&["texture.gltf"]), &["texture.gltf", "image 0 'black'", "2.4 GB", "--memory-limit 3G"]);
     let words = ["placed.gltf", "1000000000 triangles", "node 0 'triangle'", "480.1 GB", "--memory-limit"];
     refused(&render(&["placed.gltf"]), &words);
+    refused(&render(&["often.gltf"]), &["often.gltf", "3000000 objects", "4.8 GB", "--memory-limit 5GB"]);
     let film = dapple(&["render", "--size", "1000000x1000000", "--aov", "albedo,normal"]);
     refused(&film, &["--size", "1000000000000 pixels", "300000.0 GB", "--memory-limit", "--crop"]);
     assert!(!at("a.exr").exists());
@@ -222,6 +265,8 @@ fn the_users_word_decides_and_a_file_beside_the_scene_has_none() {
     let little = render(&["--memory-limit", "1000"]);
     refused(&little, &["scene.gltf", "--memory-limit allows 1.0 kB", "--memory-limit 1G"]);
     assert_eq!(render(&["--memory-limit", "1G"]).code, 0);
+    let in_use = render(&["--memory-limit", "1M"]);
+    refused(&in_use, &["MB in use", "--memory-limit allows 1.0 MB", "--memory-limit 1GB"]);
     refused(
         &run(folder.path(), &["info", "scene.gltf", "--memory-limit", "1000"]),
         &["scene.gltf", "1.0 kB"],
@@ -272,6 +317,7 @@ fn odd_files_stay_small_and_quick() {
             }),
             0,
         ),
+        ("shared", shared(20_000, 200_000), 0),
         ("points", without_data(1_000_000, 1_000_000), 0),
         (
             "nested",

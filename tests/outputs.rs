@@ -59,7 +59,7 @@ fn what_cannot_be_written_is_saved_elsewhere() {
 fn what_is_lost_is_told_and_the_rest_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let script = format!(
-        "trap '' XFSZ; ulimit -f 32; exec '{}' render builtin:cornell --size 64x64 --spp 1 --quiet -o a.exr -o b.png -o c.exr --aov beauty,variance,albedo",
+        "ulimit -f 32; exec '{}' render builtin:cornell --size 64x64 --spp 1 --quiet -o a.exr -o b.png -o c.exr --aov beauty,variance,albedo",
         env!("CARGO_BIN_EXE_dapple")
     );
     let mut command = Command::new("sh");
@@ -74,6 +74,52 @@ fn what_is_lost_is_told_and_the_rest_is_written() {
         (files(folder.path()), files(&folder.path().join("tmp"))),
         (vec!["b.png".into(), "tmp".into()], vec![])
     );
+}
+
+/// An existing file without write permission is refused before rendering, as an output in such a folder is.
+#[test]
+fn a_read_only_output_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let path = at.join("a.png");
+    fs::write(&path, "mine").unwrap();
+    let mut permissions = path.metadata().unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&path, permissions).unwrap();
+    let refused = run(at, &[&RENDER[..], &["--spp", "1", "-o", "b.hdr", "-o", "a.png"]].concat());
+    assert!(refused.code == 2 && refused.err.contains("a.png: cannot be written"), "{}", refused.err);
+    assert_eq!((files(at), fs::read(&path).unwrap()), (vec!["a.png".into()], b"mine".to_vec()));
+}
+
+/// A link is followed whether its target exists or not.
+#[test]
+fn a_dangling_link_is_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::os::unix::fs::symlink("new.hdr", at.join("link.hdr")).unwrap();
+    for _ in 0..2 {
+        well(at, &[&RENDER[..], &["--spp", "1", "-o", "link.hdr"]].concat());
+        assert!(at.join("link.hdr").is_symlink() && !at.join("new.hdr").is_symlink());
+        assert!(at.join("new.hdr").is_file());
+    }
+}
+
+#[test]
+fn an_output_has_one_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::os::unix::fs::symlink(".", at.join("self")).unwrap();
+    std::os::unix::fs::symlink("a.hdr", at.join("link.hdr")).unwrap();
+    for again in ["a.hdr", "./a.hdr", "self/a.hdr", "link.hdr", "self/link.hdr"] {
+        let refused = run(at, &[&RENDER[..], &["--spp", "1", "-o", "a.hdr", "-o", again]].concat());
+        assert!(
+            refused.code == 2 && refused.err.contains("same file as the output a.hdr"),
+            "{}",
+            refused.err
+        );
+        assert_eq!(files(at), ["link.hdr", "self"]);
+    }
+    well(at, &[&RENDER[..], &["--spp", "1", "-o", "a.hdr", "-o", "self/b.hdr"]].concat());
 }
 
 #[test]

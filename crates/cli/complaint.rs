@@ -58,6 +58,9 @@ fn unknown(error: &Error, all: &Command, sub: &str) -> Option<String> {
     let quoted = error::short(&word);
     let help = ["dapple", sub, "--help"].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>();
     let see = format!("see {}", help.join(" "));
+    if let Some(said) = negative(&word, &std::env::args().collect::<Vec<_>>()) {
+        return Some(said);
+    }
     if word.starts_with('-') {
         let render = || suggest::option(all, "render", &word).map(|meant| format!("dapple render: {meant}"));
         let meant = suggest::option(all, sub, &word).or_else(|| render().filter(|_| sub.is_empty()));
@@ -71,6 +74,20 @@ fn unknown(error: &Error, all: &Command, sub: &str) -> Option<String> {
         _ => see,
     };
     Some(format!("unexpected argument '{quoted}'; {remedy}"))
+}
+
+/// Options whose values are above 0.
+const POSITIVE: [&str; 7] =
+    ["--spp", "--threads", "--secondary", "--error-limit", "--confidence", "--memory-limit", "--size"];
+
+/// Builds the message for a negative number after an option that takes none, which clap takes for an option; `typed`
+/// is the command line.
+fn negative(word: &str, typed: &[String]) -> Option<String> {
+    word.parse::<f64>().ok().filter(|_| word.starts_with('-'))?;
+    let option = typed.windows(2).find(|pair| pair[0].starts_with("--") && pair[1] == word)?[0].as_str();
+    let wanted =
+        if POSITIVE.contains(&option) { "a positive number" } else { "a number that is not negative" };
+    Some(format!("invalid value '{}' for '{option}': expected {wanted}", error::short(word)))
 }
 
 /// Names the missing arguments, each with its description.

@@ -13,7 +13,7 @@
 
 use crate::interrupt;
 use dapple_integrator::camera::{Camera, Projection};
-use dapple_integrator::imaging::{Image, color};
+use dapple_integrator::imaging::{Image, color, metering};
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Aov, Backfaces, Settings, render};
 use glam::Vec3;
@@ -103,6 +103,19 @@ impl Look<'_> {
         let emitted = self.at(&self.settings(SIZE, SAMPLES, 0));
         let whole = self.at(&self.settings(SIZE, SAMPLES, Settings::default().max_bounces));
         is_dark(&whole.picture, &emitted.picture, &emitted.surfaces)
+    }
+
+    /// Whether almost all visible surfaces are nearly black in an image with metered exposure.
+    pub fn appears_black(&self) -> bool {
+        let seen = self.at(&self.settings(SIZE, SAMPLES, Settings::default().max_bounces));
+        let scale = metering::exposure(&seen.picture).exp2();
+        let pairs = seen.picture.pixels.iter().zip(&seen.surfaces.pixels).filter(|(_, id)| id.x > 0.0);
+        let (mut shown, mut visible) = (0_u32, 0_u32);
+        for (radiance, _) in pairs {
+            shown += 1;
+            visible += u32::from(f64::from((*radiance * scale).max_element()) >= SEEN);
+        }
+        f64::from(visible) < LIT * f64::from(shown)
     }
 
     /// Whether almost none of the visible surfaces reflect light.

@@ -48,7 +48,7 @@ fn is_scene(word: &OsStr) -> bool {
 /// Prints the help and an example command.
 pub fn greet() {
     standard_output::print(|| args::command().print_help());
-    standard_output::result(
+    standard_output::results(
         "\nTry it: dapple render    renders the built-in Cornell box to cornell.exr and cornell.png",
     );
 }

@@ -24,6 +24,20 @@ pub fn listen() {
     }
 }
 
+/// Lets a write beyond the limit of file sizes (`ulimit -f`) fail with an error, like any other write, instead of ending
+/// the process with SIGXFSZ, which would lose the other outputs.
+#[cfg(unix)]
+pub fn survive_file_limit() {
+    let seen = std::sync::Arc::new(AtomicBool::new(false));
+    if let Err(error) = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, seen) {
+        tracing::debug!(%error, "the limit of file sizes ends the process");
+    }
+}
+
+/// Systems other than Unix have no such limit.
+#[cfg(not(unix))]
+pub fn survive_file_limit() {}
+
 /// Whether the render should stop.
 pub fn asked() -> bool {
     ASKED.load(Ordering::Relaxed)

@@ -63,6 +63,7 @@ use say::say;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    interrupt::survive_file_limit();
     match run() {
         Ok(code) => saving::code(code),
         Err(failure) => {

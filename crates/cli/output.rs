@@ -53,6 +53,7 @@ impl Outputs {
             }
             write::check(path)?;
         }
+        refuse_same(&files)?;
         let depth = if RenderOptions::is(options.half) { Depth::Half } else { Depth::Float };
         let (tone, exposure) = (options.tone.unwrap_or_default(), options.exposure);
         let png_depth = options.png_depth.unwrap_or_default();
@@ -137,6 +138,23 @@ pub struct Written {
     pub paths: Vec<PathBuf>,
     /// Requested paths at which nothing was written.
     pub failed: Vec<PathBuf>,
+}
+
+/// Rejects two outputs that are the same file, by whatever paths: one image would overwrite the other.
+fn refuse_same(files: &[(PathBuf, Format)]) -> Result<(), Failure> {
+    let mut known: Vec<(PathBuf, &Path)> = Vec::new();
+    for (path, _) in files {
+        let at = write::destination(path)?;
+        if let Some((_, other)) = known.iter().find(|(there, _)| *there == at) {
+            return Err(Failure::Arguments(format!(
+                "{}: is the same file as the output {}; name every output once",
+                path.display(),
+                other.display()
+            )));
+        }
+        known.push((at, path));
+    }
+    Ok(())
 }
 
 fn with_format(path: PathBuf) -> Result<(PathBuf, Format), Failure> {

@@ -27,7 +27,7 @@ enum Trust {
 }
 
 /// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
-const SIDECAR_KEYS: [&str; 53] = [
+const SIDECAR_KEYS: [&str; 52] = [
     "size",
     "crop",
     "camera",
@@ -80,13 +80,13 @@ const SIDECAR_KEYS: [&str; 53] = [
     "no-soft-terminator",
     "filter",
     "plan",
-    "aov",
 ];
 
 /// Options that only the user can set: outputs, messages, use of the machine, and consent.
 #[cfg(test)]
-const USER_KEYS: [&str; 14] = [
+const USER_KEYS: [&str; 15] = [
     "output",
+    "aov",
     "half",
     "transparent",
     "png-depth",
@@ -308,13 +308,13 @@ mod tests {
     fn a_sidecar_sets_nothing_that_is_the_users() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("s.toml");
-        let text =
-            "spp = 3\noutput = ['a.exr']\nlog = 'b'\nyes = true\nallow-path = true\nthreads = 0\nsppp = 1\n";
+        let text = "spp = 3\naov = 'depth'\noutput = ['a.exr']\nlog = 'b'\nyes = true\nallow-path = true\nthreads = 0\nsppp = 1\n";
         fs::write(&path, text).unwrap();
         for anywhere in [false, true] {
             let mut options = RenderOptions::default();
             let ignored = apply_file(&mut options, &path, Trust::Scene { anywhere }, "render").unwrap();
-            assert_eq!(ignored.join(" "), "allow-path log output sppp threads yes");
+            assert_eq!(ignored.join(" "), "allow-path aov log output sppp threads yes");
+            assert!(options.aov.is_none());
             assert!(options.output.is_none() && options.log.is_none() && options.allow_path.is_none());
             assert!(options.effects.yes.is_none() && options.threads.is_none());
             assert_eq!(options.spp, Some(3));

@@ -31,6 +31,11 @@ pub fn result(line: &str) {
     write(format!("{}\n", printable(line)).as_bytes());
 }
 
+/// Prints a text of several lines to standard output.
+pub fn results(text: &str) {
+    text.lines().for_each(result);
+}
+
 /// Prints one JSON object on a line of its own.
 pub fn json(value: &impl Serialize) {
     match serde_json::to_string(value) {

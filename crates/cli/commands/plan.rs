@@ -33,8 +33,8 @@ pub fn run(arguments: &PlanArgs, typed: &ArgMatches) -> Result<(), Failure> {
         }
         standard_output::json(&object);
     } else {
-        standard_output::result(&as_text(&plan));
-        measured.iter().for_each(|m| standard_output::result(&m.as_text()));
+        standard_output::results(&as_text(&plan));
+        measured.iter().for_each(|m| standard_output::results(&m.as_text()));
     }
     Ok(())
 }

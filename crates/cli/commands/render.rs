@@ -10,7 +10,7 @@ use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::progress::Bar;
 use crate::report::Report;
-use crate::say::say;
+use crate::say::{say, say_lines};
 use crate::{
     consent, effects, events, interrupt, log, machine, metadata, metering, retrace, settings_file,
     standard_output, verbose,
@@ -230,7 +230,7 @@ fn say_bad_samples(stats: &Stats, scene: Option<&str>, typed: &ArgMatches) {
 
 fn tell(options: &RenderOptions, told: &Report) {
     if !RenderOptions::is(options.quiet) {
-        say(&told.summary());
+        say_lines(&told.summary());
         told.bias.summary().iter().for_each(|line| say(line));
     }
     if RenderOptions::is(options.json) {

@@ -31,7 +31,7 @@ pub fn run(arguments: &ReplayArgs, typed: &ArgMatches) -> Result<(), Failure> {
             "pixel": [x, y], "sample": arguments.sample, "radiance": numbers(radiance), "vertices": vertices,
         }));
     } else {
-        vertices.iter().enumerate().for_each(|(i, vertex)| standard_output::result(&as_text(i, vertex)));
+        vertices.iter().enumerate().for_each(|(i, vertex)| standard_output::results(&as_text(i, vertex)));
         standard_output::result(&format!("radiance {}", vector(radiance)));
     }
     Ok(())

@@ -12,10 +12,16 @@ pub const PER_BYTE: u64 = 1024;
 /// Bytes of memory allowed by default for any file, however small: 2 GiB.
 pub const ANY_FILE: u64 = 1 << 31;
 
+/// Bytes of memory allowed by default per byte of a Radiance HDR file. Its run-length coding reduces images with visible
+/// content to half of their four bytes per pixel at best, and reading takes 30 bytes per pixel.
+pub const PER_HDR_BYTE: u64 = 64;
+
 /// A memory limit and its origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryLimit {
     bytes: u64,
+    /// Bytes of it that are in use already.
+    held: u64,
     asked: bool,
 }
 
@@ -28,27 +34,27 @@ impl Default for MemoryLimit {
 
 impl MemoryLimit {
     /// No limit.
-    pub const NONE: Self = Self { bytes: u64::MAX, asked: true };
+    pub const NONE: Self = Self { bytes: u64::MAX, held: 0, asked: true };
 
     /// A limit in bytes that the user has set; it applies regardless of the size of the file.
     pub fn asked(bytes: u64) -> Self {
-        Self { bytes, asked: true }
+        Self { bytes, held: 0, asked: true }
     }
 
     /// A limit of the given free memory in bytes; the size of the file limits it further.
     pub fn free(bytes: u64) -> Self {
-        Self { bytes, asked: false }
+        Self { bytes, held: 0, asked: false }
     }
 
     /// The remaining limit after `bytes` have been allocated.
     #[must_use]
     pub fn less(self, bytes: u64) -> Self {
-        Self { bytes: self.bytes.saturating_sub(bytes), ..self }
+        Self { held: self.held.saturating_add(bytes), ..self }
     }
 
-    /// The limit in bytes, regardless of the file.
+    /// The remaining limit in bytes, regardless of the file.
     pub fn bytes(&self) -> u64 {
-        self.bytes
+        self.bytes.saturating_sub(self.held)
     }
 
     /// Checks whether `needed` bytes of memory may be allocated for a file of `file` bytes; None if the memory does not
@@ -57,22 +63,31 @@ impl MemoryLimit {
     /// # Errors
     /// The required and the allowed memory.
     pub fn admit(&self, needed: u64, file: Option<u64>) -> Result<(), Overrun> {
-        let suits = file.filter(|_| !self.asked).map(|bytes| bytes.saturating_mul(PER_BYTE).max(ANY_FILE));
-        let limit = self.bytes.min(suits.unwrap_or(u64::MAX));
+        self.admit_by(needed, file, PER_BYTE)
+    }
+
+    /// As [`Self::admit`], where `per_byte` bytes of memory are plausible per byte of the file.
+    ///
+    /// # Errors
+    /// The required and the allowed memory.
+    pub fn admit_by(&self, needed: u64, file: Option<u64>, per_byte: u64) -> Result<(), Overrun> {
+        let suits = file.filter(|_| !self.asked).map(|bytes| bytes.saturating_mul(per_byte).max(ANY_FILE));
+        let limit = self.bytes().min(suits.unwrap_or(u64::MAX));
         let reason = match (self.asked, file) {
             _ if needed <= limit => return Ok(()),
-            (true, _) => Reason::Asked,
-            (false, Some(bytes)) if limit < self.bytes => Reason::File(bytes),
+            (true, _) => Reason::Asked(self.bytes),
+            (false, Some(bytes)) if limit < self.bytes() => Reason::File(bytes),
             (false, _) => Reason::Free,
         };
-        Err(Overrun { needed, limit, reason })
+        Err(Overrun { needed, limit, held: self.held, reason })
     }
 }
 
 /// The origin of the limit that was exceeded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reason {
-    Asked,
+    /// The limit that the user has set.
+    Asked(u64),
     Free,
     File(u64),
 }
@@ -84,20 +99,28 @@ pub struct Overrun {
     pub needed: u64,
     /// Allowed memory in bytes.
     pub limit: u64,
+    /// Bytes that are in use already.
+    held: u64,
     reason: Reason,
 }
 
 impl fmt::Display for Overrun {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (needed, limit) = (size(self.needed), size(self.limit));
-        write!(f, "takes about {needed} of memory, and ")?;
+        write!(f, "takes about {needed} of memory")?;
         match self.reason {
-            Reason::Asked => write!(f, "--memory-limit allows {limit}")?,
-            Reason::Free => write!(f, "{limit} is free")?,
-            Reason::File(bytes) => write!(f, "{limit} is the most for a file of {}", size(bytes))?,
+            Reason::Asked(bytes) if self.held > 0 => {
+                let (held, bytes) = (size(self.held), size(bytes));
+                write!(f, " in addition to {held} in use, and --memory-limit allows {bytes}")?;
+            }
+            Reason::Asked(bytes) => write!(f, ", and --memory-limit allows {}", size(bytes))?,
+            Reason::Free => write!(f, ", and {limit} is free")?,
+            Reason::File(bytes) => {
+                write!(f, ", and {limit} is the most for a file of {}", size(bytes))?;
+            }
         }
-        let allow = self.needed.div_ceil(1 << 30);
-        write!(f, "; make it smaller, or allow it with --memory-limit {allow}G")
+        let allow = self.needed.saturating_add(self.held).div_ceil(1_000_000_000);
+        write!(f, "; make it smaller, or allow it with --memory-limit {allow}GB")
     }
 }
 
@@ -127,6 +150,9 @@ mod tests {
         let asked = MemoryLimit::asked(8 * gib);
         assert!(asked.admit(8 * gib, Some(1)).is_ok() && asked.admit(8 * gib + 1, Some(u64::MAX)).is_err());
         assert!(MemoryLimit::NONE.admit(u64::MAX, Some(0)).is_ok());
+        let (run_length, deflated) = (PER_HDR_BYTE, PER_BYTE);
+        assert!(free.admit_by(4 * gib, Some(4 * gib / run_length), run_length).is_ok());
+        assert!(free.admit_by(4 * gib, Some(4 * gib / deflated), run_length).is_err());
     }
 
     #[test]
@@ -135,12 +161,18 @@ mod tests {
         let free = say(MemoryLimit::free(2_000_000), Some(3098));
         assert_eq!(
             free,
-            "takes about 5.1 GB of memory, and 2.0 MB is free; make it smaller, or allow it with --memory-limit 5G"
+            "takes about 5.1 GB of memory, and 2.0 MB is free; make it smaller, or allow it with --memory-limit 6GB"
         );
         assert!(
             say(MemoryLimit::free(1 << 40), Some(3098)).contains("2.1 GB is the most for a file of 3.1 kB")
         );
         assert!(say(MemoryLimit::asked(1 << 20), Some(3098)).contains("--memory-limit allows 1.0 MB"));
+        let used = MemoryLimit::asked(1024).less(900_000_001);
+        assert!(say(used, None).starts_with(
+            "takes about 5.1 GB of memory in addition to 900.0 MB in use, and --memory-limit allows 1.0 kB"
+        ));
+        assert!(say(used, None).ends_with("--memory-limit 7GB"), "the whole need, rounded up");
+        assert!(MemoryLimit::asked(6_000_000_001).less(900_000_001).admit(5_100_000_000, None).is_ok());
         assert_eq!([size(7), size(80_000), size(1_500_000)], ["7 bytes", "80.0 kB", "1.5 MB"]);
     }
 }

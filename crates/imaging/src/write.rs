@@ -15,7 +15,7 @@ mod pictures;
 #[cfg(feature = "png")]
 mod png;
 
-pub use file::{elsewhere, probe, replace};
+pub use file::{destination, elsewhere, probe, replace};
 pub use format::Format;
 pub use options::{Depth, PngDepth, PngOptions};
 pub use pictures::{check, code_values, exr, hdr, png, png_with, rgb8};

@@ -339,27 +339,32 @@ fn files_are_ordinary_ones() {
 #[test]
 fn a_jpeg_is_cut_short_where_texels_are_missing() {
     use dapple_imaging::{MemoryLimit, read::Gap};
-    let gap = |bytes: &[u8]| read::gap(bytes, "a", MemoryLimit::NONE);
+    let texels = |bytes: &[u8]| read::texels_within(bytes, "a", MemoryLimit::NONE).unwrap();
+    let gap = |bytes: &[u8]| read::gap(bytes, &texels(bytes), "a", MemoryLimit::NONE);
     for (width, height) in [(17, 19), (64, 48), (8, 8)] {
         let data = write::code_values(&gradient(width as usize, height as usize, 2.0), Tone::Srgb, 0.0);
         let mut jpeg = Vec::new();
         image::codecs::jpeg::JpegEncoder::new(&mut jpeg)
             .write_image(&data, width, height, Color::Rgb8)
             .unwrap();
-        let whole = read::texels_within(&jpeg, "a", MemoryLimit::NONE).unwrap();
+        let whole = texels(&jpeg);
         assert_eq!(gap(&jpeg), None);
         let end = jpeg.len() - 2;
         assert_eq!(jpeg[end..], [0xff, 0xd9]);
         for kept in [end, end + 1] {
             assert_eq!(gap(&jpeg[..kept]), None, "{width}x{height}");
-            assert!(read::texels_within(&jpeg[..kept], "a", MemoryLimit::NONE).unwrap() == whole);
+            assert!(texels(&jpeg[..kept]) == whole);
         }
         for missing in [8, 12, 40] {
-            assert_eq!(gap(&jpeg[..end - missing]), Some(Gap::Grey), "{width}x{height} without {missing}");
+            let cut = &jpeg[..end - missing];
+            let ended = [cut, &[0xff, 0xd9]].concat();
+            assert_eq!([gap(cut), gap(&ended)], [Some(Gap::Grey); 2], "{width}x{height} without {missing}");
+            // Data after the image, such as another image, say nothing about it.
+            assert_eq!(gap(&[&jpeg[..], &jpeg[2..], &[7; 9]].concat()), None);
+            assert_eq!(gap(&[&ended[..], &jpeg[..]].concat()), Some(Gap::Grey));
         }
     }
-    let png = png(3, 2, &[7; 18], Color::Rgb8);
-    assert_eq!(gap(&png[..png.len() - 20]), None);
+    assert_eq!(gap(&png(3, 2, &[7; 18], Color::Rgb8)), None);
 }
 
 /// No modification of a valid file causes a panic or an endless loop on reading; wrong images are possible.

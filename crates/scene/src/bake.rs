@@ -21,14 +21,11 @@ pub(crate) struct Baked {
 /// Describes the first problem of a mesh, or returns None.
 pub(crate) fn fault(mesh: &Mesh) -> Option<String> {
     let n = mesh.positions.len();
-    if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
-        let p = mesh.positions[i];
-        return Some(format!("vertex {i} is at ({}, {}, {}), which is not finite", p.x, p.y, p.z));
+    if let Some((i, p)) = not_finite(&mesh.positions) {
+        return Some(says_not_finite(i, p));
     }
-    let bad = |t: &[u32; 3]| t.iter().any(|&i| i as usize >= n);
-    if let Some(t) = mesh.triangles.iter().position(bad) {
-        let [a, b, c] = mesh.triangles[t];
-        return Some(format!("triangle {t} has corners {a}, {b}, {c}, but there are {n} vertices"));
+    if let Some(what) = out_of_range(&mesh.triangles, n) {
+        return Some(what);
     }
     let lengths = [
         ("normals", mesh.normals.len()),
@@ -39,6 +36,24 @@ pub(crate) fn fault(mesh: &Mesh) -> Option<String> {
     ];
     let (name, m) = lengths.into_iter().find(|&(_, m)| m != 0 && m != n)?;
     Some(format!("has {m} {name} for {n} vertices"))
+}
+
+/// Index and position of the first vertex that is not finite.
+pub(crate) fn not_finite(positions: &[Vec3]) -> Option<(usize, Vec3)> {
+    positions.iter().copied().enumerate().find(|(_, p)| !p.is_finite())
+}
+
+/// Describes a vertex that is not finite.
+pub(crate) fn says_not_finite(i: usize, p: Vec3) -> String {
+    format!("vertex {i} is at ({}, {}, {}), which is not finite", p.x, p.y, p.z)
+}
+
+/// Describes the first triangle with a corner that is none of `n` vertices.
+pub(crate) fn out_of_range(triangles: &[[u32; 3]], n: usize) -> Option<String> {
+    let bad = |t: &[u32; 3]| t.iter().any(|&i| i as usize >= n);
+    let t = triangles.iter().position(bad)?;
+    let [a, b, c] = triangles[t];
+    Some(format!("triangle {t} has corners {a}, {b}, {c}, but there are {n} vertices"))
 }
 
 /// Whether a triangle has a positive area, from the cross product of its edges in f64, which is accurate enough for f32

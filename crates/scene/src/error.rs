@@ -103,10 +103,19 @@ impl SceneError {
 /// Maximum number of characters of a value that a message quotes.
 pub const MOST: usize = 80;
 
+/// Whether a character controls a terminal, breaks a line, or changes the direction of the following text (Unicode
+/// Bidirectional Algorithm, UAX #9, §2).
+pub fn is_control(c: char) -> bool {
+    let breaks = matches!(c, '\u{2028}' | '\u{2029}');
+    let reorders =
+        matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    c.is_control() || breaks || reorders
+}
+
 /// Formats a value of the file for a message: its first 80 characters, without control characters.
 pub fn quoted(value: &str) -> String {
     let mut shown: String =
-        value.chars().take(16 * MOST).filter(|c| !c.is_control()).take(MOST + 1).collect();
+        value.chars().take(16 * MOST).filter(|c| !is_control(*c)).take(MOST + 1).collect();
     if let Some((end, _)) = shown.char_indices().nth(MOST) {
         shown.truncate(end);
         shown.push('…');
@@ -176,6 +185,7 @@ mod tests {
     #[test]
     fn long_values_are_cut_between_characters() {
         assert_eq!(quoted("a\u{1b}[2J b"), "a[2J b");
+        assert_eq!(quoted("a\u{2028}b\u{2029}c\u{202e}d\ne"), "abcde");
         assert_eq!(quoted(&"ü".repeat(80)), "ü".repeat(80));
         assert_eq!(quoted(&"ü".repeat(81)), format!("{}…", "ü".repeat(80)));
     }

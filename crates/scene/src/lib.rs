@@ -39,6 +39,7 @@ pub mod studio;
 pub mod survey;
 mod tangent;
 pub mod view;
+mod warnings;
 pub use bodies::{Bodies, Body};
 pub use builder::{CameraPose, SceneBuilder};
 pub use coincident::SharedPlaces;

@@ -75,12 +75,12 @@ impl Load {
         parts.into_iter().fold(0, u64::saturating_add)
     }
 
-    /// Checks the peak against a limit.
+    /// Checks the peak against a limit for a scene whose files have `file` bytes.
     ///
     /// # Errors
     /// The required and the available memory if the limit is exceeded.
-    pub fn admit(&self, limit: MemoryLimit) -> Result<(), Overrun> {
-        limit.admit(self.peak_bytes(), None)
+    pub fn admit(&self, limit: MemoryLimit, file: u64) -> Result<(), Overrun> {
+        limit.admit(self.peak_bytes(), Some(file))
     }
 }
 
@@ -97,8 +97,8 @@ mod tests {
         let endless = one.times(u64::MAX);
         assert_eq!(endless.plus(one).peak_bytes(), u64::MAX);
         assert!(
-            endless.admit(MemoryLimit::free(1 << 40)).is_err()
-                && one.admit(MemoryLimit::free(1 << 22)).is_ok()
+            endless.admit(MemoryLimit::free(1 << 40), 1 << 40).is_err()
+                && one.admit(MemoryLimit::free(1 << 22), 1).is_ok()
         );
     }
 }

@@ -132,6 +132,6 @@ fn tell(session: &Session<'_>) {
     if RenderOptions::is(options.json) {
         standard_output::json(&json!({ "report": page, "results": session.results }));
     } else {
-        standard_output::result(&page);
+        standard_output::results(&page);
     }
 }

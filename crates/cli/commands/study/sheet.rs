@@ -7,7 +7,9 @@
 //! reference has the same effects off, so that the error is that of the varied effect; it consists of two halves, so
 //! that its own noise does not count.
 
+mod cell;
 mod cost;
+mod plan;
 mod reference;
 
 use crate::args::study::SheetArgs;
@@ -19,16 +21,16 @@ use crate::options::RenderOptions;
 use crate::output::refuse_link;
 use crate::progress::Bar;
 use crate::say::say;
-use crate::values::Size;
 use crate::{consent, effects, events, interrupt, memory, metering, saving, settings_file, standard_output};
+use cell::{Found, Rendered, short};
 use clap::ArgMatches;
 use cost::Deadline;
 use dapple_integrator::imaging::sheet::{self, Cell, Frame};
 use dapple_integrator::imaging::{read, write};
-use dapple_integrator::sampling::sample_set::MAX_COUNT;
-use dapple_integrator::sampling::{Pattern, SampleSet};
+use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
-use dapple_integrator::{Combine, Effect, MethodKind, Outcome, Settings, forecast};
+use dapple_integrator::{Effect, MethodKind, Outcome, Settings, forecast};
+use plan::Planned;
 use reference::{Error, Given, Reference};
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
@@ -42,21 +44,12 @@ const STOPPED: u8 = 3;
 /// Maximum share of a limited time for the reference.
 const REFERENCE_SHARE: f64 = 0.5;
 
-/// Code value of a cell that was not rendered.
-const EMPTY: u8 = 40;
-
-/// Default height of a cell.
-const HEIGHT: u32 = 256;
-
 /// Ratio of the reference's samples to those of the cell with the most samples, and bounds of their number.
 const REFERENCE_FACTOR: u64 = 16;
 const REFERENCE_SAMPLES: (u64, u64) = (256, 1 << 16);
 
 /// Bytes per pixel of the cells: their images, and the sheet with its frames.
 const CELL_BYTES: u64 = 40;
-
-/// Samples over lights and environment per sample of a varied integral over directions.
-const FINER: u32 = 4;
 
 /// Renders all cells that time allows, and writes the sheet.
 pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failure> {
@@ -82,7 +75,7 @@ pub fn run(arguments: &SheetArgs, typed: &ArgMatches) -> Result<ExitCode, Failur
     render::say_light_unit(&loaded, &options);
     let asked = options.clone();
     let limit = options.time_limit.take();
-    let options = common(options, arguments.vary, &view, given.as_ref());
+    let options = plan::common(options, arguments.vary, &view, given.as_ref());
     let mut sheet = Sheet { arguments, asked, options, loaded, view, exposure: 0.0 };
     let plans = sheet.checked()?;
     let reference = match given {
@@ -126,38 +119,6 @@ fn output(typed: &ArgMatches) -> Result<PathBuf, Failure> {
     Ok(path)
 }
 
-/// Returns the common options of all cells: distribution tracer, effects that no option mentions off, small images.
-fn common(
-    mut options: RenderOptions,
-    vary: Effect,
-    view: &NamedCamera,
-    reference: Option<&Given<'_>>,
-) -> RenderOptions {
-    options.method = Some(MethodKind::Distribution);
-    options.aov = None;
-    // The two tracers have different defaults.
-    options.max_bounces = options.max_bounces.or(Some(effects::DISTRIBUTION_BOUNCES));
-    let paired = options.effects.combine == Some(Combine::Paired);
-    let blurred = matches!(vary, Effect::Glossy | Effect::Refract);
-    for (effect, _) in Effect::ALL {
-        let keeps = paired
-            || (effect == Effect::Light && blurred)
-            || (effect == Effect::Pixel && options.spp.is_some());
-        if effect != vary && !keeps {
-            options.effects.plan_mut(effect).get_or_insert(SampleSet::OFF);
-        }
-    }
-    let size = match reference {
-        Some(files) if options.crop.is_none() => {
-            let (width, height) = files.size();
-            Size { width, height }
-        }
-        _ => load::default_size(view, HEIGHT),
-    };
-    options.size.get_or_insert(size);
-    options
-}
-
 /// The sheet to render.
 struct Sheet<'a> {
     arguments: &'a SheetArgs,
@@ -171,34 +132,11 @@ struct Sheet<'a> {
     exposure: f32,
 }
 
-/// One cell before it is rendered.
-struct Planned {
-    count: u32,
-    pattern: Pattern,
-    settings: Settings,
-}
-
-/// One cell of the sheet.
-struct Rendered {
-    count: u32,
-    pattern: Pattern,
-    frame: Frame,
-    /// `None` if there was no time for it.
-    found: Option<Found>,
-}
-
-/// Cost and error of a cell.
-struct Found {
-    rays: u64,
-    seconds: f64,
-    error: Error,
-}
-
 impl Sheet<'_> {
     /// Returns the cells row by row, after checking that they can be rendered and fit into a sheet.
     fn checked(&self) -> Result<Vec<Planned>, Failure> {
         let (scene, camera, vary) = (&self.loaded.scene, &self.view.camera, self.arguments.vary);
-        let plans = self.plans()?;
+        let plans = plan::cells(self.arguments, &self.asked, &self.options, &self.view)?;
         let here = |cell: &Planned| forecast::present_in(scene, camera, &cell.settings).contains(&vary);
         if !plans.iter().all(here) {
             let remedy = match vary {
@@ -227,41 +165,6 @@ impl Sheet<'_> {
         consent::of_rays(&self.asked, &largest.settings, scene, camera)?;
         effects::confirm(&self.options, &largest.settings, scene, camera)?;
         Ok(plans)
-    }
-
-    fn plans(&self) -> Result<Vec<Planned>, Failure> {
-        let of = |pattern: Pattern, count: u32| {
-            let mut options = self.options.clone();
-            *options.effects.plan_mut(self.arguments.vary) = Some(SampleSet::new(count, pattern));
-            if options.effects.combine == Some(Combine::Paired) {
-                for (effect, _) in Effect::ALL {
-                    options.effects.plan_mut(effect).get_or_insert(SampleSet::new(1, pattern));
-                }
-            }
-            let mut settings = render::settings(&options, &self.view)?;
-            self.refine(&mut settings, count);
-            Ok(Planned { count, pattern, settings })
-        };
-        let rows = self.arguments.estimators.iter();
-        rows.flat_map(|&pattern| self.arguments.counts.iter().map(move |&n| of(pattern, n))).collect()
-    }
-
-    /// For an integral over directions of `count` samples, gives lights and environment that no option mentions so many
-    /// samples that their error falls as fast as that of the varied integral and stays below it.
-    fn refine(&self, settings: &mut Settings, count: u32) {
-        let inner = matches!(self.arguments.vary, Effect::Glossy | Effect::Refract | Effect::Diffuse);
-        let asked = self.asked.effects.light.is_some();
-        if !inner || asked || settings.combine() == Combine::Paired {
-            return;
-        }
-        let more = count.saturating_mul(FINER).min(MAX_COUNT);
-        let finer = |plan: SampleSet| SampleSet::new(plan.count().max(more), plan.pattern);
-        if let Some(distribution) = settings.distribution_tracer_mut() {
-            distribution.sky = finer(distribution.sky);
-        }
-        if !settings.plans.is_off(Effect::Light) {
-            settings.plans.light = finer(settings.plans.light);
-        }
     }
 
     /// Returns the rays per pixel of a cell.
@@ -389,9 +292,7 @@ impl Sheet<'_> {
         let over = !fits || interrupt::asked() || deadline.is_over();
         let outcome = (!over).then(|| self.draw(&cell.settings, deadline)).filter(|o| !o.stats.stopped);
         let Some(outcome) = outcome else {
-            let (width, height) = (rect.width() as usize, rect.height() as usize);
-            let frame = Frame { width, height, data: vec![EMPTY; 3 * width * height] };
-            return Ok(Rendered { count, pattern, frame, found: None });
+            return Ok(Rendered::empty(count, pattern, rect.width() as usize, rect.height() as usize));
         };
         let picture = outcome.film.mean();
         let error = reference.map_or(Ok(Error::Unknown), |r| r.error(&picture))?;
@@ -424,19 +325,7 @@ impl Sheet<'_> {
     }
 
     fn json(&self, path: Option<&Path>, reference: Option<&Reference>, cells: &[Rendered]) -> Value {
-        let rows = cells.iter().map(|cell| {
-            let found = cell.found.as_ref();
-            let (told, below) = match found.map(|f| f.error) {
-                Some(Error::Measured(x)) => (Some(x), None),
-                Some(Error::Below(x)) => (None, Some(x)),
-                _ => (None, None),
-            };
-            json!({
-                "estimator": cell.pattern.to_string(), "count": cell.count, "rendered": found.is_some(),
-                "rays": found.map(|f| f.rays), "render_seconds": found.map(|f| f.seconds),
-                "relative_rmse": told, "relative_rmse_below": below,
-            })
-        });
+        let rows = cells.iter().map(Rendered::json);
         json!({
             "vary": self.arguments.vary.to_string(), "reference": reference.map(|r| &r.said),
             "reference_relative_rmse": reference.filter(|r| !r.is_exact()).map(Reference::relative_rmse),
@@ -449,41 +338,5 @@ impl Sheet<'_> {
         if !RenderOptions::is(self.options.quiet) {
             say(line);
         }
-    }
-}
-
-impl Rendered {
-    fn label(&self, vary: Effect) -> String {
-        let what = format!("{vary} {}, {}", self.count, self.pattern);
-        let Some(found) = &self.found else { return format!("{what}\nnot rendered:\nno time left") };
-        let error = match found.error {
-            Error::Measured(x) => format!("relative RMSE {x:.4}"),
-            Error::Below(x) => format!("relative RMSE below {x:.4}"),
-            Error::Unknown => "error unknown".into(),
-        };
-        format!("{what}\n{} rays, {:.2} s\n{error}", short(found.rays), found.seconds)
-    }
-}
-
-/// Formats a count with about three digits.
-fn short(count: u64) -> String {
-    match count {
-        0..1000 => count.to_string(),
-        1000..1_000_000 => format!("{:.1} k", count as f64 / 1e3),
-        1_000_000..1_000_000_000 => format!("{:.1} M", count as f64 / 1e6),
-        _ => format!("{:.1} G", count as f64 / 1e9),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn counts_are_short() {
-        assert_eq!(
-            [0, 999, 1000, 15_500_000, 2_000_000_000].map(short),
-            ["0", "999", "1.0 k", "15.5 M", "2.0 G"]
-        );
     }
 }

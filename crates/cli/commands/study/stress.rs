@@ -34,7 +34,7 @@ pub fn run(arguments: &StressArgs) -> Result<ExitCode, Failure> {
     let bar = Bar::new(false);
     let told = |row: &Row| {
         if !arguments.json {
-            bar.aside(|| standard_output::result(&row.line()));
+            bar.aside(|| standard_output::results(&row.line()));
         }
     };
     let rows = measure_all(&cases, effort, &bar, &told);

@@ -21,7 +21,7 @@ pub fn run(arguments: &VerifyArgs) -> Result<ExitCode, Failure> {
         let seconds = begun.elapsed().as_secs_f64() / measured.len() as f64;
         for row in measured.iter().map(|m| row(&form, m, seconds)) {
             if !arguments.json {
-                standard_output::result(&row.line());
+                standard_output::results(&row.line());
             }
             rows.push(row);
         }

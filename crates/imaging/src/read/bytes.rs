@@ -15,8 +15,8 @@ pub fn rgba8(bytes: &[u8], name: &str) -> Result<Rgba8, ImageError> {
 
 /// As [`rgba8`], with a memory limit.
 pub fn rgba8_within(bytes: &[u8], name: &str, limit: MemoryLimit) -> Result<Rgba8, ImageError> {
-    let room = Room { limit, file: bytes.len() as u64 };
-    raster_rgba8(Cursor::new(bytes), texture_kind(bytes, name)?, name, room)
+    let kind = texture_kind(bytes, name)?;
+    raster_rgba8(Cursor::new(bytes), kind, name, Room::new(limit, bytes.len() as u64, kind))
 }
 
 /// Width and height of the result of [`rgba8`], from the header alone.
@@ -31,8 +31,8 @@ pub fn texels(bytes: &[u8], name: &str) -> Result<Texels, ImageError> {
 
 /// As [`texels`], with a memory limit.
 pub fn texels_within(bytes: &[u8], name: &str, limit: MemoryLimit) -> Result<Texels, ImageError> {
-    let room = Room { limit, file: bytes.len() as u64 };
-    raster_texels(Cursor::new(bytes), texture_kind(bytes, name)?, name, room)
+    let kind = texture_kind(bytes, name)?;
+    raster_texels(Cursor::new(bytes), kind, name, Room::new(limit, bytes.len() as u64, kind))
 }
 
 /// The format of a texture; an error if it is not PNG, JPEG or WebP.

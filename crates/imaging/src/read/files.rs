@@ -22,7 +22,7 @@ pub fn picture(path: &Path) -> Result<Image, ImageError> {
 pub fn picture_within(path: &Path, limit: MemoryLimit) -> Result<Image, ImageError> {
     let name = path.display().to_string();
     let (kind, file, bytes) = open(path, &name)?;
-    let room = Room { limit, file: bytes };
+    let room = Room::new(limit, bytes, kind);
     match kind {
         Kind::Exr => exr_picture(file, &name, room),
         kind => raster_picture(file, kind, &name, room),
@@ -39,7 +39,7 @@ pub fn windowed(path: &Path) -> Result<Windowed, ImageError> {
 pub fn windowed_within(path: &Path, limit: MemoryLimit) -> Result<Windowed, ImageError> {
     let name = path.display().to_string();
     let (kind, file, bytes) = open(path, &name)?;
-    let room = Room { limit, file: bytes };
+    let room = Room::new(limit, bytes, kind);
     match kind {
         Kind::Exr => exr_windowed(file, &name, room),
         kind => Ok(raster_picture(file, kind, &name, room)?.into()),
@@ -73,7 +73,7 @@ pub fn channels(path: &Path) -> Result<&'static str, ImageError> {
 pub fn layers(path: &Path) -> Result<Layers, ImageError> {
     let name = path.display().to_string();
     match open(path, &name)? {
-        (Kind::Exr, file, bytes) => exr_layers(file, &name, Room { limit: MemoryLimit::NONE, file: bytes }),
+        (Kind::Exr, file, bytes) => exr_layers(file, &name, Room::new(MemoryLimit::NONE, bytes, Kind::Exr)),
         _ => {
             Err(ImageError::Unsupported { name, what: "reading layers from a format other than EXR".into() })
         }

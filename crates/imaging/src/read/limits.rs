@@ -1,5 +1,7 @@
 //! Limits for the size of images and for the memory of reading them.
 
+use super::kind::Kind;
+use crate::memory::{PER_BYTE, PER_HDR_BYTE};
 use crate::{ImageError, MemoryLimit};
 
 /// Maximum number of pixels of an image, 2²⁸ = 16384²; larger images are an error before memory is allocated.
@@ -15,10 +17,18 @@ pub(super) struct Room {
     pub limit: MemoryLimit,
     /// Size of the file in bytes.
     pub file: u64,
+    /// Bytes of memory that are plausible per byte of the file.
+    pub per_byte: u64,
 }
 
 #[allow(dead_code, reason = "unused without any decoder")]
 impl Room {
+    /// The memory allowed for a file of `file` bytes in the format `kind`.
+    pub fn new(limit: MemoryLimit, file: u64, kind: Kind) -> Self {
+        let per_byte = if kind == Kind::Hdr { PER_HDR_BYTE } else { PER_BYTE };
+        Self { limit, file, per_byte }
+    }
+
     /// Checks whether `width` × `height` pixels of `each` bytes, plus `more` bytes, fit into the memory limit.
     pub fn admit(
         &self,
@@ -29,7 +39,7 @@ impl Room {
     ) -> Result<(), ImageError> {
         let needed = width.saturating_mul(height).saturating_mul(each).saturating_add(more);
         let refuse = |overrun| ImageError::Memory { name: name.to_string(), width, height, overrun };
-        self.limit.admit(needed, Some(self.file)).map_err(refuse)
+        self.limit.admit_by(needed, Some(self.file), self.per_byte).map_err(refuse)
     }
 }
 

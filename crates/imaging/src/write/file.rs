@@ -4,7 +4,7 @@
 //! lock on its file as long as it is alive, so that a later process can identify abandoned files and remove them.
 
 use crate::ImageError;
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -14,6 +14,7 @@ use tempfile::NamedTempFile;
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     let target = target(path)?;
     let failed = |source| ImageError::Write { path: path.to_path_buf(), source: anonymous(source) };
+    permitted(&target).map_err(failed)?;
     let mut file = create_temporary(&target).map_err(failed)?;
     file.write_all(bytes).map_err(failed)?;
     // Without this, a crash of the machine may keep the new name and lose the bytes.
@@ -83,6 +84,7 @@ pub fn probe(path: &Path) -> Result<(), ImageError> {
         }
         _ => {}
     }
+    permitted(&target).map_err(failed)?;
     create_temporary(&target).and_then(NamedTempFile::close).map_err(failed)
 }
 
@@ -94,15 +96,50 @@ fn anonymous(error: io::Error) -> io::Error {
     }
 }
 
-/// The file to be replaced: the target of a symbolic link, so that the link itself is preserved. Only regular files are
-/// replaced, because renaming over a device such as /dev/null would remove it.
+/// Checks that an existing file may be written. Renaming another file over it would need no such permission.
+fn permitted(target: &Path) -> io::Result<()> {
+    let Ok(found) = fs::metadata(target) else { return Ok(()) };
+    if found.permissions().readonly() {
+        return Err(io::Error::new(ErrorKind::PermissionDenied, "the existing file is read-only"));
+    }
+    match OpenOptions::new().write(true).open(target) {
+        Err(e) if e.kind() == ErrorKind::PermissionDenied => Err(e),
+        _ => Ok(()),
+    }
+}
+
+/// The file to be replaced: the target of a symbolic link, whether it exists or not, so that the link itself is
+/// preserved. Only regular files are replaced, because renaming over a device such as /dev/null would remove it.
 fn target(path: &Path) -> Result<PathBuf, ImageError> {
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let target = match fs::canonicalize(path) {
+        Ok(target) => target,
+        Err(_) => followed(path)?,
+    };
     match fs::metadata(&target) {
         Ok(at) if !at.is_file() => Err(ImageError::NotAFile { name: path.display().to_string() }),
         _ if folder(&target).is_dir() => Ok(target),
         _ => Err(ImageError::NoFolder { path: path.to_path_buf(), folder: folder(&target).to_path_buf() }),
     }
+}
+
+/// The path, in an existing folder without symbolic links, of the file that writing to `path` creates or replaces: the
+/// same for all paths that lead to the same file.
+pub fn destination(path: &Path) -> Result<PathBuf, ImageError> {
+    let target = target(path)?;
+    let folder = fs::canonicalize(folder(&target)).unwrap_or_else(|_| folder(&target).to_path_buf());
+    Ok(target.file_name().map_or_else(|| target.clone(), |name| folder.join(name)))
+}
+
+/// The missing file that a chain of symbolic links leads to.
+fn followed(path: &Path) -> Result<PathBuf, ImageError> {
+    const MOST_LINKS: u32 = 40;
+    let mut at = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(next) = fs::read_link(&at) else { return Ok(at) };
+        at = folder(&at).join(next);
+    }
+    let source = io::Error::other("its symbolic links have no end");
+    Err(ImageError::Write { path: path.to_path_buf(), source })
 }
 
 fn folder(target: &Path) -> &Path {
@@ -225,6 +262,44 @@ mod tests {
             }
         });
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4);
+    }
+
+    #[test]
+    fn a_read_only_file_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        fs::write(&path, "mine").unwrap();
+        let mut permissions = path.metadata().unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).unwrap();
+        for refused in [probe(&path), replace(&path, b"picture")] {
+            assert!(refused.unwrap_err().to_string().contains("a.exr: cannot be written"));
+        }
+        assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
+        let beside = elsewhere(&path, |at: &Path| replace(at, b"picture")).unwrap();
+        assert_eq!(beside, folder.path().join("a-1.exr"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_lead_to_their_targets_even_if_these_are_missing() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("sub")).unwrap();
+        symlink("sub/second.png", at("first.png")).unwrap();
+        symlink("new.png", at("sub/second.png")).unwrap();
+        for bytes in [&b"one"[..], b"two"] {
+            probe(&at("first.png")).unwrap();
+            replace(&at("first.png"), bytes).unwrap();
+            assert_eq!(fs::read(at("sub/new.png")).unwrap(), bytes);
+            assert!(at("first.png").is_symlink() && at("sub/second.png").is_symlink());
+        }
+        symlink("gone/a.png", at("lost.png")).unwrap();
+        assert!(matches!(replace(&at("lost.png"), b"three"), Err(ImageError::NoFolder { .. })));
+        symlink("loop.png", at("loop.png")).unwrap();
+        assert!(probe(&at("loop.png")).is_err() && replace(&at("loop.png"), b"four").is_err());
+        assert!(at("lost.png").is_symlink() && at("loop.png").is_symlink());
     }
 
     #[test]

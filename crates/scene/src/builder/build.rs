@@ -17,6 +17,7 @@ use crate::{
     patterns::Patterns,
     punctual, scene, studio,
     studio::STUDIO,
+    warnings::Warnings,
 };
 use dapple_camera::Camera;
 use dapple_geometry::{
@@ -91,7 +92,7 @@ impl SceneBuilder {
             shutter: self.exposure.shutter,
             survey,
             light_unit: self.light_unit,
-            warnings: self.warnings,
+            warnings: Warnings::of(self.warnings).summed(),
             bounds,
             radius,
             files: self.files,

@@ -1,7 +1,7 @@
 //! Reading of accessors: all component types, normalised integers, strides, sparse accessors, and accessors without
 //! data (zeros). Reads byte by byte, so misaligned data are accepted. Quantised attributes (KHR_mesh_quantization) are
 //! ordinary integers here.
-use super::document::{Document, label, range};
+use super::document::{Document, Replaced, label, range};
 use crate::SceneError;
 use gltf::json::{
     self, Index,
@@ -75,23 +75,38 @@ impl Document<'_> {
         index: Index<json::Accessor>,
         place: &str,
     ) -> Result<Vec<[f32; N]>, SceneError> {
+        self.vectors_at(index, None, place)
+    }
+
+    /// Reads the elements with the given indices, which are less than the count; all elements without indices.
+    pub fn vectors_at<const N: usize>(
+        &self,
+        index: Index<json::Accessor>,
+        at: Option<&[u32]>,
+        place: &str,
+    ) -> Result<Vec<[f32; N]>, SceneError> {
         let layout = self.layout(index, place)?;
         if layout.components != N {
             let what = format!("has {} components where {N} are needed ({place})", layout.components);
             return Err(self.invalid(layout.place, what));
         }
-        self.decode(index, &layout)
+        self.decode(index, &layout, at)
     }
 
-    /// Reads elements of 3 or 4 components (COLOR_0); a missing fourth component is 1.
-    pub fn colors(&self, index: Index<json::Accessor>, place: &str) -> Result<Vec<[f32; 4]>, SceneError> {
+    /// As [`Self::vectors_at`] for elements of 3 or 4 components (COLOR_0); a missing fourth component is 1.
+    pub fn colors_at(
+        &self,
+        index: Index<json::Accessor>,
+        at: Option<&[u32]>,
+        place: &str,
+    ) -> Result<Vec<[f32; 4]>, SceneError> {
         let layout = self.layout(index, place)?;
         match layout.components {
             3 => {
-                let all: Vec<[f32; 3]> = self.decode(index, &layout)?;
+                let all: Vec<[f32; 3]> = self.decode(index, &layout, at)?;
                 Ok(all.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
             }
-            _ => self.vectors(index, place),
+            _ => self.vectors_at(index, at, place),
         }
     }
 
@@ -108,10 +123,18 @@ impl Document<'_> {
                 *value = integer(chunk, layout.component).unwrap_or(0);
             }
         }
-        for (at, bytes) in self.patches(index, &layout)? {
+        for (at, bytes) in self.patches(index, &layout)?.iter() {
             out[at] = integer(bytes, layout.component).unwrap_or(0);
         }
         Ok(out)
+    }
+
+    /// Checks whether the elements of an accessor can be read, without reading them.
+    pub fn check(&self, index: Index<json::Accessor>, place: &str) -> Result<(), SceneError> {
+        let before = self.zeros_left();
+        let checked = self.layout(index, place).map(drop);
+        self.set_zeros_left(before);
+        checked
     }
 
     /// Number of elements of an accessor.
@@ -123,16 +146,22 @@ impl Document<'_> {
         &self,
         index: Index<json::Accessor>,
         layout: &Layout<'_>,
+        at: Option<&[u32]>,
     ) -> Result<Vec<[f32; N]>, SceneError> {
         let step = size(layout.component);
         let element = |bytes: &[u8]| {
             std::array::from_fn(|i| number(&bytes[i * step..], layout.component, layout.normalized))
         };
+        let patches = self.patches(index, layout)?;
+        if let Some(at) = at {
+            let plain = |i: u32| layout.bytes.map_or([0.0; N], |b| element(&b[i as usize * layout.stride..]));
+            return Ok(at.iter().map(|&i| patches.of(i).map_or_else(|| plain(i), element)).collect());
+        }
         let mut out = match layout.bytes {
             Some(bytes) => bytes.chunks(layout.stride).take(layout.count).map(element).collect(),
             None => vec![[0.0; N]; layout.count],
         };
-        for (at, bytes) in self.patches(index, layout)? {
+        for (at, bytes) in patches.iter() {
             out[at] = element(bytes);
         }
         Ok(out)
@@ -190,33 +219,36 @@ impl Document<'_> {
         Ok(layout)
     }
 
-    /// Index and bytes of the elements that a sparse accessor replaces.
-    fn patches(
-        &self,
-        index: Index<json::Accessor>,
-        layout: &Layout<'_>,
-    ) -> Result<Vec<(usize, &[u8])>, SceneError> {
+    /// The elements that a sparse accessor replaces. They are checked and sorted once per accessor, as many primitives
+    /// may share one.
+    fn patches(&self, index: Index<json::Accessor>, layout: &Layout<'_>) -> Result<Patches<'_>, SceneError> {
         let Some(sparse) = self.root.accessors.get(index.value()).and_then(|a| a.sparse.as_ref()) else {
-            return Ok(Vec::new());
+            return Ok(Patches::default());
         };
         let element = layout.components * size(layout.component);
         let values = self.packed(&sparse.values, sparse.count.0, element as u64, &layout.place)?;
+        if let Some(order) = self.sparse.borrow().get(&index.value()) {
+            return Ok(Patches { order: order.clone(), values, element });
+        }
         let Checked::Valid(kind) = sparse.indices.component_type else {
             return Err(self.invalid(&layout.place, "has sparse indices of an unknown type"));
         };
         let step = size(kind.0);
         let indices = self.packed(&sparse.indices, sparse.count.0, step as u64, &layout.place)?;
-        let mut out = Vec::with_capacity(values.len() / element);
-        for (at, value) in indices.chunks_exact(step).zip(values.chunks_exact(element)) {
-            match integer(at, kind.0).map(|at| at as usize) {
-                Some(at) if at < layout.count => out.push((at, value)),
+        let mut order = Vec::with_capacity(values.len() / element);
+        for (i, at) in (0..).zip(indices.chunks_exact(step)) {
+            match integer(at, kind.0) {
+                Some(at) if (at as usize) < layout.count => order.push((at, i)),
                 at => {
                     let what = format!("has sparse index {at:?}, but {} elements", layout.count);
                     return Err(self.invalid(&layout.place, what));
                 }
             }
         }
-        Ok(out)
+        order.sort_unstable();
+        let order: Replaced = order.into();
+        self.sparse.borrow_mut().insert(index.value(), order.clone());
+        Ok(Patches { order, values, element })
     }
 
     /// `count` tightly packed elements of the indices or values of a sparse accessor.
@@ -232,6 +264,34 @@ impl Document<'_> {
         count.checked_mul(element).and_then(|length| range(bytes, offset, length)).ok_or_else(|| {
             self.invalid(place, format!("replaces {count} elements, but the data for them end early"))
         })
+    }
+}
+
+/// The elements that a sparse accessor replaces.
+#[derive(Default)]
+struct Patches<'a> {
+    /// Index of each element and position of its value, in increasing order: of equal indices, the last one holds.
+    order: Replaced,
+    values: &'a [u8],
+    /// Bytes per element.
+    element: usize,
+}
+
+impl<'a> Patches<'a> {
+    fn value(&self, position: u32) -> &'a [u8] {
+        &self.values[position as usize * self.element..][..self.element]
+    }
+
+    /// All elements, each with its index.
+    fn iter(&self) -> impl Iterator<Item = (usize, &'a [u8])> {
+        self.order.iter().map(|(at, position)| (*at as usize, self.value(*position)))
+    }
+
+    /// The element with an index.
+    fn of(&self, at: u32) -> Option<&'a [u8]> {
+        let end = self.order.partition_point(|(other, _)| *other <= at);
+        let (found, position) = *self.order[..end].last()?;
+        (found == at).then(|| self.value(position))
     }
 }
 

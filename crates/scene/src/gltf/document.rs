@@ -1,19 +1,22 @@
 //! A parsed file with checked access: every index and byte range is validated before it is used, and every message
 //! names the object it refers to.
 use super::{container::Content, options::Options, source};
-use crate::{SceneError, Warning, error::quoted};
+use crate::{SceneError, Warning, error::quoted, warnings::Warnings};
 use dapple_imaging::MemoryLimit;
 use gltf::json::{self, Index};
 use serde_json::Value;
 use std::{
     cell::{Cell, OnceCell, RefCell},
+    collections::HashMap,
     path::{Path, PathBuf},
+    rc::Rc,
 };
 
 /// Limit of the elements of accessors without data in one file.
 const ZEROS: u64 = 1 << 22;
-/// Limit of the warnings that are kept.
-const MAX_WARNINGS: usize = 100;
+
+/// Index of each element that a sparse accessor replaces, and the position of its value, in increasing order.
+pub(super) type Replaced = Rc<[(u32, u32)]>;
 
 /// A glTF file.
 pub(super) struct Document<'o> {
@@ -24,12 +27,16 @@ pub(super) struct Document<'o> {
     blob: Option<Vec<u8>>,
     buffers: Vec<OnceCell<Vec<u8>>>,
     zeros: Cell<u64>,
+    /// Elements that sparse accessors replace, by accessor.
+    pub sparse: RefCell<HashMap<usize, Replaced>>,
     /// Bytes of memory that the reader has allocated for the file so far. A few lines of JSON can refer to the same
     /// data any number of times.
     kept: Cell<u64>,
     /// Size in bytes of the file and of the other files read for it.
     length: Cell<u64>,
-    warnings: RefCell<Vec<Warning>>,
+    /// Size in bytes of the file alone.
+    file_length: u64,
+    warnings: RefCell<Warnings>,
 }
 
 impl<'o> Document<'o> {
@@ -43,9 +50,11 @@ impl<'o> Document<'o> {
             value,
             blob,
             zeros: Cell::new(ZEROS),
+            sparse: RefCell::default(),
             kept: Cell::new(0),
             length: Cell::new(length),
-            warnings: RefCell::new(warnings),
+            file_length: length,
+            warnings: RefCell::new(Warnings::of(warnings)),
         }
     }
 
@@ -54,17 +63,13 @@ impl<'o> Document<'o> {
         SceneError::invalid(&self.file.display().to_string(), place, what)
     }
 
-    /// Adds a warning unless the same one exists or there are too many.
+    /// Adds a warning; of many similar ones only the first are kept, and the others counted.
     pub fn warn(&self, text: String) {
-        let mut warnings = self.warnings.borrow_mut();
-        let warning = Warning(text);
-        if warnings.len() < MAX_WARNINGS && !warnings.contains(&warning) {
-            warnings.push(warning);
-        }
+        self.warnings.borrow_mut().add(Warning(text));
     }
 
     pub fn take_warnings(&self) -> Vec<Warning> {
-        self.warnings.take()
+        self.warnings.take().summed()
     }
 
     /// The element of a list at `index`, or an error that names both.
@@ -159,6 +164,16 @@ impl<'o> Document<'o> {
         Ok(())
     }
 
+    /// Number of elements without data that may still be read.
+    pub fn zeros_left(&self) -> u64 {
+        self.zeros.get()
+    }
+
+    /// Sets the number of elements without data that may still be read.
+    pub fn set_zeros_left(&self, left: u64) {
+        self.zeros.set(left);
+    }
+
     /// Counts `bytes` against the memory limit of the file, before they are allocated.
     pub fn keep(&self, bytes: u64, place: &str) -> Result<(), SceneError> {
         self.would_keep(bytes, place)?;
@@ -185,6 +200,16 @@ impl<'o> Document<'o> {
     /// Adds to the size of the input the bytes read from another file.
     pub fn has_read(&self, bytes: u64) {
         self.length.set(self.length.get().saturating_add(bytes));
+    }
+
+    /// Size in bytes of the file and of all buffers that it names, whether read or not.
+    pub fn whole_length(&self) -> u64 {
+        let named = self.root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
+        let mut paths: Vec<PathBuf> = named.filter_map(|uri| source::path(&self.file, uri)).collect();
+        paths.sort_unstable();
+        paths.dedup();
+        let length = |path: &PathBuf| path.metadata().map_or(0, |at| if at.is_file() { at.len() } else { 0 });
+        paths.iter().map(length).fold(self.file_length, u64::saturating_add)
     }
 
     /// The `dapple` object of `extras`, if there is one.

@@ -34,7 +34,7 @@ pub(super) fn check(doc: &Document<'_>, hierarchy: &Hierarchy) -> Result<(), Sce
             most = (index, load);
         }
     }
-    all.admit(doc.options.memory).map_err(|overrun| {
+    all.admit(doc.options.memory, doc.whole_length()).map_err(|overrun| {
         let (index, node) = most;
         let of = doc.root.nodes.get(index).map_or_else(String::new, |_| node::place(doc, index));
         let place = format!(

@@ -44,8 +44,10 @@ pub(super) fn bytes(
         what: what.to_owned(),
     };
     let path = relative(uri, options.allow_path).map_err(refused)?;
-    let io =
-        |source| SceneError::Io { file: file.to_owned(), what: format!("{place} '{}'", quoted(uri)), source };
+    // The label of an image without a name contains its URI.
+    let named = format!(" '{}'", quoted(uri));
+    let what = if place.ends_with(&named) { place.to_owned() } else { format!("{place}{named}") };
+    let io = |source| SceneError::Io { file: file.to_owned(), what: what.clone(), source };
     let folder = folder(file);
     let path = nearest(folder, &path).unwrap_or_else(|| folder.join(path));
     if !options.allow_path {

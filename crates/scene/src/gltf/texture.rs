@@ -195,14 +195,15 @@ pub(super) fn size(doc: &Document<'_>, index: usize, place: &str) -> Result<[usi
     let [width, height] = read::size(&bytes, &place).map_err(image)?;
     let texels = width.saturating_mul(height);
     if texels < SMALL.max(32 * bytes.len() as u64) {
-        texels_within(&bytes, &place, doc.options.memory).map_err(image)?;
+        let pixels = texels_within(&bytes, &place, doc.options.memory).map_err(image)?;
+        warn_if_truncated(doc, (&bytes, &pixels), &place, doc.options.memory);
     }
-    warn_if_truncated(doc, &bytes, &place, doc.options.memory);
     Ok([width as usize, height as usize])
 }
 
-fn warn_if_truncated(doc: &Document<'_>, bytes: &[u8], place: &str, limit: MemoryLimit) {
-    let rest = match read::gap(bytes, place, limit) {
+/// Warns if a JPEG of which `bytes` are the data and `pixels` the texels is incomplete.
+fn warn_if_truncated(doc: &Document<'_>, (bytes, pixels): (&[u8], &Texels), place: &str, limit: MemoryLimit) {
+    let rest = match read::gap(bytes, pixels, place, limit) {
         None => return,
         Some(read::Gap::Grey) => "the rest is grey",
         Some(read::Gap::Coarse) => "the rest lacks detail",
@@ -213,10 +214,10 @@ fn warn_if_truncated(doc: &Document<'_>, bytes: &[u8], place: &str, limit: Memor
 /// The decoded pixels of an image.
 pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Texels, SceneError> {
     let (bytes, place) = encoded(doc, index, place)?;
-    warn_if_truncated(doc, &bytes, &place, doc.left());
     let pixels = texels_within(&bytes, &place, doc.left())
         .map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
     doc.keep(pixels.bytes() as u64, &place)?;
+    warn_if_truncated(doc, (&bytes, &pixels), &place, doc.left());
     Ok(pixels)
 }
 
