@@ -60,7 +60,7 @@ impl Arrival<'_> {
     }
 
     fn context(&self, i: usize) -> Context<'_> {
-        // The key is that of alpha tests, which there are none of.
+        // There are no alpha tests, whose key it would be.
         let (job, key) = (self.job, self.paths.key(i));
         TraceContext { job, scene: job.scene, visibility: Solid, time: self.time(i), key }
     }

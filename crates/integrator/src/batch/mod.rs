@@ -1,9 +1,10 @@
 //! The plain path tracer in batches: many samples at a time, stage by stage, over lanes.
 //!
-//! A batch holds all samples of some pixels in columns, one row per path. All of its paths are at the same depth: rays are
-//! intersected one by one, then emission and the data of vertices are looked up, then direct light and scattering are
-//! computed over lanes, then shadow rays are tested. Paths that go on are packed into the rows of the next depth. What lanes do not cover
-//! (tilted shading normals, mirrors, infinite throughput) is computed row by row, by the functions of the path tracer.
+//! A batch holds all samples of some pixels in columns, one row per path. All of its paths are at the same depth: rays
+//! are intersected one by one, then emission and the data of vertices are looked up, then direct light and scattering
+//! are computed over lanes, then shadow rays are tested. Paths that go on are packed into the rows of the next depth.
+//! What lanes do not cover (tilted shading normals, mirrors, infinite throughput) is computed row by row, by the
+//! functions of the path tracer.
 //!
 //! Every formula is the same in both, so that a sample has the same bits as that of the kernel for single samples,
 //! whatever the batch and the lanes: each row has its own sums, and its terms are added in the same order. Results are
@@ -21,7 +22,7 @@ mod trace;
 use crate::job::Job;
 use crate::kernel::Kernel;
 use columns::ROWS;
-use dapple_materials::Lobe;
+use dapple_materials::{Lobe, Lobes};
 use dapple_math::lanes::Isa;
 use lights::Lights;
 use std::sync::Mutex;
@@ -70,9 +71,10 @@ impl Batches {
 
 /// Whether batches cover everything that a plain job asks for.
 fn covers(job: &Job<'_>) -> bool {
-    let goes_on = |lobes: dapple_materials::Lobes| lobes.contains(Lobe::DeltaTransmission);
+    // A path that passes a surface straight keeps the state of its arrival, which rows do not hold.
+    let passes = |lobes: Lobes| lobes.contains(Lobe::DeltaTransmission);
     job.sharp.is_empty()
         && !job.has_no_interreflection()
         && !job.lights_are_points()
-        && !job.scene.lobe_bounds().into_iter().any(goes_on)
+        && !job.scene.lobe_bounds().into_iter().any(passes)
 }
