@@ -134,6 +134,12 @@ impl Material {
         self.transmission > 0.0
     }
 
+    /// Whether the surface is a mirror without a base, which lanes do not have.
+    #[inline]
+    pub fn is_mirror(&self) -> bool {
+        self.mirror.is_some()
+    }
+
     /// Whether the surface is smoother than the given perceptual roughness.
     pub fn is_smoother_than(&self, roughness: f32) -> bool {
         self.roughness < roughness

@@ -45,7 +45,7 @@ impl Bsdf {
             return Self::of(face, Mirrored::new(mirror.kr.into(), mirror.blur, wo), Surface::Mirror);
         }
         let parameters = Parameters::from(material);
-        if material.specular == 0.0 && material.metallic == 0.0 && material.transmission == 0.0 {
+        if parameters.is_lambert() {
             return Self::of(face, Lambert::new(&parameters), Surface::Lambert);
         }
         Self::of(face, Layers::new(&parameters, wo, side, mu), Surface::Layers)

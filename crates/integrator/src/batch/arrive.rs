@@ -103,7 +103,7 @@ impl Arrival<'_> {
             return false;
         }
         let (frame, tilt) = oriented(job, &shading, seen, wo, time);
-        let is_odd = tilt.is_some() || shading.material.mirror.is_some();
+        let is_odd = tilt.is_some() || shading.material.is_mirror();
         if is_odd || !self.paths.beta.get(i).is_finite() {
             let vertex = Vertex::of(job, (&ray, wo), seen, shading, (frame, tilt));
             self.leave(i, &vertex, at.distance);

@@ -85,7 +85,7 @@ impl Shading<'_> {
         let (wo, _) = backward::<R>(along);
         let facing = Facing { ng: vertices.ng.load(row), ns: frame.z, wo };
         let material = vertices.materials.load::<R>(row);
-        let transmits = material.transmission.gt(R::splat(0.0));
+        let transmits = material.has_transmission();
         let n = Vec3x::select(transmits, Vec3x::splat(Vec3::ZERO), facing.seen_normal());
         let (p, beta) = (vertices.p.load(row), paths.beta.load(row));
         let at = At { row, active, samples, p, frame, facing, beta, n };
@@ -130,12 +130,10 @@ impl Shading<'_> {
             false => Vec2x::new(zero, zero),
         };
         let (wo, side) = face(at.frame.to_local(at.facing.wo));
-        let transmits = !material.transmission.eq(zero);
-        let is_lambert = material.specular.eq(zero) & material.metallic.eq(zero) & !transmits;
-        if (is_lambert | !at.active).all() {
+        if (material.is_lambert() | !at.active).all() {
             return Scattered::by(&Bsdf::new((wo, side), Lambert::new(material)), local, uc, u);
         }
-        if !(transmits & at.active).any() {
+        if !(material.is_transmissive() & at.active).any() {
             return Scattered::by(&Bsdf::new((wo, side), Layers::opaque(material, wo, None)), local, uc, u);
         }
         Scattered::by(&Bsdf::new((wo, side), Layers::new(material, wo, side, None)), local, uc, u)

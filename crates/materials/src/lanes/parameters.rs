@@ -48,6 +48,26 @@ pub fn clamped<R: Real>(x: R) -> R {
 }
 
 impl<R: Real> Parameters<R> {
+    /// Whether some light is transmitted, as [`Material::has_transmission`].
+    #[inline(always)]
+    pub fn has_transmission(&self) -> R::Mask {
+        self.transmission.gt(R::splat(0.0))
+    }
+
+    /// Whether transmission is among the parameters of the surface, which [`Layers::opaque`](super::Layers::opaque)
+    /// does not have.
+    #[inline(always)]
+    pub fn is_transmissive(&self) -> R::Mask {
+        !self.transmission.eq(R::splat(0.0))
+    }
+
+    /// Whether the surface is a diffuse one without a coat, for which [`Lambert`](super::Lambert) suffices.
+    #[inline(always)]
+    pub fn is_lambert(&self) -> R::Mask {
+        let zero = R::splat(0.0);
+        self.specular.eq(zero) & self.metallic.eq(zero) & self.transmission.eq(zero)
+    }
+
     /// Returns the base colour, with channels clamped to finite numbers from 0; NaN becomes 0.
     #[inline(always)]
     pub fn base(&self) -> Vec3x<R> {
