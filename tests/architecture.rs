@@ -191,3 +191,18 @@ fn unsafe_code_is_seen() {
     assert!(has_unsafe("fn f() { unsafe { g() } }") && has_unsafe("#![allow(unsafe_code)]"));
     assert!(!has_unsafe("#![forbid(unsafe_code)]\n// unsafe\nfn f() {}"));
 }
+
+/// Examples of all crates are compiled into one folder, where equal names would overwrite each other.
+#[test]
+fn examples_have_names_of_their_own() {
+    let mut names = Vec::new();
+    for folder in
+        packages().into_iter().map(|package| package.join("examples")).chain([root().join("examples")])
+    {
+        if folder.is_dir() {
+            names.extend(rust_files(&folder).into_iter().map(|file| file.file_name().unwrap().to_owned()));
+        }
+    }
+    names.sort();
+    assert!(names.len() > 10 && names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
+}

@@ -1,6 +1,6 @@
 //! Estimates the mean height of a cosine-weighted hemisphere, 2/3, over padded Sobol points, one lane and many at a time,
 //! and the mean of a table by its samples.
-//! `cargo run --release --example lanes -p dapple-sampling`
+//! `cargo run --release --example point_lanes -p dapple-sampling`
 
 use dapple_math::lanes::{Isa, Kernel, Real, Vec2x, Word, dispatch};
 use dapple_sampling::lanes::pattern::{self, Index};
