@@ -71,7 +71,20 @@ impl MemoryLimit {
     /// # Errors
     /// The required and the allowed memory.
     pub fn admit_by(&self, needed: u64, file: Option<u64>, per_byte: u64) -> Result<(), Overrun> {
-        let suits = file.filter(|_| !self.asked).map(|bytes| bytes.saturating_mul(per_byte).max(ANY_FILE));
+        self.admit_from(needed, file, (per_byte, ANY_FILE))
+    }
+
+    /// As [`Self::admit_by`], where `least` bytes are plausible for any file.
+    ///
+    /// # Errors
+    /// The required and the allowed memory.
+    pub fn admit_from(
+        &self,
+        needed: u64,
+        file: Option<u64>,
+        (per_byte, least): (u64, u64),
+    ) -> Result<(), Overrun> {
+        let suits = file.filter(|_| !self.asked).map(|bytes| bytes.saturating_mul(per_byte).max(least));
         let limit = self.bytes().min(suits.unwrap_or(u64::MAX));
         let reason = match (self.asked, file) {
             _ if needed <= limit => return Ok(()),

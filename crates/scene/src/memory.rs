@@ -2,7 +2,8 @@
 //!
 //! *Approximation*: the sizes per element are measured on grids of 10⁵ to 10⁷ triangles (peak of the whole process,
 //! within 15 %) on 64-bit machines. Every instance of a mesh is a copy in render space, so all instances count.
-use dapple_imaging::{MemoryLimit, memory::Overrun};
+use dapple_imaging::MemoryLimit;
+use dapple_imaging::memory::{Overrun, PER_BYTE};
 
 /// Bytes per triangle while the acceleration structure is built, the largest part of a scene's peak.
 const TRIANGLE: u64 = 480;
@@ -15,6 +16,10 @@ const ATTRIBUTE: u64 = 8;
 const OBJECT: u64 = 1000;
 /// Bytes per animated link between a moving object and its root.
 const LINK: u64 = 16;
+
+/// Bytes of memory allowed by default for any scene, however small its file: every instance is a copy, so that few bytes
+/// may place a forest.
+const ANY_SCENE: u64 = 6 << 30;
 
 /// Counts of the parts of a scene. Every instance counts: a mesh that is placed twice is counted twice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -80,7 +85,7 @@ impl Load {
     /// # Errors
     /// The required and the available memory if the limit is exceeded.
     pub fn admit(&self, limit: MemoryLimit, file: u64) -> Result<(), Overrun> {
-        limit.admit(self.peak_bytes(), Some(file))
+        limit.admit_from(self.peak_bytes(), Some(file), (PER_BYTE, ANY_SCENE))
     }
 }
 
@@ -100,5 +105,11 @@ mod tests {
             endless.admit(MemoryLimit::free(1 << 40), 1 << 40).is_err()
                 && one.admit(MemoryLimit::free(1 << 22), 1).is_ok()
         );
+        // 2000 instances of a mesh of a small file are plausible; as many copies as fill 8 GB are not.
+        let forest = one.times(2000);
+        assert!(
+            forest.peak_bytes() > 4_000_000_000 && forest.admit(MemoryLimit::free(1 << 34), 100_000).is_ok()
+        );
+        assert!(one.times(4000).admit(MemoryLimit::free(1 << 34), 100_000).is_err());
     }
 }
