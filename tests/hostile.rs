@@ -226,7 +226,7 @@ fn what_a_small_file_blows_up_to_is_refused_with_the_figure() {
     fs::write(at("lies.hdr"), "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16384 +X 16384\n").unwrap();
     fs::write(at("texture.gltf"), textured(&black_png(16_384, 16_384))).unwrap();
     fs::write(at("placed.gltf"), placed(100_000, 10_000)).unwrap();
-    fs::write(at("often.gltf"), shown_often(1000, 3000)).unwrap();
+    fs::write(at("often.gltf"), shown_often(1500, 3000)).unwrap();
     fs::write(at("flat.hdr"), flat_hdr(16_000)).unwrap();
     let dapple = |arguments: &[&str]| run(folder.path(), arguments);
     let render = |arguments: &[&str]| dapple(&[&["render"], arguments, &QUICK].concat());
@@ -244,7 +244,7 @@ fn what_a_small_file_blows_up_to_is_refused_with_the_figure() {
     refused(&render(&["texture.gltf"]), &["texture.gltf", "image 0 'black'", "2.4 GB", "--memory-limit 3G"]);
     let words = ["placed.gltf", "1000000000 triangles", "node 0 'triangle'", "480.1 GB", "--memory-limit"];
     refused(&render(&["placed.gltf"]), &words);
-    refused(&render(&["often.gltf"]), &["often.gltf", "3000000 objects", "4.8 GB", "--memory-limit 5GB"]);
+    refused(&render(&["often.gltf"]), &["often.gltf", "4500000 objects", "7.3 GB", "--memory-limit 8GB"]);
     let film = dapple(&["render", "--size", "1000000x1000000", "--aov", "albedo,normal"]);
     refused(&film, &["--size", "1000000000000 pixels", "300000.0 GB", "--memory-limit", "--crop"]);
     assert!(!at("a.exr").exists());
