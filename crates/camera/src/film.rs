@@ -8,6 +8,7 @@ use std::fmt;
 
 /// Running mean and sum of squared deviations of one pixel, per channel (Welford's recurrence).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Pixel {
     n: u64,
     mean: DVec3,
@@ -49,6 +50,7 @@ impl Pixel {
 
 /// A rectangle of pixels with the count, mean and variance of the samples of each. It takes 56 bytes per pixel.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Film {
     rect: PixelRect,
     pixels: Vec<Pixel>,
@@ -58,6 +60,11 @@ impl Film {
     /// Creates an empty film, in which all counts are zero.
     pub fn new(rect: PixelRect) -> Self {
         Self { rect, pixels: vec![Pixel::default(); rect.area()] }
+    }
+
+    /// Whether the film has as many pixels as its rectangle; a film that was read from a file may not.
+    pub fn is_whole(&self) -> bool {
+        self.pixels.len() == self.rect.area()
     }
 
     /// Returns the rectangle of pixels that the film covers.

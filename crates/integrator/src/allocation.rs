@@ -34,6 +34,7 @@ const EVEN: f64 = 0.25;
 
 /// The share of every pixel in the samples after the pilot; 1 on average, except for isolated outliers.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SampleAllocation {
     rect: PixelRect,
     shares: Vec<f64>,
@@ -50,6 +51,11 @@ impl SampleAllocation {
         let chance = (Key::pixel(0x5b4e_ad00, x, y).bits() >> 11) as f64 / (1u64 << 53) as f64;
         let more = f64::from(spp - PILOT) * self.shares[i] + chance;
         PILOT.saturating_add(more as u32)
+    }
+
+    /// Whether there is a share for each pixel; an allocation that was read from a file may lack some.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.shares.len() == self.rect.area()
     }
 
     /// Computes the shares from the films after half of the pilot samples and after all of them, and from the rays

@@ -111,6 +111,7 @@ impl BiasReport {
 /// Sums of the bias reports of samples. The energy of each sample is rounded to f32 and then added exactly, so that the
 /// order in which passes, tiles and threads add samples does not matter.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct BiasTotals([(u64, ExactSum); 5]);
 
 impl BiasTotals {

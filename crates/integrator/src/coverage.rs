@@ -12,6 +12,7 @@ use crate::settings::Settings;
 
 /// Sums over the samples of each pixel; the vectors of quantities that are not requested are empty.
 #[derive(Clone, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Coverage {
     /// Sum of weights of samples that hit nothing, in shares of a sample.
     open: Vec<f64>,
@@ -35,6 +36,12 @@ impl Coverage {
     /// Whether the coverage of every object is recorded.
     pub fn asks_objects(&self) -> bool {
         !self.objects.is_empty()
+    }
+
+    /// Whether both have the same sums for the same number of pixels.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let counts = |of: &Self| [of.open.len(), of.weights.len(), of.objects.len()];
+        counts(self) == counts(other)
     }
 
     /// Bytes per pixel for a pixel that shows one object.

@@ -72,6 +72,7 @@ impl PathObserver for FirstHit {
 
 /// Sums of first hits over the samples of each pixel; vectors that no requested layer needs are empty.
 #[derive(Clone, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct FirstHits {
     /// Samples that hit a surface, in shares of a sample.
     pub hits: Vec<f64>,
@@ -99,6 +100,15 @@ impl FirstHits {
             coverage: Coverage::new(pixels, settings),
             is_asked: settings.transparent || aovs.iter().any(|aov| aov.needs_first_hit()),
         }
+    }
+
+    /// Whether both have sums of the same layers and pixels.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let counts =
+            |of: &Self| [of.hits.len(), of.albedo.len(), of.normal.len(), of.p.len(), of.object.len()];
+        counts(self) == counts(other)
+            && self.coverage.is_like(&other.coverage)
+            && self.is_asked == other.is_asked
     }
 
     /// Bytes per pixel for these layers in a tile.

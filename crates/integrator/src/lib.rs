@@ -70,7 +70,7 @@ pub use forecast::{Forecast, forecast};
 pub use peak::{Peak, peak};
 pub use plan::{RenderPlan, plan};
 pub use render::{
-    Advance, BadSample, Look, Outcome, Progress, RenderState, Renderer, Snapshot, Stats, render,
+    Advance, BadSample, Look, Outcome, Progress, RenderState, Renderer, Snapshot, Stats, Watcher, render,
     render_pixels, render_pixels_until, render_watched,
 };
 pub use replay::{PathVertex, replay};

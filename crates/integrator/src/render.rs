@@ -6,7 +6,7 @@
 //! The division of a render into passes, tiles and threads changes no bit of the image, because the samples of each
 //! pixel are added in order.
 //!
-//! [`Renderer`] renders step by step; [`render`] and [`render_watched`] are loops over it.
+//! [`Renderer`] renders step by step; [`Renderer::run`], [`render`] and [`render_watched`] are loops over it.
 
 mod layers;
 mod outcome;
@@ -23,4 +23,4 @@ pub use outcome::{Outcome, Progress, Stats};
 pub use pixels::{render_pixels, render_pixels_until};
 pub use renderer::{Advance, RenderState, Renderer};
 pub use snapshot::{Look, Snapshot};
-pub use whole::{render, render_watched};
+pub use whole::{Watcher, render, render_watched};

@@ -7,6 +7,7 @@ pub const KEPT: usize = 64;
 /// The largest squared deviations of samples from their pixel means, as sums over three channels. Independent of the
 /// number of threads, because the samples of a pixel and the pixels of a tile are processed in order.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tail {
     /// Unordered; contains the largest values, and at most as many others.
     squares: Vec<f64>,

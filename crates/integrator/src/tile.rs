@@ -21,6 +21,7 @@ const REMEMBERED: usize = 4;
 
 /// A sample that was not finite; `dapple replay --pixel x,y --sample i` shows its path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BadSample {
     /// Pixel column.
     pub x: u32,
@@ -32,11 +33,13 @@ pub struct BadSample {
 
 /// A tile: pixels, their sums, and their errors.
 #[derive(Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Tile {
     pub rect: PixelRect,
     /// Index of the next sample of every pixel.
     pub next: u32,
     /// The tile before the pass in progress, unless that is the first.
+    #[cfg_attr(feature = "serde", serde(skip))]
     before: Option<Box<Tile>>,
     /// Has no pixels before the first pass, so that a render that is stopped at once does not allocate it.
     pub film: Film,
@@ -82,6 +85,18 @@ impl Tile {
             bias: BiasTotals::default(),
             tail: Tail::default(),
         }
+    }
+
+    /// Whether this can be the state before sample `next` of the tile that `fresh` is the start of. The samples of an
+    /// incomplete first pass are discarded.
+    pub fn is_like(&self, fresh: &Self, next: u32) -> bool {
+        let has_samples = next > fresh.next;
+        self.rect == fresh.rect
+            && (!has_samples || (self.next == next && self.film.rect() == self.rect))
+            && self.film.is_whole()
+            && self.removed.len() == fresh.removed.len()
+            && self.pixel_rays.len() == fresh.pixel_rays.len()
+            && self.first_hits.is_like(&fresh.first_hits)
     }
 
     /// Prepares for a pass that may be interrupted: a further pass (`has_samples`) can be rolled back. The samples of

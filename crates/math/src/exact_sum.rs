@@ -3,6 +3,7 @@
 /// A sum of finite `f32` values without rounding, a fixed-point superaccumulator [Kulisch 2013]: any order of additions
 /// gives the same value. At most 2⁶³ values may be added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ExactSum {
     /// A two's-complement integer in units of 2⁻¹⁴⁹, the smallest positive `f32`, least significant limb first. The
     /// largest `f32` is below 2²⁷⁷ of them, so 6 limbs leave room for 2¹⁰⁶ additions.

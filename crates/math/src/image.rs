@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 
 /// An image with one linear colour per pixel, in row-major order from the top left.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Image {
     /// Width in pixels.
     pub width: usize,

@@ -2,6 +2,7 @@
 
 /// The pixels with x0 ≤ x < x1 and y0 ≤ y < y1. Pixel (0, 0) is at the top left of the full image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PixelRect {
     /// First column.
     pub x0: u32,

@@ -10,7 +10,7 @@ use dapple_integrator::{MethodKind, Settings};
 const WHOLE: u32 = 16;
 
 /// A change of the image between two sample counts.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Change {
     /// Samples per pixel before and after.
     from: u32,
@@ -22,6 +22,7 @@ struct Change {
 }
 
 /// The changes of a render that is observed at doubling sample counts.
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub struct Doublings {
     sobol: bool,
     /// The smallest count whose points are a complete set.

@@ -8,7 +8,7 @@ use super::within::Estimate;
 pub const SHARE: f64 = 0.5;
 
 /// An error estimate including the light that no sample has found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Verdict {
     /// The expected error of the observed light, as relative RMSE.
     pub error: f64,

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 /// Observes the passes of a render until the sample allocation is known.
 #[derive(Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Pilot {
     waiting: bool,
     half: Option<Film>,
@@ -23,6 +24,14 @@ impl Pilot {
             tiles.iter_mut().for_each(|tile| tile.pixel_rays = vec![0; tile.rect.area()]);
         }
         Self { waiting, half: None, allocation: settings.allocation().cloned() }
+    }
+
+    /// Whether the pilot can be that of a render of `rect` whose start is `fresh`.
+    pub fn is_like(&self, fresh: &Self, rect: PixelRect) -> bool {
+        let is_whole = |film: &Film| film.rect() == rect && film.is_whole();
+        self.half.as_ref().is_none_or(is_whole)
+            && self.allocation.as_ref().is_none_or(|allocation| allocation.is_whole())
+            && (fresh.waiting || self.allocation == fresh.allocation)
     }
 
     /// Sample count at which the pass after `spp` has to end for the pilot.

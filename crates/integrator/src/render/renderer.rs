@@ -15,6 +15,7 @@ use crate::kernel::{self, Kernel};
 use crate::settings::{Settings, SettingsError};
 use crate::tile::Tile;
 use dapple_camera::{Camera, Film};
+use dapple_math::PixelRect;
 use dapple_scene::Scene;
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -34,8 +35,10 @@ pub struct Renderer<'a> {
     state: RenderState,
 }
 
-/// The sums of a render so far. A [`Renderer`] that resumes from this state produces the same bytes.
+/// The sums of a render so far. A [`Renderer`] that resumes from this state produces the same bytes. With the feature
+/// `serde` it can be stored.
 #[derive(Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RenderState {
     /// The settings of the render, without those that change no bit.
     belongs_to: String,
@@ -50,6 +53,21 @@ impl RenderState {
     /// Index of the next sample of every pixel.
     pub fn next_sample(&self) -> u32 {
         self.next
+    }
+
+    /// Time spent on the render so far.
+    pub fn elapsed(&self) -> Duration {
+        self.elapsed
+    }
+
+    /// Whether this can be the state of the render that `fresh` is the start of.
+    fn fits(&self, fresh: &Self, rect: PixelRect) -> bool {
+        let tiles = || self.tiles.iter().zip(&fresh.tiles);
+        self.belongs_to == fresh.belongs_to
+            && self.next >= fresh.next
+            && self.pilot.is_like(&fresh.pilot, rect)
+            && self.tiles.len() == fresh.tiles.len()
+            && tiles().all(|(tile, fresh)| tile.is_like(fresh, self.next))
     }
 }
 
@@ -91,7 +109,7 @@ impl<'a> Renderer<'a> {
         state: RenderState,
     ) -> Result<Self, SettingsError> {
         let mut renderer = Self::new(scene, camera, settings)?;
-        if renderer.state.belongs_to != state.belongs_to {
+        if !state.fits(&renderer.state, settings.rect()) {
             return Err(SettingsError::OtherRender);
         }
         renderer.state = state;
@@ -122,13 +140,36 @@ impl<'a> Renderer<'a> {
         until: u32,
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Advance {
+        self.advance_between(until, progress, &mut |_| {})
+    }
+
+    /// As [`advance`](Self::advance); calls `between` after each complete pass, that is about once per second. Its time
+    /// counts as rendering.
+    pub fn advance_between(
+        &mut self,
+        until: u32,
+        progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+        between: &mut dyn FnMut(&Self),
+    ) -> Advance {
         let watch = Watch::new(self.job.settings, self.state.elapsed, self.state.next, progress);
         self.job.stop = watch.stop.clone();
         let range = self.job.settings.sample_range();
         let wanted = until.clamp(range.start, range.end) - range.start;
         let whole = wanted.checked_next_multiple_of(self.job.settings.round()).unwrap_or(u32::MAX);
         let until = range.start.saturating_add(whole).min(range.end);
-        let reached = watch.during(|| self.passes(until, &watch));
+        let reached = watch.during(|| {
+            loop {
+                if self.state.next >= until {
+                    return true;
+                }
+                let is_whole = self.pass(until, &watch);
+                self.state.elapsed = watch.elapsed();
+                if !is_whole {
+                    return false;
+                }
+                between(self);
+            }
+        });
         self.state.elapsed = watch.elapsed();
         match reached {
             _ if self.is_complete() => Advance::Reached,
@@ -138,33 +179,35 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Runs passes; returns whether `until` was reached.
-    fn passes(&mut self, until: u32, watch: &Watch<'_>) -> bool {
+    /// Runs one pass, not beyond the index `until`; returns whether it is complete.
+    fn pass(&mut self, until: u32, watch: &Watch<'_>) -> bool {
         let (job, kernel, state) = (&self.job, (self.kernel, self.batches.as_ref()), &mut self.state);
         let start = job.settings.sample_range().start;
-        while state.next < until {
-            let from = state.next;
-            let Some(end) = watch.next_pass(from) else { return false };
-            let end = end.min(until).min(state.pilot.next(from));
-            let allocation = state.pilot.allocation.clone();
-            self.pool.each_tile(&mut state.tiles, |tile| {
-                if watch.is_stopped() {
-                    return;
-                }
-                tile.begin(from > start, job.settings);
-                let before = tile.rays;
-                let samples = tile.render(job, kernel, (from, end), allocation.as_deref());
-                watch.tile_done(samples, tile.rays - before);
-            });
-            if state.tiles.iter().any(|tile| tile.next != end) {
-                state.tiles.iter_mut().for_each(Tile::take_back);
-                return false;
+        let from = state.next;
+        let Some(end) = watch.next_pass(from) else { return false };
+        let end = end.min(until).min(state.pilot.next(from));
+        let allocation = state.pilot.allocation.clone();
+        self.pool.each_tile(&mut state.tiles, |tile| {
+            if watch.is_stopped() {
+                return;
             }
-            state.tiles.iter_mut().for_each(Tile::keep);
-            state.next = end;
-            state.pilot.record(end, job.settings.rect(), &state.tiles);
+            tile.begin(from > start, job.settings);
+            let before = tile.rays;
+            let samples = tile.render(job, kernel, (from, end), allocation.as_deref());
+            watch.tile_done(samples, tile.rays - before);
+        });
+        if state.tiles.iter().any(|tile| tile.next != end) {
+            state.tiles.iter_mut().for_each(Tile::take_back);
+            return false;
         }
+        state.tiles.iter_mut().for_each(Tile::keep);
+        state.next = end;
+        state.pilot.record(end, job.settings.rect(), &state.tiles);
         true
+    }
+
+    pub(super) fn settings(&self) -> &Settings {
+        self.job.settings
     }
 
     /// Samples per pixel so far; with a sample allocation, the average.
@@ -188,6 +231,11 @@ impl<'a> Renderer<'a> {
         )
     }
 
+    /// All sums so far, to be stored.
+    pub fn saved(&self) -> &RenderState {
+        &self.state
+    }
+
     /// A copy of all sums so far, for [`Renderer::resume`].
     pub fn state(&self) -> RenderState {
         self.state.clone()
@@ -199,7 +247,13 @@ impl<'a> Renderer<'a> {
     }
 
     /// Ends the render with its current samples; `why` is the result of the last advance.
-    pub(super) fn finish_as(self, why: Advance) -> Outcome {
+    pub fn finish_as(self, why: Advance) -> Outcome {
+        self.outcome(why)
+    }
+
+    /// The image and statistics of the current samples; `why` is the result of the last advance, or why the render
+    /// would end now. It changes no bit of the render.
+    pub fn outcome(&self, why: Advance) -> Outcome {
         let Self { job, state, pool, .. } = self;
         let spp = state.next - job.settings.sample_range().start;
         let mut stats = Stats {
@@ -227,8 +281,8 @@ impl<'a> Renderer<'a> {
             lights_unreachable: clear::unreachable(job.scene, job.sharp),
             ..bias.report()
         };
-        let layers = layers::compose(&job, &film, &state.tiles, spp == 0);
+        let layers = layers::compose(job, &film, &state.tiles, spp == 0);
         let tail = snapshot::tail(&state.tiles);
-        Outcome { film, layers, stats, allocation: state.pilot.allocation, tail }
+        Outcome { film, layers, stats, allocation: state.pilot.allocation.clone(), tail }
     }
 }
