@@ -13,14 +13,15 @@ use dapple_analysis::statistics;
 use dapple_integrator::camera::{Camera, Film};
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{Outcome, Peak, SampleAllocation, Settings, Snapshot, Tail, peak};
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::cell::{Cell, OnceCell};
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Fewest samples per pixel at which the error can stop a render: with fewer, rare bright samples may be missing.
 const FEWEST: u32 = 64;
@@ -43,6 +44,17 @@ const CAP: (u32, u32) = (16, 4096);
 
 /// Number of samples in each independent set of the path tracer.
 const WHOLE: u32 = 16;
+
+/// The part of an error watch that a checkpoint holds: what later checks depend on.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub struct Saved {
+    doublings: Option<Doublings>,
+    reached: Option<u32>,
+    is_capped: bool,
+    looks: i32,
+    next: Option<u32>,
+    held: Option<Verdict>,
+}
 
 /// Checks a render at each doubling of its samples, and in between where that is worthwhile.
 pub struct ErrorWatch<'a> {
@@ -100,7 +112,11 @@ impl<'a> ErrorWatch<'a> {
                         random, omit --spp with stratified, and do not use grid";
             return Err(Failure::Arguments(format!("--error-limit: {said}")));
         }
-        let open = |path: &PathBuf| match File::create(path) {
+        // The log of a render that is resumed continues.
+        let is_resumed = options.long.resume.as_ref().is_some_and(|path| path.exists());
+        let mut how = OpenOptions::new();
+        how.create(true).write(true).append(is_resumed).truncate(!is_resumed);
+        let open = |path: &PathBuf| match how.open(path) {
             Ok(file) => Ok((path.clone(), file)),
             Err(e) => Err(Failure::Arguments(format!("--log {}: cannot be written: {e}", path.display()))),
         };
@@ -127,11 +143,41 @@ impl<'a> ErrorWatch<'a> {
         })
     }
 
+    /// Returns what a resumed render needs.
+    pub fn saved(&self) -> Saved {
+        Saved {
+            doublings: self.doublings.clone(),
+            reached: self.reached,
+            is_capped: self.is_capped,
+            looks: self.looks,
+            next: self.next,
+            held: self.held.clone(),
+        }
+    }
+
+    /// Continues where the watch of an interrupted render was; it took `elapsed`.
+    pub fn resume(&mut self, saved: Saved, elapsed: Duration) {
+        self.doublings = saved.doublings.filter(|_| self.doublings.is_some());
+        (self.reached, self.is_capped) = (saved.reached, saved.is_capped);
+        (self.looks, self.next, self.held) = (saved.looks, saved.next, saved.held);
+        self.deadline = self.deadline.and_then(|deadline| deadline.checked_sub(elapsed));
+    }
+
+    /// Whether the render needs no further samples.
+    pub fn is_done(&self) -> bool {
+        self.held.is_some() || self.is_capped
+    }
+
     /// Processes a snapshot; breaks when the error is small enough.
     pub fn look(&mut self, at: &Snapshot<'_>) -> ControlFlow<()> {
         let known = self.guess(at);
         self.write((at.seconds, at.spp, at.rays()), known.as_ref());
-        if self.held.is_some() || self.is_capped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.is_done() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Returns the sample count of an additional snapshot, at which the next check is due.
+    pub fn next(&self) -> Option<u32> {
+        self.next
     }
 
     /// Estimates the error from the change of the image; measures it where it may be below the limit.
@@ -178,7 +224,6 @@ impl<'a> ErrorWatch<'a> {
         let cap = self.cap();
         self.is_capped = at.spp >= cap;
         let next = self.worth(at.spp, (found, &verdict), limit, rate).min(cap);
-        at.also_at(next);
         self.next = Some(next);
         verdict
     }

@@ -13,6 +13,7 @@
 mod aliases;
 mod args;
 mod bias_report;
+mod checkpoint;
 mod commands;
 mod complaint;
 mod consent;
@@ -43,6 +44,7 @@ mod metadata;
 mod metering;
 mod options;
 mod output;
+mod partial;
 mod progress;
 mod report;
 mod retrace;

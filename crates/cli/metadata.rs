@@ -36,7 +36,7 @@ pub fn attributes(
 }
 
 /// Returns the lines of a settings file that reproduces the image; an environment map has to lie beside it.
-fn settings_text(
+pub fn settings_text(
     options: &RenderOptions,
     settings: &Settings,
     stats: &Stats,

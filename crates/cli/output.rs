@@ -60,16 +60,56 @@ impl Outputs {
         Ok(Self { files, depth, png_depth, tone, exposure })
     }
 
+    /// Returns the same outputs under the names of images that are not finished: `NAME.partial.EXT`.
+    pub fn partial(&self) -> Self {
+        let named = |path: &PathBuf| match path.extension() {
+            Some(extension) => path.with_extension(format!("partial.{}", extension.to_string_lossy())),
+            None => path.with_extension("partial"),
+        };
+        let files = self.files.iter().map(|(path, format)| (named(path), *format)).collect();
+        Self { files, ..*self }
+    }
+
+    /// Leaves out the files that are not to be kept.
+    pub fn keep(&mut self, keep: impl Fn(&Path) -> bool) {
+        self.files.retain(|(path, _)| keep(path));
+    }
+
+    /// Writes all files; returns those that were written, and the errors of the others.
+    pub fn try_write(
+        &self,
+        outcome: &Outcome,
+        picture: &Image,
+        comment: Option<&str>,
+    ) -> (Vec<PathBuf>, Vec<ImageError>) {
+        let (mut written, mut failed) = (Vec::new(), Vec::new());
+        for (path, format) in &self.files {
+            match self.one(path, *format, (outcome, picture, comment)) {
+                Ok(()) => written.push(path.clone()),
+                Err(error) => failed.push(error),
+            }
+        }
+        (written, failed)
+    }
+
+    fn one(
+        &self,
+        path: &Path,
+        format: Format,
+        (outcome, picture, comment): (&Outcome, &Image, Option<&str>),
+    ) -> Result<(), ImageError> {
+        match format {
+            Format::Exr => write::exr(path, &outcome.layers, self.depth),
+            Format::Png => self.png(path, outcome, picture, comment),
+            Format::Hdr => write::hdr(path, picture),
+        }
+    }
+
     /// Writes all files, even if some fail; `comment` goes into the PNG metadata.
     pub fn write(&self, outcome: &Outcome, picture: &Image, comment: Option<&str>) -> Written {
         let mut written = Written::default();
         for (path, format) in &self.files {
-            let write = |path: &Path| match format {
-                Format::Exr => write::exr(path, &outcome.layers, self.depth),
-                Format::Png => self.png(path, outcome, picture, comment),
-                Format::Hdr => write::hdr(path, picture),
-            };
-            let at = saving::save(path, write);
+            let at = saving::save(path, |path| self.one(path, *format, (outcome, picture, comment)));
             if at.as_ref() != Some(path) {
                 written.failed.push(path.clone());
             }

@@ -84,12 +84,16 @@ const SIDECAR_KEYS: [&str; 52] = [
 
 /// Options that only the user can set: outputs, messages, use of the machine, and consent.
 #[cfg(test)]
-const USER_KEYS: [&str; 15] = [
+const USER_KEYS: [&str; 19] = [
     "output",
     "aov",
     "half",
     "transparent",
     "png-depth",
+    "save-every",
+    "checkpoint",
+    "checkpoint-every",
+    "resume",
     "log",
     "json",
     "quiet",

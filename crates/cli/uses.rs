@@ -84,6 +84,10 @@ const OF_SOME: &[(&str, &[&str])] = &[
     ("yes", &["render", "sheet"]),
     ("crop", &["render", "info", "plan", "replay", "rays", "budget", "sheet"]),
     ("plan", &["render", "plan", "budget", "sheet", "converge"]),
+    ("save-every", &["render"]),
+    ("checkpoint", &["render"]),
+    ("checkpoint-every", &["render"]),
+    ("resume", &["render"]),
     ("log", &["render"]),
     ("quiet", &["render", "budget", "sheet", "converge"]),
 ];

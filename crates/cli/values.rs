@@ -219,6 +219,14 @@ pub fn duration(s: &str) -> Result<Seconds, String> {
     Ok(Duration::from_secs_f64(seconds))
 }
 
+/// Parses an interval: as [`duration`], or 0 for never.
+pub fn interval(s: &str) -> Result<Seconds, String> {
+    if s.trim().trim_start_matches('0').trim_end_matches(['s', 'm', 'h']).is_empty() && s.contains('0') {
+        return Ok(Duration::ZERO);
+    }
+    duration(s)
+}
+
 /// Layers selected by one word: a single layer, or `all`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layers(pub Vec<Aov>);

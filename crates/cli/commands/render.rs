@@ -1,23 +1,28 @@
 //! `dapple render`: checks everything, then loads, renders, writes and reports.
 
+use crate::checkpoint::{self, Checkpoint};
 use crate::ending::Ending;
 use crate::error::{self, Failure};
-use crate::error_watch::ErrorWatch;
+use crate::error_watch::{ErrorWatch, Saved};
 use crate::inputs::Inputs;
 use crate::known::Known;
 use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::output::Outputs;
+use crate::partial::Partial;
 use crate::progress::Bar;
 use crate::report::Report;
 use crate::say::{say, say_lines};
 use crate::{
-    consent, effects, events, interrupt, log, machine, metadata, metering, retrace, settings_file,
+    consent, effects, events, interrupt, log, machine, metadata, metering, retrace, saving, settings_file,
     standard_output, verbose,
 };
 use clap::ArgMatches;
+use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
-use dapple_integrator::{MethodKind, Outcome, Settings, SettingsError, Stats, render_watched};
+use dapple_integrator::{
+    Advance, MethodKind, Outcome, RenderState, Renderer, Settings, SettingsError, Snapshot, Stats, Watcher,
+};
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -32,11 +37,17 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     events::start(&options);
     let mut outputs = Outputs::plan(&options, &source.name())?;
     let mut inputs = Inputs::of_render(&source, &options);
+    let checkpoint = checkpoint::Files::open(&options)?;
+    inputs.spare(checkpoint.paths())?;
+    checkpoint.paths().for_each(|path| inputs.add("the checkpoint", path));
     inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
     log::check(&options, &outputs)?;
     let loaded = load::load(&source, &options)?;
-    inputs.add_scene_files(&loaded.scene.files);
     inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
+    let mut scene_files = Inputs::default();
+    scene_files.add_scene_files(&loaded.scene.files);
+    scene_files.spare(outputs.paths().chain(options.log.as_deref()).chain(checkpoint.paths()))?;
+    inputs.add_scene_files(&loaded.scene.files);
     let view = &load::camera(&loaded.scene, &options)?;
     let mut settings = settings(&options, view)?;
     warn(&loaded);
@@ -56,13 +67,23 @@ pub fn run(scene: Option<&str>, typed: &ArgMatches) -> Result<ExitCode, Failure>
     if is_verbose {
         say(&verbose::render(&settings));
     }
-    let (outcome, known) = draw(&loaded, view, &settings, &options)?;
-    let outcome = finish(outcome, &options, &loaded, view, &settings);
+    let lines = checkpoint_lines(&options, &settings, view, &loaded);
+    let (checkpoint, state) = checkpoint.begin((&loaded.scene, &settings), &options, &lines)?;
+    let complete = |outcome| finish(outcome, &options, &loaded, view, &settings);
+    let (quiet, pixels) = (RenderOptions::is(options.quiet), settings.rect().area());
+    let mut partial = Partial::new(&outputs, options.long.save_every, pixels, &complete, quiet);
+    partial.spare(&inputs);
+    let saving = Saves { partial: &mut partial, checkpoint };
+    let (outcome, known) = draw(&loaded, view, &settings, &options, (saving, state))?;
+    let outcome = complete(outcome);
     let ending = Ending::of(&options, &settings, &outcome, &known);
     if is_verbose {
         say(&verbose::writing(&outputs));
     }
     let written = outputs.write(&outcome, &outcome.film.mean(), ending.comment());
+    if written.failed.is_empty() {
+        partial.remove();
+    }
     say_bad_samples(&outcome.stats, scene, typed);
     ending.line().iter().for_each(|line| say(line));
     let mut report = Report::new(&loaded, &settings, &outcome.stats, &known, (&outputs, &written));
@@ -163,23 +184,90 @@ fn expose(
     *settings = settings.clone().with_time_limit(left);
 }
 
+/// What a render saves while it runs.
+struct Saves<'a, 'b> {
+    partial: &'a mut Partial<'b>,
+    checkpoint: Option<Checkpoint>,
+}
+
+/// What observes a render: the error estimate, and what it saves.
+struct Watching<'a, 'b> {
+    errors: ErrorWatch<'a>,
+    saves: Saves<'a, 'b>,
+}
+
+impl Watching<'_, '_> {
+    /// Writes a last checkpoint.
+    fn end(&mut self, renderer: &Renderer<'_>) {
+        let errors = self.errors.saved();
+        if self.saves.checkpoint.as_mut().is_some_and(|checkpoint| !checkpoint.save(renderer, &errors)) {
+            saving::lose();
+        }
+    }
+}
+
+/// Returns the lines of a settings file with which a render can continue from a checkpoint.
+fn checkpoint_lines(
+    options: &RenderOptions,
+    settings: &Settings,
+    view: &NamedCamera,
+    loaded: &Loaded,
+) -> String {
+    // The number of samples matters only if they form one set.
+    let is_set = settings.pattern != Pattern::Random;
+    let spp = settings.spp().filter(|_| is_set).unwrap_or_default();
+    let stats = Stats { spp, ..Stats::default() };
+    metadata::settings_text(options, settings, &stats, view, &loaded.scene)
+}
+
+impl Watcher for Watching<'_, '_> {
+    fn look(&mut self, at: &Snapshot<'_>) -> ControlFlow<()> {
+        self.errors.look(at)
+    }
+
+    fn next(&self) -> Option<u32> {
+        self.errors.next()
+    }
+
+    fn between(&mut self, renderer: &Renderer<'_>) {
+        let is_asked = interrupt::take_save();
+        self.saves.partial.between(renderer, is_asked);
+        if let Some(checkpoint) = &mut self.saves.checkpoint {
+            checkpoint.between(renderer, || self.errors.saved(), is_asked);
+        }
+    }
+}
+
 /// Renders the image and estimates its error.
 fn draw(
     loaded: &Loaded,
     view: &NamedCamera,
     settings: &Settings,
     options: &RenderOptions,
+    (saves, state): (Saves<'_, '_>, Option<(RenderState, Saved)>),
 ) -> Result<(Outcome, Known), Failure> {
     let bar = Bar::new(RenderOptions::is(options.quiet));
     let (scene, camera) = (&loaded.scene, &view.camera);
-    let mut watch = ErrorWatch::new((scene, camera, settings), options, &bar)?;
+    let mut errors = ErrorWatch::new((scene, camera, settings), options, &bar)?;
     let timed = &in_time(settings, options);
     let progress = |progress| {
         bar.show(&progress);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let outcome = render_watched(scene, camera, timed, &progress, &mut |at| watch.look(at));
-    let known = if tells_error(options) { watch.finish(&outcome) } else { Known::unasked() };
+    let renderer = match state {
+        None => Renderer::new(scene, camera, timed),
+        Some((state, saved)) => {
+            errors.resume(saved, state.elapsed());
+            Renderer::resume(scene, camera, timed, state)
+        }
+    };
+    let mut renderer = renderer.map_err(|e| Failure::Arguments(format!("--resume: {e}")))?;
+    let mut watching = Watching { errors, saves };
+    let is_done = watching.errors.is_done();
+    let why = if is_done { Advance::Reached } else { renderer.run(&progress, &mut watching) };
+    watching.end(&renderer);
+    let outcome = renderer.finish_as(why);
+    let known = if tells_error(options) { watching.errors.finish(&outcome) } else { Known::unasked() };
     bar.finish();
     Ok((outcome, known))
 }

@@ -1,7 +1,8 @@
-//! The options of a render and their parts: effects, view, choices from a file, and the record of sidecar settings.
+//! The options of a render and their parts: effects, view, choices from a file, what long renders save, and the record of sidecar settings.
 
 mod choice;
 mod effects;
+mod long;
 mod render;
 mod sidecar;
 mod view;

@@ -6,6 +6,7 @@
 
 use super::choice::ChoiceOptions;
 use super::effects::EffectOptions;
+use super::long::LongOptions;
 use super::sidecar::OfScene;
 use super::view::ViewOptions;
 use crate::aliases;
@@ -167,6 +168,9 @@ pub struct RenderOptions {
     /// write photometric units, such as Blender's exporter since 3.4.39 [default: auto]
     #[arg(long, value_parser = aliases::named::<LightUnit>(aliases::NONE), value_name = "NAME", help_heading = "Environment")]
     pub light_unit: Option<LightUnit>,
+
+    #[command(flatten)]
+    pub long: LongOptions,
 
     /// Rendering plan: smallest omits what the scene does not need; general omits nothing, for comparison [default:
     /// smallest]

@@ -1,0 +1,33 @@
+//! Options of long renders: what is saved while they run.
+
+use crate::values::{self, Seconds};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Options that decide what a running render saves.
+#[derive(Args, Clone, Debug, Default)]
+pub struct LongOptions {
+    /// Save the state of the render to FILE at intervals, so that --resume can continue it after an interruption
+    ///
+    /// The file is replaced only when the new one is complete, and is also written when the render ends. An existing
+    /// file is not overwritten, unless --resume continues from it.
+    #[arg(long, value_name = "FILE", help_heading = "Long renders")]
+    pub checkpoint: Option<PathBuf>,
+    /// Interval between two checkpoints [default: 60s]
+    #[arg(long, value_name = "TIME", value_parser = values::duration, help_heading = "Long renders")]
+    pub checkpoint_every: Option<Seconds>,
+    /// Continue from a checkpoint; the image has the same bytes as that of an uninterrupted render
+    ///
+    /// Scene, settings and sample version must be those of the checkpoint. Further checkpoints replace FILE, unless
+    /// --checkpoint names another one. If both name the same file, a missing file starts the render, so that a script
+    /// can repeat one command.
+    #[arg(long, value_name = "FILE", help_heading = "Long renders")]
+    pub resume: Option<PathBuf>,
+    /// Save the image so far as NAME.partial.EXT at this interval; 0 = never [default: after 1, 3 and 7 minutes, then
+    /// every 5 minutes]
+    ///
+    /// Without this option, images are saved only as often as that takes at most 1 % of the time. They are removed when
+    /// the render ends. On Unix, the signal USR1 saves one at once.
+    #[arg(long, value_name = "TIME", value_parser = values::interval, help_heading = "Long renders")]
+    pub save_every: Option<Seconds>,
+}
