@@ -95,6 +95,7 @@ pub fn reader_options(options: &RenderOptions) -> dapple_integrator::scene::gltf
     let (reads, choice) = (options.reads(), options.choice.of_file());
     let light_unit = options.light_unit.unwrap_or_default();
     let memory = memory::limit(options.memory_limit);
+    let images = options.images.clone();
     dapple_integrator::scene::gltf::Options {
         at,
         shutter,
@@ -104,6 +105,7 @@ pub fn reader_options(options: &RenderOptions) -> dapple_integrator::scene::gltf
         choice,
         light_unit,
         memory,
+        images,
     }
 }
 
@@ -144,6 +146,8 @@ pub struct Loaded {
     pub load_seconds: f64,
     /// Seconds for validation and for building the acceleration structures and light tables.
     pub build_seconds: f64,
+    /// Sum of both when the scene was loaded; both are zero for a scene that was kept.
+    pub first_seconds: f64,
 }
 
 /// Reads the scene, adds the environment and builds the scene.
@@ -167,7 +171,9 @@ pub fn load(source: &Source, options: &RenderOptions) -> Result<Loaded, Failure>
     let Size { width, height } = size(options, &view);
     let bounds = first_sight::bounds(options, (width, height), own_light_alone);
     first_sight::settle(&mut scene, &view, &bounds);
-    let loaded = Loaded { scene, notes, load_seconds, build_seconds: start.elapsed().as_secs_f64() };
+    let build_seconds = start.elapsed().as_secs_f64();
+    let first_seconds = load_seconds + build_seconds;
+    let loaded = Loaded { scene, notes, load_seconds, build_seconds, first_seconds };
     if RenderOptions::is(options.verbose) {
         say(&verbose::scene(&loaded.scene, loaded.load_seconds, loaded.build_seconds));
     }

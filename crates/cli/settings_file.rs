@@ -27,7 +27,7 @@ enum Trust {
 }
 
 /// Options that a sidecar may set: view, environment, lens, shutter, effects, tone and sampling.
-const SIDECAR_KEYS: [&str; 52] = [
+const SIDECAR_KEYS: [&str; 55] = [
     "size",
     "crop",
     "camera",
@@ -36,6 +36,9 @@ const SIDECAR_KEYS: [&str; 52] = [
     "animation",
     "at",
     "shutter",
+    "fps",
+    "shutter-angle",
+    "fixed-seed",
     "look-from",
     "look-at",
     "orbit",
@@ -84,12 +87,14 @@ const SIDECAR_KEYS: [&str; 52] = [
 
 /// Options that only the user can set: outputs, messages, use of the machine, and consent.
 #[cfg(test)]
-const USER_KEYS: [&str; 19] = [
+const USER_KEYS: [&str; 21] = [
     "output",
     "aov",
     "half",
     "transparent",
     "png-depth",
+    "frames",
+    "skip-existing",
     "save-every",
     "checkpoint",
     "checkpoint-every",

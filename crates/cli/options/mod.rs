@@ -2,12 +2,14 @@
 
 mod choice;
 mod effects;
+mod frames;
 mod long;
 mod render;
 mod sidecar;
 mod view;
 
 pub use effects::EffectOptions;
+pub use frames::Frames;
 pub use render::{NO_ENVIRONMENT, RenderOptions, command, ids, names};
 pub use sidecar::OfScene;
 pub use view::{Orbit, ViewOptions};

@@ -6,6 +6,7 @@
 
 use super::choice::ChoiceOptions;
 use super::effects::EffectOptions;
+use super::frames::FrameOptions;
 use super::long::LongOptions;
 use super::sidecar::OfScene;
 use super::view::ViewOptions;
@@ -170,6 +171,8 @@ pub struct RenderOptions {
     pub light_unit: Option<LightUnit>,
 
     #[command(flatten)]
+    pub frames: FrameOptions,
+    #[command(flatten)]
     pub long: LongOptions,
 
     /// Rendering plan: smallest omits what the scene does not need; general omits nothing, for comparison [default:
@@ -202,6 +205,10 @@ pub struct RenderOptions {
     #[arg(short, long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "General")]
     pub verbose: Option<bool>,
 
+    /// Images that are kept between the frames of a sequence.
+    #[cfg(feature = "gltf")]
+    #[arg(skip)]
+    pub images: Option<dapple_integrator::scene::gltf::KeptImages>,
     /// Options whose values come from the sidecar and were not replaced by a later layer.
     #[arg(skip)]
     pub of_scene: OfScene,
@@ -235,6 +242,9 @@ impl RenderOptions {
         }
         if ["camera", "look_from", "orbit"].iter().any(|id| matches.contains_id(id)) {
             (self.camera, self.view) = (None, ViewOptions::default());
+        }
+        if matches.contains_id("shutter") || matches.contains_id("shutter_angle") {
+            (self.shutter, self.frames.shutter_angle) = (None, None);
         }
         if matches.contains_id("backfaces") || matches.contains_id("cull_backfaces") {
             (self.backfaces, self.cull_backfaces) = (None, None);
@@ -283,7 +293,8 @@ impl RenderOptions {
     /// Returns the shutter interval; an instant unless another one is requested.
     #[cfg(feature = "gltf")]
     pub fn exposure(&self) -> Shutter {
-        self.shutter.unwrap_or_default()
+        let by_angle = || self.frames.shutter_seconds().map(|close| Shutter { open: 0.0, close });
+        self.shutter.or_else(by_angle).unwrap_or_default()
     }
 
     /// Whether the general plan, which omits nothing, is requested.

@@ -44,6 +44,8 @@ pub struct SceneBuilder {
     pub(crate) notes: Vec<String>,
     pub(crate) files: Vec<PathBuf>,
     unread: Unread,
+    /// Whether the contents depend on the time of the animation.
+    is_animated: bool,
     /// The surface data that the render uses.
     reads: Reads,
 }
@@ -64,6 +66,12 @@ impl SceneBuilder {
     #[cfg(feature = "gltf")]
     pub(crate) fn unread(&mut self, unread: Unread) {
         self.unread = unread;
+    }
+
+    /// Sets whether the contents depend on the time of the animation.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn animated(&mut self, is_animated: bool) {
+        self.is_animated = is_animated;
     }
 
     /// Sets the surface data that the render uses; other data are not kept. The default is everything that light

@@ -51,6 +51,8 @@ pub struct Scene {
     pub cameras: Vec<NamedCamera>,
     /// Time of the animation in seconds to which the shutter is relative.
     pub at: f64,
+    /// Whether the scene depends on `at`: a visible node is animated.
+    pub is_animated: bool,
     /// Opening and closing time of the shutter. Times of rays are in seconds from its opening.
     pub shutter: Shutter,
     /// Statistics and features of the scene.

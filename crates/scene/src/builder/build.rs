@@ -89,6 +89,7 @@ impl SceneBuilder {
             environment,
             cameras,
             at: self.exposure.at,
+            is_animated: self.is_animated,
             shutter: self.exposure.shutter,
             survey,
             light_unit: self.light_unit,

@@ -13,6 +13,7 @@ mod enumerations;
 mod extensions;
 mod info;
 mod instancing;
+mod kept;
 mod load;
 mod material;
 mod mesh;
@@ -29,5 +30,6 @@ pub use info::{
     AnimationInfo, CameraInfo, Counts, EmissiveInfo, ExtensionInfo, Info, LightInfo, LightUnitInfo,
     MorphInfo, ObjectInfo, SceneInfo, SkinInfo, TextureInfo, VariantInfo,
 };
+pub use kept::KeptImages;
 pub use open::{files, info, read, read_bytes};
 pub use options::{Choice, Options};

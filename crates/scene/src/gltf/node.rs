@@ -140,6 +140,11 @@ impl Hierarchy {
         out
     }
 
+    /// Whether a visible node is animated, so that the scene depends on the time.
+    pub fn is_animated(&self) -> bool {
+        self.order.iter().any(|&i| !self.nodes[i].tracks.is_empty())
+    }
+
     /// Whether each node or one of its ancestors moves between two times.
     pub fn moving(&self, open: f64, close: f64) -> Vec<bool> {
         let mut out = vec![false; self.nodes.len()];

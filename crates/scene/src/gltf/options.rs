@@ -1,4 +1,5 @@
 //! Options of the glTF reader.
+use super::kept::KeptImages;
 use crate::{LightUnit, Reads};
 use dapple_camera::Shutter;
 use dapple_imaging::MemoryLimit;
@@ -22,6 +23,8 @@ pub struct Options {
     pub choice: Choice,
     /// The unit of the intensities of punctual lights.
     pub light_unit: LightUnit,
+    /// Images that earlier readings of the same file have decoded; None decodes all images and keeps none.
+    pub images: Option<KeptImages>,
 }
 
 /// The scene, variant and animation to show, each by name or index; names take precedence. None selects the default.

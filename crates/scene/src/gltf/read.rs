@@ -33,6 +33,7 @@ pub(super) fn scene(doc: &Document<'_>) -> Result<SceneBuilder, SceneError> {
     let moving = hierarchy.moving(at + shutter.open, at + shutter.close);
     let mut builder = SceneBuilder::from_file(&name(doc), &doc.file);
     builder.exposure(at, shutter);
+    builder.animated(hierarchy.is_animated());
     builder.files = doc.files();
     builder.notes = selected.notes(doc);
     let meshes = vec![None; doc.root.meshes.len()];

@@ -91,7 +91,12 @@ impl Textures {
         self.check(doc)?;
         let channels = channels::looked_at(builder.materials(), self.wanted.len(), reads);
         for (Wanted { key, name }, channels) in self.wanted.iter().zip(channels) {
-            let texture = Texture::new(pixels(doc, key.image, name)?, key.encoding, key.sampler);
+            let decode = || pixels(doc, key.image, name);
+            let texels = match &doc.options.images {
+                Some(images) => images.get(key.image, decode)?,
+                None => decode()?,
+            };
+            let texture = Texture::new(texels, key.encoding, key.sampler);
             builder.texture(if reads.everything { texture } else { texture.keep(channels) });
         }
         Ok(())
@@ -216,7 +221,9 @@ pub(super) fn pixels(doc: &Document<'_>, index: usize, place: &str) -> Result<Te
     let (bytes, place) = encoded(doc, index, place)?;
     let pixels = texels_within(&bytes, &place, doc.left())
         .map_err(|source| SceneError::Image { file: doc.file.clone(), source })?;
-    doc.keep(pixels.bytes() as u64, &place)?;
+    // Once more if the decoded image is kept.
+    let times = if doc.options.images.is_some() { 2 } else { 1 };
+    doc.keep(times * pixels.bytes() as u64, &place)?;
     warn_if_truncated(doc, (&bytes, &pixels), &place, doc.left());
     Ok(pixels)
 }
