@@ -160,7 +160,7 @@ impl<'a> Renderer<'a> {
                 state.tiles.iter_mut().for_each(Tile::take_back);
                 return false;
             }
-            state.tiles.iter_mut().for_each(Tile::keep);
+            self.pool.each_tile(&mut state.tiles, Tile::keep);
             state.next = end;
             state.pilot.record(end, job.settings.rect(), &state.tiles);
         }
@@ -200,7 +200,7 @@ impl<'a> Renderer<'a> {
 
     /// Ends the render with its current samples; `why` is the result of the last advance.
     pub(super) fn finish_as(self, why: Advance) -> Outcome {
-        let Self { job, state, pool, .. } = self;
+        let Self { job, mut state, pool, .. } = self;
         let spp = state.next - job.settings.sample_range().start;
         let mut stats = Stats {
             seconds: state.elapsed.as_secs_f64(),
@@ -213,8 +213,8 @@ impl<'a> Renderer<'a> {
         };
         let mut film = Film::new(job.settings.rect());
         let mut bias = BiasTotals::default();
-        for tile in &state.tiles {
-            film.put(&tile.film);
+        for tile in &mut state.tiles {
+            film.put(&tile.take_film());
             stats.rays += tile.rays;
             stats.bad_sample_count += tile.bad_count;
             bias.merge(&tile.bias);
