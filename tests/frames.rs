@@ -25,18 +25,23 @@ fn a_frame_does_not_depend_on_the_range() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let all = frames(path, &["--frames", "-1:6:3", "--fps", "10", "--shutter-angle", "180", "--seed", "5"]);
-    let numbers: Vec<i64> = all["frames"].as_array().unwrap().iter().map(|f| f["frame"].as_i64().unwrap()).collect();
+    let numbers: Vec<i64> =
+        all["frames"].as_array().unwrap().iter().map(|f| f["frame"].as_i64().unwrap()).collect();
     assert_eq!(numbers, [-1, 2, 5]);
     assert_eq!(files(path), ["a.-01.exr", "a.-01.png", "a.002.exr", "a.002.png", "a.005.exr", "a.005.png"]);
     let names = ["a.002.exr", "a.002.png"];
     let first = bytes(path, &names);
     assert_ne!(first[0], bytes(path, &["a.005.exr"])[0]);
-    frames(path, &["--frames", "2:3", "--fps", "10", "--shutter-angle", "180", "--seed", "5", "--threads", "1"]);
+    frames(
+        path,
+        &["--frames", "2:3", "--fps", "10", "--shutter-angle", "180", "--seed", "5", "--threads", "1"],
+    );
     assert!(bytes(path, &names) == first);
     let report = &all["frames"][1];
     let moving = scene("motion_blur.gltf").display().to_string();
     let (seed, exposure) = (report["seed"].to_string(), report["exposure"].to_string());
-    let alone = ["render", &moving, "--at", "0.2", "--shutter", "0:0.05", "--seed", &seed, "--exposure", &exposure];
+    let alone =
+        ["render", &moving, "--at", "0.2", "--shutter", "0:0.05", "--seed", &seed, "--exposure", &exposure];
     well(path, &[&alone[..], &SMALL, &["-o", "b.exr", "-o", "b.png"]].concat());
     assert!(bytes(path, &["b.exr", "b.png"]) == first);
 }

@@ -11,13 +11,15 @@ pub mod lanes;
 pub mod lens;
 mod precise;
 pub mod shutter;
+pub mod sums;
 mod view;
 pub use camera::{Camera, Clip, Projection};
 pub use dapple_math as math;
-pub use film::{Film, RectMismatch};
+pub use film::{Film, FilmMismatch};
 pub use filter::{Filter, FilterError};
 pub use lens::{Aperture, ApertureError, Lens};
 pub use shutter::Shutter;
+pub use sums::{Overlap, PixelMoments, SampleSums, SumNode};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

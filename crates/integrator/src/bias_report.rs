@@ -78,7 +78,7 @@ impl BiasReport {
     }
 
     /// Energies: clamped, truncated at the maximum number of bounces, faint.
-    pub(crate) fn energies(&self) -> [f64; 3] {
+    fn energies(&self) -> [f64; 3] {
         [self.clamped, self.depth, self.faint].map(|entry| entry.energy)
     }
 
@@ -135,6 +135,35 @@ impl BiasTotals {
         let [clamped, depth, faint, nested, panes] =
             std::array::from_fn(|i| Entry { count: self.0[i].0, energy: self.0[i].1.value() });
         BiasReport { clamped, depth, faint, nested, panes, ..BiasReport::default() }
+    }
+}
+
+/// Sums over the samples of a pixel, for the layer that shows them; exact as in [`BiasTotals`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Removed {
+    energies: [ExactSum; 3],
+    not_finite: u64,
+}
+
+impl Removed {
+    /// Adds the report of one sample, which may be non-finite.
+    pub fn add(&mut self, sample: &BiasReport, finite: bool) {
+        self.not_finite += u64::from(!finite);
+        if !sample.is_clean() {
+            self.energies.iter_mut().zip(sample.energies()).for_each(|(sum, energy)| sum.add(energy as f32));
+        }
+    }
+
+    pub fn merge(&mut self, other: &Self) {
+        self.not_finite += other.not_finite;
+        self.energies.iter_mut().zip(&other.energies).for_each(|(sum, other)| sum.merge(other));
+    }
+
+    /// Energies: clamped, truncated at the maximum number of bounces, faint; and the number of non-finite samples.
+    pub fn energies(&self) -> [f64; 4] {
+        let [clamped, depth, faint] = self.energies.map(|sum| sum.value());
+        [clamped, depth, faint, self.not_finite as f64]
     }
 }
 

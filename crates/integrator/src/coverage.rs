@@ -9,17 +9,18 @@
 
 use crate::aov::Aov;
 use crate::settings::Settings;
+use dapple_math::FixedSum;
 
 /// Sums over the samples of each pixel; the vectors of quantities that are not requested are empty.
 #[derive(Clone, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Coverage {
     /// Sum of weights of samples that hit nothing, in shares of a sample.
-    open: Vec<f64>,
+    open: Vec<FixedSum>,
     /// Sum of weights.
-    weights: Vec<f64>,
-    /// Sum of weighted shares for each object index + 1, in the order of first hits.
-    objects: Vec<Vec<(u32, f64)>>,
+    weights: Vec<FixedSum>,
+    /// Sum of weighted shares for each object index + 1, in ascending order.
+    objects: Vec<Vec<(u32, FixedSum)>>,
 }
 
 impl Coverage {
@@ -27,8 +28,8 @@ impl Coverage {
         let has_matte = settings.aovs.contains(&Aov::Cryptomatte);
         let count = |asked| if asked { pixels } else { 0 };
         Self {
-            open: vec![0.0; count(settings.transparent)],
-            weights: vec![0.0; count(has_matte)],
+            open: vec![FixedSum::default(); count(settings.transparent)],
+            weights: vec![FixedSum::default(); count(has_matte)],
             objects: vec![Vec::new(); count(has_matte)],
         }
     }
@@ -46,7 +47,7 @@ impl Coverage {
 
     /// Bytes per pixel for a pixel that shows one object.
     pub fn bytes_of_a_pixel(&self) -> usize {
-        let objects = self.objects.len() * (size_of::<Vec<(u32, f64)>>() + size_of::<(u32, f64)>());
+        let objects = self.objects.len() * (size_of::<Vec<(u32, FixedSum)>>() + size_of::<(u32, FixedSum)>());
         size_of_val(&*self.weights) + size_of_val(&*self.open) + objects
     }
 
@@ -59,35 +60,48 @@ impl Coverage {
         objects: impl Iterator<Item = u32>,
     ) {
         if let Some(sum) = self.open.get_mut(pixel) {
-            *sum += weight * (1.0 - share * f64::from(hits));
+            sum.add(weight * (1.0 - share * f64::from(hits)));
         }
         if let Some(sum) = self.weights.get_mut(pixel) {
-            *sum += weight;
+            sum.add(weight);
         }
         if let Some(all) = self.objects.get_mut(pixel) {
-            for object in objects {
-                match all.iter_mut().find(|(known, _)| *known == object) {
-                    Some((_, sum)) => *sum += weight * share,
-                    None => all.push((object, weight * share)),
-                }
-            }
+            objects.for_each(|object| of(all, object).add(weight * share));
+        }
+    }
+
+    /// Adds the sums of other samples of the same pixels.
+    pub fn merge(&mut self, other: &Self) {
+        self.open.iter_mut().zip(&other.open).for_each(|(sum, other)| sum.merge(other));
+        self.weights.iter_mut().zip(&other.weights).for_each(|(sum, other)| sum.merge(other));
+        for (all, others) in self.objects.iter_mut().zip(&other.objects) {
+            others.iter().for_each(|(object, sum)| of(all, *object).merge(sum));
         }
     }
 
     /// Coverage of a pixel with the given number of samples; 0 without samples.
     pub fn alpha(&self, pixel: usize, samples: u64) -> f32 {
-        if samples == 0 { 0.0 } else { (1.0 - self.open[pixel] / samples as f64) as f32 }
+        if samples == 0 { 0.0 } else { (1.0 - self.open[pixel].value() / samples as f64) as f32 }
     }
 
     /// Object indices + 1 and their shares.
     pub fn objects(&self, pixel: usize) -> impl Iterator<Item = (u32, f64)> {
-        self.objects[pixel].iter().map(move |&(object, sum)| (object, self.share(pixel, sum)))
+        self.objects[pixel].iter().map(move |(object, sum)| (*object, self.share(pixel, sum.value())))
     }
 
     fn share(&self, pixel: usize, sum: f64) -> f64 {
-        match self.weights[pixel] {
+        match self.weights[pixel].value() {
             0.0 => 0.0,
             weights => (sum / weights).clamp(0.0, 1.0),
         }
     }
+}
+
+/// The sum of an object, which is 0 if it has none yet.
+fn of(all: &mut Vec<(u32, FixedSum)>, object: u32) -> &mut FixedSum {
+    let at = all.binary_search_by_key(&object, |(known, _)| *known).unwrap_or_else(|at| {
+        all.insert(at, (object, FixedSum::default()));
+        at
+    });
+    &mut all[at].1
 }

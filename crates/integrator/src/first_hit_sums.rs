@@ -1,4 +1,5 @@
-//! First hits of camera rays, summed over the samples of each pixel, for the layers that show them.
+//! First hits of camera rays, summed over the samples of each pixel, for the layers that show them. The sums are in fixed
+//! point, so that no order or division of the samples changes them.
 
 use crate::aov::Aov;
 use crate::bias_report::{BiasReport, Truncation};
@@ -6,7 +7,8 @@ use crate::coverage::Coverage;
 use crate::observer::PathObserver;
 use crate::settings::Settings;
 use crate::vertex::Vertex;
-use glam::{DVec3, Vec3};
+use dapple_math::{FixedSum, FixedVector};
+use glam::Vec3;
 
 /// Sums over the first hits of the camera rays of one sample, in render space.
 #[derive(Clone, Default)]
@@ -75,10 +77,10 @@ impl PathObserver for FirstHit {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct FirstHits {
     /// Samples that hit a surface, in shares of a sample.
-    pub hits: Vec<f64>,
-    pub albedo: Vec<DVec3>,
-    pub normal: Vec<DVec3>,
-    pub p: Vec<DVec3>,
+    pub hits: Vec<FixedSum>,
+    pub albedo: Vec<FixedVector>,
+    pub normal: Vec<FixedVector>,
+    pub p: Vec<FixedVector>,
     /// Object index + 1 at the first sample; 0 where nothing is hit.
     pub object: Vec<u32>,
     /// Share of the pixel's samples that hit a surface, and share of each object.
@@ -92,10 +94,10 @@ impl FirstHits {
         let asked = |by: &[Aov]| if aovs.iter().any(|aov| by.contains(aov)) { pixels } else { 0 };
         let place = asked(&[Aov::Position, Aov::Depth]);
         Self {
-            hits: vec![0.0; place],
-            albedo: vec![DVec3::ZERO; asked(&[Aov::Albedo])],
-            normal: vec![DVec3::ZERO; asked(&[Aov::Normal])],
-            p: vec![DVec3::ZERO; place],
+            hits: vec![FixedSum::default(); place],
+            albedo: vec![FixedVector::default(); asked(&[Aov::Albedo])],
+            normal: vec![FixedVector::default(); asked(&[Aov::Normal])],
+            p: vec![FixedVector::default(); place],
             object: vec![0; asked(&[Aov::ObjectId, Aov::MaterialId])],
             coverage: Coverage::new(pixels, settings),
             is_asked: settings.transparent || aovs.iter().any(|aov| aov.needs_first_hit()),
@@ -138,17 +140,30 @@ impl FirstHits {
             return;
         }
         if let Some(hits) = self.hits.get_mut(pixel) {
-            *hits += f64::from(first.hits) * share;
+            hits.add(f64::from(first.hits) * share);
         }
         let sums =
             [(&mut self.albedo, first.albedo), (&mut self.normal, first.normal), (&mut self.p, first.p)];
         for (sum, seen) in sums {
             if let Some(sum) = sum.get_mut(pixel) {
-                *sum += seen.as_dvec3() * share;
+                sum.add(seen.as_dvec3() * share);
             }
         }
         if let Some(object) = self.object.get_mut(pixel).filter(|_| index == 0) {
             *object = first.object;
         }
+    }
+
+    /// Adds the sums of other samples of the same pixels.
+    pub fn merge(&mut self, other: &Self) {
+        self.hits.iter_mut().zip(&other.hits).for_each(|(sum, other)| sum.merge(other));
+        let vectors =
+            [(&mut self.albedo, &other.albedo), (&mut self.normal, &other.normal), (&mut self.p, &other.p)];
+        for (sums, others) in vectors {
+            sums.iter_mut().zip(others).for_each(|(sum, other)| sum.merge(other));
+        }
+        // At most one of them has the first sample.
+        self.object.iter_mut().zip(&other.object).for_each(|(object, other)| *object = (*object).max(*other));
+        self.coverage.merge(&other.coverage);
     }
 }

@@ -59,7 +59,8 @@ pub struct RenderPlan {
     pub left_out: Vec<LeftOut>,
 }
 
-/// Bytes per pixel of the film: sums and squares of three channels and a count, in f64.
+/// Bytes per pixel of the film: means and squared deviations of three channels and a count, in f64, if the number of
+/// samples is a power of two. Other numbers take up to 48 bytes more for every further bit that is set in them.
 const FILM_BYTES: usize = 56;
 
 /// The plan of a render with these settings.

@@ -1,11 +1,13 @@
-//! The largest sample deviations, to check whether a few samples dominate the variance.
+//! The largest differences of samples, to check whether a few samples dominate the variance.
 
-/// Number of deviations kept per tile, and for the image: enough to estimate how fast their sizes decrease, to one
+/// Number of differences kept per tile, and for the image: enough to estimate how fast their sizes decrease, to one
 /// eighth.
 pub const KEPT: usize = 64;
 
-/// The largest squared deviations of samples from their pixel means, as sums over three channels. Independent of the
-/// number of threads, because the samples of a pixel and the pixels of a tile are processed in order.
+/// The largest squared differences of the two samples of a pair, samples 2i and 2i + 1 of a pixel, as sums over three
+/// channels. A sample that is far brighter than the others is as far from its neighbour as from the mean of its pixel,
+/// but the neighbour is the same in whatever parts the samples are added. [`dapple_camera::Film::unpaired`] has the
+/// deviations of the samples whose neighbour is missing. Independent of the number of threads, tiles and passes.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tail {
@@ -16,7 +18,7 @@ pub struct Tail {
 }
 
 impl Tail {
-    /// Adds a squared deviation. As few samples are among the largest, this is usually a single comparison.
+    /// Adds a squared difference. As few samples are among the largest, this is usually a single comparison.
     #[inline]
     pub fn add(&mut self, square: f64) {
         if square > self.least {
@@ -34,12 +36,12 @@ impl Tail {
         }
     }
 
-    /// Adds the deviations of `other`.
+    /// Adds the differences of `other`.
     pub fn merge(&mut self, other: &Self) {
         other.squares.iter().for_each(|square| self.add(*square));
     }
 
-    /// The kept deviations, in descending order.
+    /// The largest differences, in descending order.
     pub fn sorted(&self) -> Vec<f64> {
         let mut all = self.squares.clone();
         all.sort_by(|a, b| b.total_cmp(a));

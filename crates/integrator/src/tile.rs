@@ -3,7 +3,7 @@
 use crate::allocation::SampleAllocation;
 use crate::aov::Aov;
 use crate::batch::{Batch, Batches, Done};
-use crate::bias_report::{BiasReport, BiasTotals};
+use crate::bias_report::{BiasReport, BiasTotals, Removed};
 use crate::first_hit_sums::{FirstHit, FirstHits};
 use crate::job::Job;
 use crate::kernel::Kernel;
@@ -38,14 +38,14 @@ pub(crate) struct Tile {
     pub rect: PixelRect,
     /// Index of the next sample of every pixel.
     pub next: u32,
-    /// The tile before the pass in progress, unless that is the first.
+    /// The sums of all passes before the one in progress, which has its own, unless it is the first.
     #[cfg_attr(feature = "serde", serde(skip))]
     before: Option<Box<Tile>>,
-    /// Has no pixels before the first pass, so that a render that is stopped at once does not allocate it.
+    /// Has no pixels before a pass, so that a render that is stopped at once does not allocate it.
     pub film: Film,
     pub first_hits: FirstHits,
-    /// For each pixel, the energies of the bias report, and the number of non-finite samples; empty unless requested.
-    pub removed: Vec<[f64; 4]>,
+    /// For each pixel, what the bias report contains; empty unless requested.
+    pub removed: Vec<Removed>,
     pub rays: u64,
     /// Rays per pixel, for adaptive sampling; otherwise empty.
     pub pixel_rays: Vec<u64>,
@@ -75,9 +75,9 @@ impl Tile {
             rect,
             next: settings.sample_range().start,
             before: None,
-            film: Film::new(PixelRect { x1: rect.x0, y1: rect.y0, ..rect }),
+            film: Film::new(none(rect)),
             first_hits: FirstHits::new(pixels, settings),
-            removed: vec![[0.0; 4]; removed],
+            removed: vec![Removed::default(); removed],
             rays: 0,
             pixel_rays: Vec::new(),
             bad: Vec::new(),
@@ -93,26 +93,52 @@ impl Tile {
         let has_samples = next > fresh.next;
         self.rect == fresh.rect
             && (!has_samples || (self.next == next && self.film.rect() == self.rect))
+            && [self.rect, none(self.rect)].contains(&self.film.rect())
             && self.film.is_whole()
             && self.removed.len() == fresh.removed.len()
             && self.pixel_rays.len() == fresh.pixel_rays.len()
             && self.first_hits.is_like(&fresh.first_hits)
     }
 
-    /// Prepares for a pass that may be interrupted: a further pass (`has_samples`) can be rolled back. The samples of
-    /// an interrupted first pass are discarded.
+    /// Prepares for a pass that may be interrupted: a further pass (`has_samples`) is summed apart, so that it can be
+    /// rolled back. The samples of an interrupted first pass are discarded.
     pub fn begin(&mut self, has_samples: bool, settings: &Settings) {
+        let pixel_rays = vec![0; self.pixel_rays.len()];
+        let new = Self { next: self.next, pixel_rays, ..Self::new(self.rect, settings) };
+        let before = std::mem::replace(self, new);
         if has_samples {
-            self.before = Some(Box::new(self.clone()));
+            self.before = Some(Box::new(before));
         } else {
-            let pixel_rays = std::mem::take(&mut self.pixel_rays);
-            *self = Self { pixel_rays: vec![0; pixel_rays.len()], ..Self::new(self.rect, settings) };
+            self.next = settings.sample_range().start;
         }
     }
 
     /// Commits the pass after all tiles have finished it.
     pub fn keep(&mut self) {
-        self.before = None;
+        if let Some(before) = self.before.take() {
+            let pass = std::mem::replace(self, *before);
+            self.merge(pass);
+        } else {
+            self.film.trim();
+        }
+    }
+
+    /// Adds the sums of a pass.
+    fn merge(&mut self, pass: Self) {
+        self.next = pass.next;
+        let tail = &mut self.tail;
+        tail.merge(&pass.tail);
+        // The pass begins where these sums end, in the same pixels.
+        let adjoins = self.film.merge_measured(&pass.film, |squared| tail.add(squared));
+        debug_assert_eq!(adjoins, Ok(()));
+        self.first_hits.merge(&pass.first_hits);
+        self.removed.iter_mut().zip(&pass.removed).for_each(|(sum, other)| sum.merge(other));
+        self.rays += pass.rays;
+        self.pixel_rays.iter_mut().zip(&pass.pixel_rays).for_each(|(sum, rays)| *sum += rays);
+        let room = REMEMBERED.saturating_sub(self.bad.len());
+        self.bad.extend(pass.bad.iter().take(room));
+        self.bad_count += pass.bad_count;
+        self.bias.merge(&pass.bias);
     }
 
     /// Rolls the pass back because not all tiles have finished it, unless it is the first.
@@ -120,6 +146,11 @@ impl Tile {
         if let Some(before) = self.before.take() {
             *self = *before;
         }
+    }
+
+    /// The film, which this tile no longer needs.
+    pub fn take_film(&mut self) -> Film {
+        std::mem::replace(&mut self.film, Film::new(none(self.rect)))
     }
 
     /// Adds samples `from..to` of every pixel, scaled by the sample allocation, until the job is stopped; returns how
@@ -131,10 +162,10 @@ impl Tile {
         (from, to): (u32, u32),
         allocation: Option<&SampleAllocation>,
     ) -> u64 {
-        if self.film.rect() != self.rect {
-            self.film = Film::new(self.rect);
-        }
         let count = |x, y, spp| allocation.map_or(spp, |allocation| allocation.count(x, y, spp));
+        if self.film.rect() != self.rect {
+            self.film = Film::starting_at(self.rect, |x, y| count(x, y, from).into());
+        }
         let asked = |x, y| (count(x, y, from), count(x, y, to));
         let (samples, is_done) = match batches {
             Some(batches) => self.in_batches(job, batches, asked),
@@ -240,8 +271,8 @@ impl Tile {
         if !first.bias.is_clean() {
             self.bias.add(&first.bias);
         }
-        let (finite, deviation) = self.film.add_measured(x, y, value, weight);
-        self.tail.add(deviation);
+        let (finite, squared) = self.film.add_measured(x, y, value, weight);
+        self.tail.add(squared);
         if !finite {
             self.bad_count += 1;
             if self.bad.len() < REMEMBERED {
@@ -250,12 +281,15 @@ impl Tile {
         }
         let pixel = ((y - self.rect.y0) * (self.rect.x1 - self.rect.x0) + (x - self.rect.x0)) as usize;
         if let Some(removed) = self.removed.get_mut(pixel) {
-            let [clamped, depth, faint] = first.bias.energies();
-            let here = [clamped, depth, faint, f64::from(!finite)];
-            *removed = std::array::from_fn(|k| removed[k] + here[k]);
+            removed.add(&first.bias, finite);
         }
         self.first_hits.add(pixel, first, index, weight);
     }
+}
+
+/// A rectangle without pixels at the corner of another one.
+fn none(rect: PixelRect) -> PixelRect {
+    PixelRect { x1: rect.x0, y1: rect.y0, ..rect }
 }
 
 /// The pixels of a rectangle, row by row.

@@ -5,7 +5,7 @@
 //! - [`Motion`], [`motion::Pose`], [`motion::Track`]: key-framed node transforms and their inverses, in f64.
 //! - [`offset`]: bounds of rounding errors (γₙ), and ray origins that avoid self-intersection without an epsilon.
 //! - [`Aabb`]: axis-aligned bounding boxes.
-//! - [`ExactSum`]: sums that do not depend on the order of summation.
+//! - [`ExactSum`], [`FixedSum`]: sums that do not depend on the order of summation.
 //! - [`lanes`]: numbers of 1, 8 or 16 lanes, vectors and elementary functions over them, all with the same bits.
 //! - [`Image`], [`PixelRect`]: images in linear colour, and rectangles of pixels.
 //!
@@ -15,6 +15,7 @@
 
 pub mod aabb;
 pub mod exact_sum;
+pub mod fixed_sum;
 pub mod frame;
 pub mod image;
 pub mod lanes;
@@ -26,6 +27,7 @@ pub mod vector;
 
 pub use aabb::Aabb;
 pub use exact_sum::ExactSum;
+pub use fixed_sum::{FixedSum, FixedVector};
 pub use frame::Frame;
 pub use glam;
 pub use image::Image;

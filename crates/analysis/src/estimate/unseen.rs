@@ -54,7 +54,7 @@ pub struct Unseen {
     pub times: f64,
 }
 
-/// Bounds the error contributed by unseen light from an image, its samples of largest deviation, and the maximum
+/// Bounds the error contributed by unseen light from an image, its largest differences of samples, and the maximum
 /// radiance of a sample of the scene. `None` with fewer than two samples in some pixel, without light, or if a variance
 /// is not finite.
 pub fn unseen(film: &Film, tail: &Tail, peak: &Peak, confidence: f64) -> Option<Unseen> {
@@ -92,7 +92,7 @@ struct Observed {
     level: f64,
     /// Sums of squared deviations over the samples and channels of each pixel.
     squares: Vec<f64>,
-    /// The largest squared deviations of single samples in decreasing order.
+    /// The largest squared deviations of single samples from their neighbours or from the mean in decreasing order.
     largest: Vec<f64>,
     confidence: f64,
 }
@@ -110,6 +110,8 @@ impl Observed {
         let level = level(film.mean().mean());
         let pixels = rect.area() as f64;
         let known = least >= 2.0 && least.is_finite() && level > 0.0 && squares.iter().all(|s| s.is_finite());
+        let mut tail = tail.clone();
+        film.unpaired().for_each(|square| tail.add(square));
         known.then(|| Self { pixels, least, level, squares, largest: tail.sorted(), confidence })
     }
 

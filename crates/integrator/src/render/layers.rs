@@ -1,12 +1,13 @@
 //! Composition of the output layers from the sums, in world units.
 
 use crate::aov::Aov;
+use crate::bias_report::Removed;
 use crate::cryptomatte::{Matte, names_of_ids};
 use crate::job::Job;
 use crate::tile::Tile;
 use dapple_camera::Film;
 use dapple_imaging::{Image, Layer, Layers, MetaValue};
-use dapple_math::PixelRect;
+use dapple_math::{FixedSum, FixedVector, PixelRect};
 use glam::DVec3;
 use std::collections::BTreeSet;
 
@@ -73,7 +74,7 @@ fn names(job: &Job<'_>, rect: PixelRect, tiles: &[Tile]) -> Vec<(String, MetaVal
     if !asks(Aov::ObjectId) && !asks(Aov::MaterialId) {
         return Vec::new();
     }
-    let (scene, seen) = (job.scene, gather(rect, tiles, |tile| &tile.first_hits.object));
+    let (scene, seen) = (job.scene, gather(rect, tiles, |tile| &tile.first_hits.object, |id| *id));
     let objects: BTreeSet<u32> = seen.into_iter().filter(|object| *object != 0).collect();
     let object = |id: u32| &scene.objects[id as usize - 1];
     let materials: BTreeSet<u32> = objects.iter().map(|id| object(*id).material + 1).collect();
@@ -116,13 +117,13 @@ fn layer(job: &Job<'_>, aov: Aov, rect: PixelRect, film: &Film, tiles: &[Tile]) 
         }
         Aov::Albedo => {
             let n = pixels(rect).map(|(x, y)| film.count(x, y).max(1) as f64);
-            let sums = gather(rect, tiles, |tile| &tile.first_hits.albedo);
+            let sums = gather(rect, tiles, |tile| &tile.first_hits.albedo, FixedVector::value);
             let mean: Vec<DVec3> = sums.iter().zip(n).map(|(sum, n)| sum / n).collect();
             vector(name, ["R", "G", "B"], &mean)
         }
         Aov::Normal => {
-            let sums = gather(rect, tiles, |tile| &tile.first_hits.normal);
-            let mean: Vec<DVec3> = sums.iter().map(|sum| sum.normalize_or_zero()).collect();
+            let mean = |sum: &FixedVector| sum.value().normalize_or_zero();
+            let mean = gather(rect, tiles, |tile| &tile.first_hits.normal, mean);
             vector(name, ["X", "Y", "Z"], &mean)
         }
         Aov::Position => {
@@ -143,7 +144,7 @@ fn layer(job: &Job<'_>, aov: Aov, rect: PixelRect, film: &Film, tiles: &[Tile]) 
 
 /// Energy removed from the estimate of each pixel, per sample.
 fn removed(rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
-    let sums = gather(rect, tiles, |tile| &tile.removed);
+    let sums = gather(rect, tiles, |tile| &tile.removed, Removed::energies);
     let counts: Vec<f64> = pixels(rect).map(|(x, y)| film.count(x, y).max(1) as f64).collect();
     let channel = |(k, name): (usize, &str)| {
         let mean = sums.iter().zip(&counts).map(|(sum, n)| (sum[k] / n) as f32).collect();
@@ -154,14 +155,14 @@ fn removed(rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
 }
 
 fn ids(name: String, rect: PixelRect, tiles: &[Tile], id: impl Fn(u32) -> u32) -> Layer {
-    let objects = gather(rect, tiles, |tile| &tile.first_hits.object);
-    Layer { name, channels: vec![("Y".into(), objects.iter().map(|&object| id(object) as f32).collect())] }
+    let ids = gather(rect, tiles, |tile| &tile.first_hits.object, |object| id(*object) as f32);
+    Layer { name, channels: vec![("Y".into(), ids)] }
 }
 
 /// Mean hit position of each pixel in render space; `None` where no sample hit a surface.
 fn places(rect: PixelRect, tiles: &[Tile]) -> impl Iterator<Item = Option<DVec3>> {
-    let hits = gather(rect, tiles, |tile| &tile.first_hits.hits);
-    let sums = gather(rect, tiles, |tile| &tile.first_hits.p);
+    let hits = gather(rect, tiles, |tile| &tile.first_hits.hits, FixedSum::value);
+    let sums = gather(rect, tiles, |tile| &tile.first_hits.p, FixedVector::value);
     hits.into_iter().zip(sums).map(|(hits, sum)| (hits != 0.0).then(|| sum / hits))
 }
 
@@ -191,16 +192,21 @@ fn pixels(rect: PixelRect) -> impl Iterator<Item = (u32, u32)> {
     (rect.y0..rect.y1).flat_map(move |y| (rect.x0..rect.x1).map(move |x| (x, y)))
 }
 
-/// Values of all tiles in image order; empty if the tiles have none.
-fn gather<T: Copy + Default>(rect: PixelRect, tiles: &[Tile], held: impl Fn(&Tile) -> &Vec<T>) -> Vec<T> {
+/// Values of the sums of all tiles in image order; empty if the tiles have none.
+fn gather<S, T: Clone + Default>(
+    rect: PixelRect,
+    tiles: &[Tile],
+    held: impl Fn(&Tile) -> &Vec<S>,
+    value: impl Fn(&S) -> T,
+) -> Vec<T> {
     if tiles.first().is_none_or(|tile| held(tile).is_empty()) {
         return Vec::new();
     }
     let width = (rect.x1 - rect.x0) as usize;
     let mut all = vec![T::default(); width * (rect.y1 - rect.y0) as usize];
     for tile in tiles {
-        for ((x, y), &of) in pixels(tile.rect).zip(held(tile)) {
-            all[(y - rect.y0) as usize * width + (x - rect.x0) as usize] = of;
+        for ((x, y), sum) in pixels(tile.rect).zip(held(tile)) {
+            all[(y - rect.y0) as usize * width + (x - rect.x0) as usize] = value(sum);
         }
     }
     all

@@ -62,6 +62,6 @@ pub struct Outcome {
     pub stats: Stats,
     /// The sample allocation, if the pixels have different sample counts.
     pub allocation: Option<Arc<SampleAllocation>>,
-    /// The samples with the largest deviations from their pixel means.
+    /// The largest differences of neighbouring samples.
     pub tail: Tail,
 }

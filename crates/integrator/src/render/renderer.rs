@@ -200,7 +200,7 @@ impl<'a> Renderer<'a> {
             state.tiles.iter_mut().for_each(Tile::take_back);
             return false;
         }
-        state.tiles.iter_mut().for_each(Tile::keep);
+        self.pool.each_tile(&mut state.tiles, Tile::keep);
         state.next = end;
         state.pilot.record(end, job.settings.rect(), &state.tiles);
         true
@@ -247,13 +247,19 @@ impl<'a> Renderer<'a> {
     }
 
     /// Ends the render with its current samples; `why` is the result of the last advance.
-    pub fn finish_as(self, why: Advance) -> Outcome {
-        self.outcome(why)
+    pub fn finish_as(mut self, why: Advance) -> Outcome {
+        let mut film = Film::new(self.job.settings.rect());
+        self.state.tiles.iter_mut().for_each(|tile| film.put(&tile.take_film()));
+        self.outcome_of(film, why)
     }
 
     /// The image and statistics of the current samples; `why` is the result of the last advance, or why the render
     /// would end now. It changes no bit of the render.
     pub fn outcome(&self, why: Advance) -> Outcome {
+        self.outcome_of(self.snapshot().film(), why)
+    }
+
+    fn outcome_of(&self, film: Film, why: Advance) -> Outcome {
         let Self { job, state, pool, .. } = self;
         let spp = state.next - job.settings.sample_range().start;
         let mut stats = Stats {
@@ -265,10 +271,8 @@ impl<'a> Renderer<'a> {
             kernel: format!("{}/{}", self.kernel_name, job.scene.accel.kernel().name()),
             ..Stats::default()
         };
-        let mut film = Film::new(job.settings.rect());
         let mut bias = BiasTotals::default();
         for tile in &state.tiles {
-            film.put(&tile.film);
             stats.rays += tile.rays;
             stats.bad_sample_count += tile.bad_count;
             bias.merge(&tile.bias);

@@ -46,7 +46,7 @@ impl<'a> Snapshot<'a> {
         film
     }
 
-    /// The samples with the largest deviations from their pixel means so far.
+    /// The largest differences of neighbouring samples so far.
     pub fn tail(&self) -> Tail {
         tail(self.tiles)
     }
@@ -63,7 +63,7 @@ impl<'a> Snapshot<'a> {
     }
 }
 
-/// The merged deviations of all tiles.
+/// The largest differences of all tiles.
 pub(super) fn tail(tiles: &[Tile]) -> Tail {
     let mut all = Tail::default();
     tiles.iter().for_each(|tile| all.merge(&tile.tail));

@@ -97,7 +97,7 @@ impl<'a> Watch<'a> {
             MOST as u32
         };
         let size = if spp == 0 { 1 } else { by_time.min(spp.saturating_mul(4)) };
-        Some(next.saturating_add(size.next_multiple_of(round)).min(range.end))
+        Some(pass_end(next, size, round).min(range.end))
     }
 
     /// Runs `work` while a separate thread checks the clock and calls the caller.
@@ -161,6 +161,14 @@ impl<'a> Watch<'a> {
     }
 }
 
+/// End of a pass of about `size` samples from `next` on: a power of two of rounds, of which its end is a multiple, so
+/// that the sums of a pixel are few nodes of the tree in [`dapple_camera::sums`].
+fn pass_end(next: u32, size: u32, round: u32) -> u32 {
+    let rounds = 1 << size.div_ceil(round).max(1).ilog2();
+    let end = (next / round / rounds).saturating_add(1).saturating_mul(rounds);
+    end.saturating_mul(round)
+}
+
 /// Runs `work`, and meanwhile, on a separate thread, calls `look` repeatedly after `wait`.
 pub(super) fn beside<R>(
     wait: impl Fn() -> Duration + Send,
@@ -191,4 +199,23 @@ pub(super) fn until<R>(stop: &(dyn Fn() -> bool + Sync), work: impl FnOnce(&Arc<
         }
     };
     beside(|| POLL_INTERVAL, look, || work(&stopped))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_end_at_multiples_of_their_size() {
+        for round in [1, 5, 16] {
+            let (mut next, mut ends) = (0, Vec::new());
+            for size in [1, 4, 16, 50, 7, 7, 100, 100] {
+                next = pass_end(next, size * round, round);
+                ends.push(next / round);
+            }
+            assert_eq!(ends, [1, 4, 16, 32, 36, 40, 64, 128]);
+        }
+        assert_eq!((pass_end(7, 1, 1), pass_end(7, 1, 16), pass_end(16, 17, 16)), (8, 16, 32));
+        assert_eq!(pass_end(u32::MAX - 5, 1 << 20, 1), u32::MAX);
+    }
 }

@@ -19,7 +19,7 @@ pub(super) const CASES: &[Case] = &[
         id: "D04",
         title: "2²⁸ samples into one pixel",
         naive: "an f32 sum of ones stops at 16 777 216",
-        source: "Welford 1962; docs/science.md, \"Sums\"",
+        source: "Chan 1979; docs/science.md, \"Sums\"",
         check: Check::Run(accumulation),
     },
     Case {
