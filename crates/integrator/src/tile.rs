@@ -53,6 +53,8 @@ pub(crate) struct Tile {
     pub bad_count: u64,
     pub bias: BiasTotals,
     pub tail: Tail,
+    /// Message of the panic that ended the tile; its pixels have no samples.
+    pub failure: Option<String>,
 }
 
 impl Tile {
@@ -84,6 +86,7 @@ impl Tile {
             bad_count: 0,
             bias: BiasTotals::default(),
             tail: Tail::default(),
+            failure: None,
         }
     }
 
@@ -92,7 +95,8 @@ impl Tile {
     pub fn is_like(&self, fresh: &Self, next: u32) -> bool {
         let has_samples = next > fresh.next;
         self.rect == fresh.rect
-            && (!has_samples || (self.next == next && self.film.rect() == self.rect))
+            && (!has_samples || self.failure.is_some() || self.next == next)
+            && (!has_samples || self.film.rect() == self.rect)
             && [self.rect, none(self.rect)].contains(&self.film.rect())
             && self.film.is_whole()
             && self.removed.len() == fresh.removed.len()
@@ -139,6 +143,13 @@ impl Tile {
         self.bad.extend(pass.bad.iter().take(room));
         self.bad_count += pass.bad_count;
         self.bias.merge(&pass.bias);
+    }
+
+    /// Ends the tile after a panic: its samples are discarded, and it takes part in no further pass.
+    pub fn fail(&mut self, failure: String, settings: &Settings) {
+        let pixel_rays = vec![0; self.pixel_rays.len()];
+        let film = Film::new(self.rect);
+        *self = Self { pixel_rays, film, failure: Some(failure), ..Self::new(self.rect, settings) };
     }
 
     /// Rolls the pass back because not all tiles have finished it, unless it is the first.

@@ -230,3 +230,37 @@ fn rays_between_points_leave_and_reach_their_surfaces() {
     let open: f32 = image.pixels.iter().map(|p| p.x).sum();
     assert!(unseen == 0.0 && open > 0.0, "{unseen} of {}", 16 * image.pixels.len());
 }
+
+/// The path tracer with an error: it panics in one pixel, from the fourth sample on.
+struct Faulty(u64);
+
+impl Integrator for Faulty {
+    fn radiance(&self, ray: &Ray, context: &SampleContext<'_>) -> Vec3 {
+        let value = Paths.radiance(ray, context);
+        assert!(value.x.to_bits() as u64 != self.0, "a fault of the test");
+        value
+    }
+}
+
+/// A panic costs the tile in which it happens, and nothing else.
+#[test]
+fn a_panic_costs_one_tile() {
+    let scene = scene("cornell");
+    let sound = settings(MethodKind::Path);
+    let whole = run(&scene, &sound, &Paths);
+    assert!(whole.stats.failures.is_empty());
+    // Some sample of the first tile has this value, which no other sample has.
+    let single = Settings { crop: Some(PixelRect { x0: 8, y0: 9, x1: 9, y1: 10 }), ..sound.clone() }
+        .with_path(|p| (p.samples, p.of) = (5..6, Some(24)));
+    let value = run(&scene, &single, &Paths).film.mean_at(8, 9).x as f32;
+    assert!(value > 0.0);
+    for threads in [1, 2] {
+        let broken = run(&scene, &sound.clone().with_threads(threads), &Faulty(value.to_bits().into()));
+        let first = PixelRect { x0: 0, y0: 0, x1: 16, y1: 16 };
+        assert_eq!(broken.stats.failures, [(first, "a fault of the test".to_string())]);
+        for (x, y) in (0..18).flat_map(|y| (0..20).map(move |x| (x, y))) {
+            let (sums, sound) = (broken.film.sums_at(x, y), whole.film.sums_at(x, y));
+            assert_eq!(sums, if first.contains(x, y) { Default::default() } else { sound });
+        }
+    }
+}

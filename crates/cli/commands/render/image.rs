@@ -124,6 +124,7 @@ pub fn image(
         partial.remove();
     }
     say_bad_samples(&outcome.stats, scene, typed);
+    say_failures(&outcome.stats);
     ending.line().iter().for_each(|line| say(line));
     let mut report = Report::new(&loaded, &settings, &outcome.stats, &known, (&outputs, &written));
     (report.stopped, report.unsampled_pixels) = (ending.is_early(), ending.unsampled);
@@ -346,6 +347,18 @@ fn say_no_picture(options: &RenderOptions) {
         let said = "only first-hit layers are requested, so the image itself is not rendered; use --aov beauty,... to \
                     render it too";
         say(&format!("note: {said}"));
+    }
+}
+
+/// Prints which pixels are missing because of an error of the program.
+fn say_failures(stats: &Stats) {
+    for (rect, message) in &stats.failures {
+        let message = error::short(message);
+        say(&format!(
+            "error: pixels {},{} to {},{}: internal error, please report it: {message}; they are black",
+            rect.x0, rect.y0, rect.x1, rect.y1
+        ));
+        saving::lose();
     }
 }
 

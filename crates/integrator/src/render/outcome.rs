@@ -6,6 +6,7 @@ use crate::tail::Tail;
 use crate::tile::BadSample;
 use dapple_camera::Film;
 use dapple_imaging::Layers;
+use dapple_math::PixelRect;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -47,6 +48,9 @@ pub struct Stats {
     pub bad_samples: Vec<BadSample>,
     /// Number of samples that were not finite. They add zero and still count as samples.
     pub bad_sample_count: u64,
+    /// Pixels whose computation panicked, which is an error of this program, each with the message. They have no
+    /// samples and are black; all other pixels are as if nothing had happened.
+    pub failures: Vec<(PixelRect, String)>,
     /// Events that biased the estimate.
     pub bias: BiasReport,
 }

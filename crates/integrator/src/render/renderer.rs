@@ -17,7 +17,9 @@ use crate::tile::Tile;
 use dapple_camera::{Camera, Film};
 use dapple_math::PixelRect;
 use dapple_scene::Scene;
+use std::any::Any;
 use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
 /// Maximum number of bad samples reported individually.
@@ -191,10 +193,20 @@ impl<'a> Renderer<'a> {
             if watch.is_stopped() {
                 return;
             }
+            if tile.failure.is_some() {
+                tile.next = end;
+                return;
+            }
             tile.begin(from > start, job.settings);
             let before = tile.rays;
-            let samples = tile.render(job, kernel, (from, end), allocation.as_deref());
-            watch.tile_done(samples, tile.rays - before);
+            let render = || tile.render(job, kernel, (from, end), allocation.as_deref());
+            match catch_unwind(AssertUnwindSafe(render)) {
+                Ok(samples) => watch.tile_done(samples, tile.rays - before),
+                Err(panic) => {
+                    tile.fail(message(&*panic), job.settings);
+                    tile.next = end;
+                }
+            }
         });
         if state.tiles.iter().any(|tile| tile.next != end) {
             state.tiles.iter_mut().for_each(Tile::take_back);
@@ -276,6 +288,7 @@ impl<'a> Renderer<'a> {
             stats.rays += tile.rays;
             stats.bad_sample_count += tile.bad_count;
             bias.merge(&tile.bias);
+            stats.failures.extend(tile.failure.iter().map(|failure| (tile.rect, failure.clone())));
             let room = REPORTED - stats.bad_samples.len();
             stats.bad_samples.extend(tile.bad.iter().take(room));
         }
@@ -289,4 +302,10 @@ impl<'a> Renderer<'a> {
         let tail = snapshot::tail(&state.tiles);
         Outcome { film, layers, stats, allocation: state.pilot.allocation.clone(), tail }
     }
+}
+
+/// Message of a panic.
+fn message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".into())
 }
