@@ -134,10 +134,15 @@ impl Film {
     /// Replaces `nodes` by those of a pixel, in order of their samples.
     fn nodes(&self, pixel: usize, nodes: &mut Vec<SumNode>) {
         nodes.clear();
-        nodes.extend(self.places(pixel).map(|(level, index)| {
-            let kept = if index & 1 == 0 { &self.open } else { &self.edge };
-            SumNode { level, index, moments: kept[level as usize][pixel] }
-        }));
+        for (level, index) in self.places(pixel) {
+            nodes.push(SumNode { level, index, moments: self.moments(pixel, (level, index)) });
+        }
+    }
+
+    #[inline]
+    fn moments(&self, pixel: usize, (level, index): (u32, u64)) -> PixelMoments {
+        let kept = if index & 1 == 0 { &self.open } else { &self.edge };
+        kept[level as usize][pixel]
     }
 
     /// Returns the sums of the samples of one pixel; empty outside of the film.
@@ -226,15 +231,13 @@ impl Film {
 
     /// Adds the samples of `other`, which follow those of `self`.
     fn append(&mut self, other: &Film, pair: &mut impl FnMut(f64)) {
-        let mut nodes = Vec::new();
         for pixel in (0..self.count.len()).filter(|pixel| other.count[*pixel] > 0) {
             if self.count[pixel] == 0 && self.first(pixel) != other.first(pixel) {
                 self.first.resize(self.count.len(), 0);
                 self.first[pixel] = other.first(pixel);
             }
-            other.nodes(pixel, &mut nodes);
-            for node in &nodes {
-                let squared = self.push(pixel, node.level, node.moments);
+            for place in other.places(pixel) {
+                let squared = self.push(pixel, place.0, other.moments(pixel, place));
                 if squared > 0.0 {
                     pair(squared);
                 }
@@ -245,9 +248,12 @@ impl Film {
 
     /// Frees the memory of nodes that no pixel has.
     pub fn trim(&mut self) {
-        let mut used = [0u64; 2];
-        for pixel in 0..self.count.len() {
-            self.places(pixel).for_each(|(level, index)| used[(index & 1) as usize] |= 1 << level);
+        // If the first sample is 0, the nodes of a pixel are the bits of its count.
+        let mut used = [self.count.iter().fold(0, |used, count| used | count), 0];
+        if !self.first.is_empty() {
+            used = [0; 2];
+            let places = (0..self.count.len()).flat_map(|pixel| self.places(pixel));
+            places.for_each(|(level, index)| used[(index & 1) as usize] |= 1 << level);
         }
         for (levels, used) in [&mut self.open, &mut self.edge].into_iter().zip(used) {
             levels.truncate(64 - used.leading_zeros() as usize);
