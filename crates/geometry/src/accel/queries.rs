@@ -200,6 +200,11 @@ impl Accel {
         }
     }
 
+    /// Whether an object has vertex colours.
+    pub fn has_colors(&self, object: u32) -> bool {
+        matches!(self.body(object), Some(Body::Mesh(mesh)) if !mesh.colors.is_empty())
+    }
+
     /// World-space corners of a triangle; zeros for a shape. For a moving object, the corners at shutter opening (see
     /// [`Accel::corners_at`]).
     pub fn corners(&self, object: u32, primitive: u32) -> [Vec3; 3] {

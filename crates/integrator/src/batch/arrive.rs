@@ -1,7 +1,8 @@
-//! Second stage: rays meet surfaces, one by one. Emission is added, and the data of vertices are stored in columns.
+//! Second stage: rays meet surfaces. The vertices of the rows that lanes do not cover are computed one by one, and
+//! emission is added to their paths.
 
 use super::camera::Asked;
-use super::rows::{Cuts, CutsOf, Paths, Result, Vertices};
+use super::rows::{Cuts, CutsOf, Hits, Paths, Result, Vertices};
 use crate::job::Job;
 use crate::observer::cut_short;
 use crate::path::{End, PathState, Place, away};
@@ -13,9 +14,6 @@ use dapple_geometry::Hit;
 use dapple_math::Ray;
 use dapple_sampling::Pattern;
 use glam::Vec3;
-
-/// No hit.
-pub(super) const NOWHERE: Hit = Hit { t: f32::INFINITY, u: 0.0, v: 0.0, primitive: 0, object: u32::MAX };
 
 /// What paths arrive with, and where results go.
 pub(super) struct Arrival<'a> {
@@ -66,29 +64,30 @@ impl Arrival<'_> {
     }
 
     /// Finds the nearest hit of every ray.
-    pub fn intersect(&mut self, hits: &mut [Hit]) {
+    pub fn intersect(&mut self, hits: &mut Hits) {
         let results = &mut *self.results;
         let (paths, depth, asked, needs) = (self.paths, self.depth, self.asked, self.job.needs);
         let ray = |i| (ray(paths, asked, depth, i), time(paths, asked, needs.time, i));
         self.job.scene.accel.intersect_each(paths.len, ray, |i, hit| {
-            hits[i] = hit.unwrap_or(NOWHERE);
+            hits.set(i, hit);
             results[paths.place.get(i) as usize].rays += 1;
         });
     }
 
-    /// Ends the paths that leave the scene, and stores the vertices of the others.
-    pub fn vertices(&mut self, hits: &[Hit], vertices: &mut Vertices) {
-        for (i, hit) in hits.iter().enumerate().take(self.paths.len) {
-            let is_live = self.vertex(i, *hit, vertices);
+    /// Ends the paths of the odd rows that leave the scene, and stores the vertices of the others.
+    pub fn vertices(&mut self, hits: &Hits, vertices: &mut Vertices) {
+        for k in 0..vertices.odd {
+            let i = vertices.odd_rows.get(k) as usize;
+            let is_live = self.vertex(i, hits.get(i), vertices);
             vertices.live.set(i, u32::from(is_live));
         }
     }
 
     /// Returns whether lanes have to scatter the path.
     #[inline(always)]
-    fn vertex(&mut self, i: usize, hit: Hit, vertices: &mut Vertices) -> bool {
+    fn vertex(&mut self, i: usize, hit: Option<Hit>, vertices: &mut Vertices) -> bool {
         let (ray, time, job) = (self.ray(i), self.time(i), self.job);
-        let met = if hit.object == u32::MAX { None } else { self.met(i, &ray, hit) };
+        let met = hit.and_then(|hit| self.met(i, &ray, hit));
         let Some(at) = met else {
             self.escape(i, ray.d);
             return false;
@@ -114,9 +113,7 @@ impl Arrival<'_> {
         vertices.start.set(i, surface.start);
         vertices.p_error.set(i, surface.p_error);
         vertices.ng.set(i, surface.ng);
-        vertices.frame[0].set(i, frame.x);
-        vertices.frame[1].set(i, frame.y);
-        vertices.frame[2].set(i, frame.z);
+        vertices.store_frame::<f32>(i, &frame.into());
         vertices.materials.set(i, &shading.material);
         true
     }

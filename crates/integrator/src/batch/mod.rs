@@ -1,10 +1,10 @@
 //! The plain path tracer in batches: many samples at a time, stage by stage, over lanes.
 //!
 //! A batch holds all samples of some pixels in columns, one row per path. All of its paths are at the same depth: rays
-//! are intersected one by one, then emission and the data of vertices are looked up, then direct light and scattering
-//! are computed over lanes, then shadow rays are tested. Paths that go on are packed into the rows of the next depth.
-//! What lanes do not cover (tilted shading normals, mirrors, infinite throughput) is computed row by row, by the
-//! functions of the path tracer.
+//! are intersected one by one, then surfaces, direct light and scattering are computed over lanes, then shadow rays are
+//! tested. Paths that go on are packed into the rows of the next depth. What lanes do not cover is computed row by row,
+//! by the functions of the path tracer: vertices with emission, textures, smooth normals or near an edge, paths that
+//! leave the scene; and scattering at tilted shading normals, at mirrors, and of infinite throughput.
 //!
 //! Every formula is the same in both, so that a sample has the same bits as that of the kernel for single samples,
 //! whatever the batch and the lanes: each row has its own sums, and its terms are added in the same order. Results are
@@ -17,6 +17,7 @@ mod lights;
 mod points;
 mod rows;
 mod shade;
+mod surfaces;
 mod trace;
 
 use crate::job::Job;
@@ -26,12 +27,13 @@ use dapple_materials::{Lobe, Lobes};
 use dapple_math::lanes::Isa;
 use lights::Lights;
 use std::sync::Mutex;
+use surfaces::Materials;
+use trace::Shared;
 pub(crate) use trace::{Batch, Done};
 
 /// What the batches of a render share.
 pub(crate) struct Batches {
-    lights: Lights,
-    isa: Isa,
+    shared: Shared,
     rows: usize,
     /// Batches that no tile uses.
     idle: Mutex<Vec<Batch>>,
@@ -46,7 +48,8 @@ impl Batches {
             return None;
         }
         let isa = limits.isa.unwrap_or_else(Isa::fastest);
-        Some(Self { lights: Lights::new(job.scene), isa, rows, idle: Mutex::default() })
+        let (lights, materials) = (Lights::new(job.scene), Materials::new(job.scene));
+        Some(Self { shared: Shared { lights, materials, isa }, rows, idle: Mutex::default() })
     }
 
     /// An empty batch.
@@ -65,7 +68,7 @@ impl Batches {
 
     /// Traces all samples of a batch; returns false if the job was stopped before that.
     pub fn trace(&self, job: &Job<'_>, batch: &mut Batch) -> bool {
-        batch.trace(job, &self.lights, self.isa)
+        batch.trace(job, &self.shared)
     }
 }
 

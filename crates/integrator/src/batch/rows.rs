@@ -6,8 +6,10 @@ use crate::emission::{CompetingStrategy, MisContext};
 use crate::observer::PathObserver;
 use crate::path::PathState;
 use crate::sample::Sample;
+use dapple_geometry::Hit;
 use dapple_materials::lanes::Columns;
 use dapple_math::Ray;
+use dapple_math::lanes::{Framex, Real};
 use dapple_sampling::Key;
 use glam::Vec3;
 
@@ -120,10 +122,46 @@ impl Paths {
     }
 }
 
+/// Nearest hits of rays.
+pub(super) struct Hits {
+    pub t: Numbers,
+    pub u: Numbers,
+    pub v: Numbers,
+    pub primitive: Words,
+    /// `u32::MAX` where nothing is hit.
+    pub object: Words,
+}
+
+impl Hits {
+    pub fn new() -> Self {
+        let (words, numbers) = (Words::new, Numbers::new);
+        Self { t: numbers(), u: numbers(), v: numbers(), primitive: words(), object: words() }
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, hit: Option<Hit>) {
+        let Some(hit) = hit else { return self.object.set(i, u32::MAX) };
+        self.t.set(i, hit.t);
+        self.u.set(i, hit.u);
+        self.v.set(i, hit.v);
+        self.primitive.set(i, hit.primitive);
+        self.object.set(i, hit.object);
+    }
+
+    pub fn get(&self, i: usize) -> Option<Hit> {
+        let object = self.object.get(i);
+        let (primitive, t) = (self.primitive.get(i), self.t.get(i));
+        (object != u32::MAX).then(|| Hit { t, u: self.u.get(i), v: self.v.get(i), primitive, object })
+    }
+}
+
 /// Vertices, by the rows of the paths that arrive there.
 pub(super) struct Vertices {
     /// 1 where lanes scatter the path, else 0.
     pub live: Words,
+    /// The rows that are computed one by one, and their number.
+    pub odd_rows: Words,
+    pub odd: usize,
     pub p: Vectors,
     pub start: Vectors,
     pub p_error: Vectors,
@@ -138,6 +176,8 @@ impl Vertices {
         let vectors = Vectors::new;
         Self {
             live: Words::new(),
+            odd_rows: Words::new(),
+            odd: 0,
             p: vectors(),
             start: vectors(),
             p_error: vectors(),
@@ -145,6 +185,23 @@ impl Vertices {
             frame: [vectors(), vectors(), vectors()],
             materials: Columns::new(ROWS),
         }
+    }
+
+    /// Lists all of `n` rows to be computed one by one.
+    pub fn all_odd(&mut self, n: usize) {
+        self.odd = n;
+        for i in 0..n {
+            self.live.set(i, 0);
+            self.odd_rows.set(i, i as u32);
+        }
+    }
+
+    #[inline(always)]
+    pub fn store_frame<R: Real>(&mut self, i: usize, frame: &Framex<R>) {
+        let [x, y, z] = &mut self.frame;
+        x.store(i, frame.x);
+        y.store(i, frame.y);
+        z.store(i, frame.z);
     }
 }
 

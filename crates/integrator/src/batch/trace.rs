@@ -1,16 +1,16 @@
 //! Traces a batch: its stages in turn, until all of its paths have ended.
 
-use super::arrive::{Arrival, NOWHERE};
+use super::arrive::Arrival;
 use super::camera::{self, Asked, CameraRays};
 use super::lights::Lights;
 use super::points::PointSet;
-use super::rows::{Cuts, Paths, Result, Shadows, Vertices};
+use super::rows::{Cuts, Hits, Paths, Result, Shadows, Vertices};
 use super::shade::Shading;
+use super::surfaces::{Materials, Surfaces};
 use crate::bias_report::BiasReport;
 use crate::dimension::Dimension;
 use crate::job::Job;
 use crate::sample::Sample;
-use dapple_geometry::Hit;
 use dapple_math::lanes::{Isa, dispatch};
 use glam::Vec3;
 
@@ -24,11 +24,18 @@ pub(crate) struct Batch {
     asked: Asked,
     paths: Paths,
     next: Paths,
-    hits: Vec<Hit>,
+    hits: Hits,
     vertices: Vertices,
     shadows: Shadows,
     results: Vec<Result>,
     cuts: Cuts,
+}
+
+/// What the batches of a render share.
+pub(super) struct Shared {
+    pub lights: Lights,
+    pub materials: Materials,
+    pub isa: Isa,
 }
 
 /// A finished sample.
@@ -50,7 +57,7 @@ impl Batch {
             asked: Asked::new(),
             paths: Paths::new(),
             next: Paths::new(),
-            hits: vec![NOWHERE; rows],
+            hits: Hits::new(),
             vertices: Vertices::new(),
             shadows: Shadows::new(),
             results: vec![Result::default(); rows],
@@ -90,7 +97,8 @@ impl Batch {
     }
 
     /// Traces all samples; returns false if the job was stopped before that.
-    pub(super) fn trace(&mut self, job: &Job<'_>, lights: &Lights, isa: Isa) -> bool {
+    pub(super) fn trace(&mut self, job: &Job<'_>, shared: &Shared) -> bool {
+        let isa = shared.isa;
         let Some((set, n)) = self.set else { return true };
         let pattern = job.settings.pattern;
         self.paths.len = self.len;
@@ -107,8 +115,8 @@ impl Batch {
             if job.is_stopped() {
                 return false;
             }
-            self.arrive(job, depth, n);
-            self.shade(job, lights, isa, set, depth);
+            self.arrive(job, shared, depth, n);
+            self.shade(job, shared, set, depth);
             self.occlude(job);
             std::mem::swap(&mut self.paths, &mut self.next);
         }
@@ -116,7 +124,7 @@ impl Batch {
         true
     }
 
-    fn arrive(&mut self, job: &Job<'_>, depth: u32, n: u32) {
+    fn arrive(&mut self, job: &Job<'_>, shared: &Shared, depth: u32, n: u32) {
         self.next.len = 0;
         let mut arrival = Arrival {
             job,
@@ -129,14 +137,23 @@ impl Batch {
             cuts: &mut self.cuts,
         };
         arrival.intersect(&mut self.hits);
+        match job.scene.accel.facets() {
+            // At the last depth, paths end one by one.
+            Some(facets) if depth < job.bounces => {
+                let (paths, hits, vertices) = (&self.paths, &self.hits, &mut self.vertices);
+                let materials = &shared.materials;
+                dispatch(shared.isa, Surfaces { job, facets, materials, depth, paths, hits, vertices });
+            }
+            _ => self.vertices.all_odd(self.paths.len),
+        }
         arrival.vertices(&self.hits, &mut self.vertices);
     }
 
-    fn shade(&mut self, job: &Job<'_>, lights: &Lights, isa: Isa, set: PointSet, depth: u32) {
+    fn shade(&mut self, job: &Job<'_>, shared: &Shared, set: PointSet, depth: u32) {
         self.shadows.len = 0;
         let shading = Shading {
             job,
-            lights,
+            lights: &shared.lights,
             depth,
             set,
             asked: &self.asked,
@@ -146,7 +163,7 @@ impl Batch {
             shadows: &mut self.shadows,
             cuts: &mut self.cuts,
         };
-        dispatch(isa, shading);
+        dispatch(shared.isa, shading);
     }
 
     /// Adds the light of the shadow rays that nothing occludes.
