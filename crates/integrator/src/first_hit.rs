@@ -127,6 +127,7 @@ impl<V: Visibility> FromCamera<V> {
 
 impl<V: Visibility> Visibility for FromCamera<V> {
     const PLAIN: bool = V::PLAIN;
+    const OPAQUE: bool = false;
     fn intersect(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit> {
         let at = Query { scene, ray, time, key };
         self.inner.closest_where(&at, &|hit: &Hit| self.meets(&at, hit))

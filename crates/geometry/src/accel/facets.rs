@@ -65,11 +65,12 @@ impl Facets {
     pub fn surfaces<R: Real>(&self, (object, primitive): (R::Word, R::Word), u: R, v: R) -> Surfaces<R> {
         let first = R::Word::gather(&self.first, object);
         let row = first.wrapping_add(primitive) << 2;
-        let rows = |i| R::gather_rows(&self.rows, row.wrapping_add(R::Word::splat(i)));
-        let [ax, ay, az, nx] = rows(0);
-        let [bx, by, bz, ny] = rows(1);
-        let [cx, cy, cz, nz] = rows(2);
-        let [gx, gy, gz, clear] = rows(3);
+        // Not by a closure: that would be compiled without the instruction set.
+        let (one, two, three) = (R::Word::splat(1), R::Word::splat(2), R::Word::splat(3));
+        let [ax, ay, az, nx] = R::gather_rows(&self.rows, row);
+        let [bx, by, bz, ny] = R::gather_rows(&self.rows, row.wrapping_add(one));
+        let [cx, cy, cz, nz] = R::gather_rows(&self.rows, row.wrapping_add(two));
+        let [gx, gy, gz, clear] = R::gather_rows(&self.rows, row.wrapping_add(three));
         let shares = shares(R::Double::from_real(u), R::Double::from_real(v));
         let nearest = shares[0].to_real().min(u).min(v);
         let known = nearest.gt(clear) & first.ne(R::Word::splat(NOT_FLAT));
@@ -91,8 +92,7 @@ impl Facets {
 #[inline(always)]
 fn axis<R: Real>(x: [R; 3], shares: [R::Double; 3]) -> (R::Double, R::Double) {
     let [a, b, c] = x;
-    let from = R::Double::from_real;
-    weighted_sum([from(a), from(b), from(c)], shares)
+    weighted_sum([R::Double::from_real(a), R::Double::from_real(b), R::Double::from_real(c)], shares)
 }
 
 /// The four rows of a triangle.
