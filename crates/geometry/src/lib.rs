@@ -6,6 +6,7 @@
 #![deny(unsafe_code)]
 
 pub mod accel;
+mod barycentric;
 mod boxes;
 pub mod bvh;
 pub mod hit;
@@ -13,7 +14,7 @@ pub mod mesh;
 pub mod shapes;
 pub mod surface;
 
-pub use accel::{Accel, AccelBuilder, Coincident, PlacePoint};
+pub use accel::{Accel, AccelBuilder, Coincident, Facets, PlacePoint, Surfaces};
 pub use bvh::{HitFilter, Opaque};
 pub use dapple_math as math;
 pub use hit::Hit;

@@ -2,6 +2,7 @@
 //!
 //! A position is never computed as `o + t·d`. It is reconstructed from the surface, so that its error does not grow
 //! with the length or the grazing angle of the ray.
+use crate::barycentric::{MIXED, test_error, weighted};
 use dapple_math::Ray;
 use dapple_math::motion::Pose;
 use dapple_math::offset::{UNIT_ROUNDOFF, gamma, offset_origin};
@@ -113,14 +114,6 @@ impl Surface {
     }
 }
 
-/// Σ bᵢxᵢ and Σ|bᵢxᵢ|, with barycentric coordinates that sum to one in f64.
-fn weighted(x: [Vec3; 3], u: f32, v: f32) -> (DVec3, DVec3) {
-    let (u, v) = (f64::from(u), f64::from(v));
-    let [a, b, c] = x.map(|x| x.as_dvec3());
-    let (a, b, c) = (a * (1.0 - u - v), b * u, c * v);
-    (a + b + c, a.abs() + b.abs() + c.abs())
-}
-
 /// The position with barycentric coordinates (1 − u − v, u, v) and its error bound γ₇ Σ|bᵢpᵢ|; see
 /// [`Surface::on_triangle`].
 pub fn interpolate(corners: &[Vec3; 3], u: f32, v: f32) -> (Vec3, Vec3) {
@@ -154,7 +147,7 @@ pub(crate) fn lift(corners: [DVec3; 3], normals: [DVec3; 3], u: f32, v: f32, up:
 }
 
 /// Cross product of two edges: along the normal of the counter-clockwise side.
-fn winding(corners: [Vec3; 3]) -> DVec3 {
+pub(crate) fn winding(corners: [Vec3; 3]) -> DVec3 {
     cross(corners.map(|c| c.as_dvec3()))
 }
 
@@ -197,6 +190,21 @@ fn clear_of_edges(corners: [DVec3; 3], winding: DVec3, u: f32, v: f32, error: DV
     inward(edges, bary, winding, (CLEAR * bound.sqrt()).min(0.25 * height))
 }
 
+/// The barycentric coordinate from which on [`clear_of_edges`] moves no point of the triangle: a point all of whose
+/// coordinates, rounded to f32, are larger is far enough from the edges. Infinite for a triangle without area.
+///
+/// The coordinates sum to one, so that the error bound of any such point is at most that of a point with the largest
+/// coordinates of all corners. The millionth exceeds the rounding of this number, of the coordinates, and of the
+/// comparison in `clear_of_edges`.
+pub(crate) fn clear_from(corners: [Vec3; 3]) -> f32 {
+    let [a, b, c] = corners.map(|c| c.as_dvec3());
+    let error = test_error(a.abs().max(b.abs()).max(c.abs()), 7);
+    let longest = [c - b, a - c, b - a].map(|e| e.length_squared()).into_iter().fold(0.0, f64::max);
+    let (area, bound) = (cross([a, b, c]).length_squared(), error.length_squared());
+    let least = CLEAR * (bound * longest / area).sqrt() * (1.0 + 1e-6);
+    if least.is_finite() { least as f32 } else { f32::INFINITY }
+}
+
 /// The sum of the offsets from each edge to a distance of `margin` from it.
 #[cold]
 fn inward(edges: [DVec3; 3], bary: [f64; 3], winding: DVec3, margin: f64) -> DVec3 {
@@ -209,18 +217,8 @@ fn inward(edges: [DVec3; 3], bary: [f64; 3], winding: DVec3, margin: f64) -> DVe
     edges.into_iter().zip(bary).map(way).sum()
 }
 
-/// Fraction of the largest coordinate that the error bounds include on every axis. A plane x = 0 has no error along x,
-/// but the f64 part of the intersection test mixes the axes, more so for longer triangles (measured: up to 2⁻⁴² on
-/// slivers of aspect ratio 1e6).
-const MIXED: f64 = 1.0 / (1u64 << 40) as f64;
-
-/// γₙ·size, plus a small fraction of the largest axis on all axes.
-fn test_error(size: DVec3, n: u32) -> DVec3 {
-    size * f64::from(gamma(n)) + DVec3::splat(size.max_element() * MIXED)
-}
-
 /// `n`, negated if necessary to be in the hemisphere of `ng`.
-fn facing(n: DVec3, ng: DVec3) -> DVec3 {
+pub(crate) fn facing(n: DVec3, ng: DVec3) -> DVec3 {
     if n.dot(ng) < 0.0 { -n } else { n }
 }
 

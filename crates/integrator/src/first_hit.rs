@@ -18,6 +18,7 @@ use crate::visibility::{Query, Visibility};
 use dapple_camera::Camera;
 use dapple_geometry::{Hit, HitFilter, Surface};
 use dapple_math::Ray;
+use dapple_math::lanes::{Mask, Real, Vec3x};
 use dapple_sampling::Key;
 use dapple_scene::Scene;
 use glam::Vec2;
@@ -66,6 +67,13 @@ impl Job<'_> {
         let from_behind =
             || self.hides_backs && surface.ng.dot(ray.d) > 0.0 && self.is_passed(hit, ray, time);
         cfg!(not(without = "view")) && (self.clips(hit.t, near, ray, time) || from_behind())
+    }
+
+    /// Whether [`Job::passes`] has to be asked about first hits at `t` of rays of direction `d`.
+    #[inline(always)]
+    pub fn may_pass_first<R: Real>(&self, t: R, ng: Vec3x<R>, d: Vec3x<R>) -> R::Mask {
+        let from_behind = R::Mask::splat(self.hides_backs) & ng.dot(d).gt(R::splat(0.0));
+        t.lt(R::splat(self.near_most)) | from_behind
     }
 
     #[inline(never)]
@@ -119,6 +127,7 @@ impl<V: Visibility> FromCamera<V> {
 
 impl<V: Visibility> Visibility for FromCamera<V> {
     const PLAIN: bool = V::PLAIN;
+    const OPAQUE: bool = false;
     fn intersect(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit> {
         let at = Query { scene, ray, time, key };
         self.inner.closest_where(&at, &|hit: &Hit| self.meets(&at, hit))

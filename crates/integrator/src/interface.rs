@@ -40,9 +40,14 @@ impl Met {
     }
 }
 
-/// The nearest surface that is not a hidden boundary, in a scene with bodies.
+/// The nearest surface that is not a hidden boundary, in a scene with bodies. The nearest hit may be known.
 #[inline(never)]
-pub(crate) fn meet<V: Visibility>(context: &TraceContext<'_, V>, ray: &Ray, stack: &MediumStack) -> Met {
+pub(crate) fn meet<V: Visibility>(
+    context: &TraceContext<'_, V>,
+    ray: &Ray,
+    stack: &MediumStack,
+    mut known: Option<Hit>,
+) -> Met {
     let (scene, bodies) = (context.scene, context.job.media.bodies);
     let mut ray = *ray;
     let length = ray.d.length();
@@ -55,7 +60,8 @@ pub(crate) fn meet<V: Visibility>(context: &TraceContext<'_, V>, ray: &Ray, stac
         overflows: false,
     };
     for passed in 0.. {
-        let Some(mut hit) = context.visibility.intersect(scene, &ray, context.time, context.key) else {
+        let next = || context.visibility.intersect(scene, &ray, context.time, context.key);
+        let Some(mut hit) = known.take().or_else(next) else {
             met.transmittance *= met.stack.transmittance(bodies, f32::INFINITY);
             break;
         };

@@ -20,8 +20,8 @@ type Sampler =
 pub(crate) enum Kernel<'a> {
     /// By the method in the settings.
     Own(Sampler),
-    /// By paths in a plain scene, which batches compute as well.
-    Plain(Sampler),
+    /// By paths, which batches compute as well.
+    Paths(Sampler, Sight),
     /// By a custom integrator, in place of the method in the settings.
     Custom(&'a dyn Integrator),
 }
@@ -38,31 +38,49 @@ impl Kernel<'_> {
         rays: &mut u64,
     ) -> (Vec3, f32) {
         match self {
-            Self::Own(sampler) | Self::Plain(sampler) => sampler(job, pixel, index, first, rays),
+            Self::Own(sampler) | Self::Paths(sampler, _) => sampler(job, pixel, index, first, rays),
             Self::Custom(integrator) => custom::sample(*integrator, job, pixel, index, rays),
         }
     }
 }
 
+/// What stops the rays of paths in batches.
+#[derive(Clone, Copy)]
+pub(crate) enum Sight {
+    /// Every surface, in a plain scene.
+    Plain,
+    /// Every surface.
+    Solid,
+    /// Surfaces with alpha tests.
+    Cutout,
+}
+
 /// The smallest kernel of the settings' method that covers the job, and its name.
 pub(crate) fn choose(job: &Job<'_>) -> (Kernel<'static>, &'static str) {
     let (alpha, watched) = (job.asks_alpha(), is_watched(job));
-    if !job.is_plain() || watched {
-        let (sampler, name) = general(job, alpha, watched);
-        return (Kernel::Own(sampler), name);
-    }
-    let (sampler, name): (Sampler, _) = match (job.settings.kind(), alpha) {
+    let is_small = job.is_plain() && !watched;
+    let (sampler, name) = if is_small { plain_kernel(job, alpha) } else { general(job, alpha, watched) };
+    let sight = match alpha {
+        false if is_small => Sight::Plain,
+        false => Sight::Solid,
+        true => Sight::Cutout,
+    };
+    let is_path = job.settings.kind() == MethodKind::Path;
+    (if is_path { Kernel::Paths(sampler, sight) } else { Kernel::Own(sampler) }, name)
+}
+
+/// The smallest kernel for plain scenes without first hits.
+fn plain_kernel(job: &Job<'_>, alpha: bool) -> (Sampler, &'static str) {
+    match (job.settings.kind(), alpha) {
         (MethodKind::Path, false) => (path_plain, "path"),
         (MethodKind::Path, true) => (path_plain_alpha, "path+alpha"),
         (MethodKind::Distribution, false) => (distribution_plain, "distribution"),
         (MethodKind::Distribution, true) => (distribution_plain_alpha, "distribution+alpha"),
-    };
-    let is_path = job.settings.kind() == MethodKind::Path && !alpha;
-    (if is_path { Kernel::Plain(sampler) } else { Kernel::Own(sampler) }, name)
+    }
 }
 
 /// Whether first hits are recorded.
-fn is_watched(job: &Job<'_>) -> bool {
+pub(crate) fn is_watched(job: &Job<'_>) -> bool {
     let settings = job.settings;
     let asks = settings.aovs.iter().any(|aov| aov.needs_first_hit());
     cfg!(not(without = "layers")) && (settings.general || settings.transparent || asks)
@@ -102,7 +120,7 @@ fn solid(_: &Job<'_>) -> Solid<false> {
     Solid
 }
 
-fn cutout<const PLAIN: bool>(job: &Job<'_>) -> Cutout<PLAIN> {
+pub(crate) fn cutout<const PLAIN: bool>(job: &Job<'_>) -> Cutout<PLAIN> {
     Cutout { cull_backfaces: job.is_culled() }
 }
 

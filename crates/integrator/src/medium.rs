@@ -161,6 +161,11 @@ impl<'a> Media<'a> {
         self.bodies.is_empty()
     }
 
+    /// Whether all camera rays start outside of all bodies.
+    pub fn starts_outside(&self) -> bool {
+        matches!(self.start, Start::Known(stack) if stack.is_empty())
+    }
+
     /// The bodies around the origin of a camera ray.
     #[inline]
     pub fn at(&self, scene: &Scene, ray: &Ray, time: f32) -> MediumStack {

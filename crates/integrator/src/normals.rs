@@ -35,6 +35,7 @@
 use crate::job::Job;
 use crate::terminator;
 use dapple_geometry::{Hit, Surface};
+use dapple_math::lanes::{Real, Vec3x};
 use dapple_math::{Frame, offset::gamma};
 use dapple_scene::Shading;
 use glam::{Vec2, Vec3};
@@ -66,9 +67,9 @@ pub(crate) struct Tilt {
 }
 
 /// Whether a unit normal differs from the geometric one by more than the rounding of interpolated f32 normals.
-#[inline]
-pub(crate) fn leans(n: Vec3, ng: Vec3) -> bool {
-    (n - ng).abs().max_element() > gamma(8)
+#[inline(always)]
+pub(crate) fn leans<R: Real>(n: Vec3x<R>, ng: Vec3x<R>) -> R::Mask {
+    (n - ng).abs().max_element().gt(R::splat(gamma(8)))
 }
 
 impl Tilt {

@@ -56,7 +56,6 @@ fn li<V: Visibility, O: PathObserver>(
     observer: &mut O,
     rays: &mut u64,
 ) -> Vec3 {
-    let (scene, settings) = (job.scene, job.settings);
     // The near plane applies only to the camera ray.
     let (mut state, mut ray, mut near) = PathState::begin::<V>(job, ray, sample.time);
     for depth in 0.. {
@@ -65,31 +64,11 @@ fn li<V: Visibility, O: PathObserver>(
             break;
         }
         *rays += 1;
-        let key = sample.key.at(depth, Dimension::Alpha);
-        let context = TraceContext { job, scene, visibility, time: sample.time, key: key.branch(sample.s) };
-        let has_media = !V::PLAIN && !job.media.is_empty();
-        let arrived = match has_media {
-            true => state.arrive_through_media(&context, &mut ray, near, observer),
-            false => state.arrive(&context, &ray, near, depth),
-        };
-        let Some(place) = arrived else {
-            state.escape(job, depth, ray.d, observer);
-            break;
-        };
-        near = 0.0;
-        let wo = away(ray.d);
-        let le = place.emission(scene, wo, &state.arrival, settings.strategy);
-        state.radiance += state.beta * le;
-        let at = (&place.hit, &place.surface);
-        let vertex = Vertex::new(job, (&ray, wo), at, (sample.time, place.boundary.as_ref()));
-        observer.vertex(depth, &vertex, state.beta, le);
-        if vertex.shading.unlit || depth >= job.bounces {
-            cut_short(&vertex, state.beta, observer);
-            break;
-        }
-        let end = End { distance: place.distance, boundary: place.boundary.as_ref() };
-        let Some(next) = state.leave(&context, &vertex, end, sample, depth, observer, rays) else { break };
-        ray = next;
+        let key = sample.alpha_key(depth, Dimension::Alpha);
+        let context = TraceContext { job, scene: job.scene, visibility, time: sample.time, key };
+        let way = (&mut ray, near, None);
+        let Some(next) = state.step(&context, way, sample, depth, observer, rays) else { break };
+        (ray, near) = (next, 0.0);
     }
     state.radiance
 }
@@ -110,7 +89,7 @@ pub(crate) fn backward<R: Real>(d: Vec3x<R>) -> (Vec3x<R>, R) {
 /// One light by next-event estimation; without interreflection, also the environment on diffuse lobes and the ambient
 /// light.
 #[allow(clippy::too_many_arguments)]
-fn direct<V: Visibility, O: PathObserver>(
+pub(crate) fn direct<V: Visibility, O: PathObserver>(
     job: &Job<'_>,
     visibility: V,
     vertex: &Vertex,
@@ -124,7 +103,7 @@ fn direct<V: Visibility, O: PathObserver>(
         return Vec3::ZERO;
     }
     let (scene, strategy) = (job.scene, job.settings.strategy);
-    let key = sample.key.at(depth, Dimension::ShadowAlpha).branch(sample.s);
+    let key = sample.alpha_key(depth, Dimension::ShadowAlpha);
     let context = TraceContext { job, scene, visibility, time: sample.time, key };
     let reach = job.bounces - depth - 1;
     let beam = DirectLighting { context, vertex, media, strategy, reach, lost: Cell::new(Vec3::ZERO) };
@@ -158,7 +137,7 @@ pub(crate) struct Place {
     /// Length of the ray.
     pub distance: f32,
     /// The media on both sides, if the surface separates two.
-    boundary: Option<Boundary>,
+    pub boundary: Option<Boundary>,
 }
 
 impl Place {
@@ -201,7 +180,7 @@ impl PathState {
     /// State at the start of a camera ray, which may be moved to the near plane: the state, the ray, and an upper bound
     /// of the ray parameter of the near plane.
     #[inline(always)]
-    fn begin<V: Visibility>(job: &Job<'_>, mut ray: Ray, time: f32) -> (Self, Ray, f32) {
+    pub fn begin<V: Visibility>(job: &Job<'_>, mut ray: Ray, time: f32) -> (Self, Ray, f32) {
         let mut near = job.near_most;
         let mut state = Self::default();
         if !V::PLAIN && !job.media.is_empty() {
@@ -215,6 +194,42 @@ impl PathState {
             state.arrival.view = ray.t_max * ray.d.length();
         }
         (state, ray, near)
+    }
+
+    /// Follows a path along its ray to the next vertex and scatters it there: the next ray, or `None` where the path
+    /// ends. The nearest hit of the ray may be known.
+    #[inline(always)]
+    pub fn step<V: Visibility, O: PathObserver>(
+        &mut self,
+        context: &TraceContext<'_, V>,
+        (ray, near, known): (&mut Ray, f32, Option<Hit>),
+        sample: &Sample,
+        depth: u32,
+        observer: &mut O,
+        rays: &mut u64,
+    ) -> Option<Ray> {
+        let job = context.job;
+        let has_media = !V::PLAIN && !job.media.is_empty();
+        let arrived = match has_media {
+            true => self.arrive_through_media(context, ray, (near, known), observer),
+            false => self.arrive(context, ray, (near, known), depth),
+        };
+        let Some(place) = arrived else {
+            self.escape(job, depth, ray.d, observer);
+            return None;
+        };
+        let wo = away(ray.d);
+        let le = place.emission(job.scene, wo, &self.arrival, job.settings.strategy);
+        self.radiance += self.beta * le;
+        let at = (&place.hit, &place.surface);
+        let vertex = Vertex::new(job, (ray, wo), at, (sample.time, place.boundary.as_ref()));
+        observer.vertex(depth, &vertex, self.beta, le);
+        if vertex.shading.unlit || depth >= job.bounces {
+            cut_short(&vertex, self.beta, observer);
+            return None;
+        }
+        let end = End { distance: place.distance, boundary: place.boundary.as_ref() };
+        self.leave(context, &vertex, end, sample, depth, observer, rays)
     }
 
     /// Adds the environment to a path that leaves the scene along `d`.
@@ -274,10 +289,13 @@ impl PathState {
         &self,
         context: &TraceContext<'_, V>,
         ray: &Ray,
-        near: f32,
+        (near, known): (f32, Option<Hit>),
         depth: u32,
     ) -> Option<Place> {
-        let hit = context.visibility.intersect(context.scene, ray, context.time, context.key)?;
+        let hit = match known {
+            Some(hit) => hit,
+            None => context.visibility.intersect(context.scene, ray, context.time, context.key)?,
+        };
         let is_camera = if V::PLAIN { depth == 0 } else { self.arrival.is_camera() };
         let surface = context.scene.accel.surface(ray, context.time, &hit);
         Self::place(context, ray, (hit, surface), near, is_camera)
@@ -309,18 +327,18 @@ impl PathState {
         &mut self,
         context: &TraceContext<'_, V>,
         ray: &mut Ray,
-        near: f32,
+        (near, known): (f32, Option<Hit>),
         observer: &mut O,
     ) -> Option<Place> {
         let (job, time) = (context.job, context.time);
-        let mut met = meet(context, ray, &self.stack);
+        let mut met = meet(context, ray, &self.stack, known);
         let is_clipped = job.clips(met.first, near, ray, time);
         if self.arrival.is_camera() && (is_clipped || met.is_passed(job, ray, time)) {
             let mut before = 0.0;
             if is_clipped {
                 (*ray, self.stack, before) = start(job, ray, time);
             }
-            met = meet(&context.of_camera_ray(), ray, &self.stack);
+            met = meet(&context.of_camera_ray(), ray, &self.stack, None);
             met.distance += before;
         }
         self.beta *= met.transmittance;

@@ -49,6 +49,12 @@ impl Sample {
         Self { time: job.time(self.point_1d(0, Dimension::Time)), ..self }
     }
 
+    /// Key of the alpha tests of a ray.
+    #[inline(always)]
+    pub fn alpha_key(&self, depth: u32, dimension: Dimension) -> Key {
+        self.key.at(depth, dimension).branch(self.s)
+    }
+
     pub fn point_1d(&self, depth: u32, dimension: Dimension) -> f32 {
         #[cfg(test)]
         drawn::note(depth, dimension);

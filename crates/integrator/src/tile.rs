@@ -219,7 +219,7 @@ impl Tile {
         batches: &Batches,
         asked: impl Fn(u32, u32) -> (u32, u32),
     ) -> (u64, bool) {
-        let (mut samples, mut batch) = (0, batches.take());
+        let (mut samples, mut batch) = (0, batches.take(job));
         for (x, y) in pixels(self.rect) {
             let (from, to) = asked(x, y);
             for index in from..to {
@@ -243,9 +243,10 @@ impl Tile {
 
     /// Adds the samples of a batch, and empties it; returns how many.
     fn add_batch(&mut self, job: &Job<'_>, batch: &mut Batch) -> u64 {
-        let mut first = self.first_hits.start(job.settings);
-        for Done { pixel, index, value, weight, bias, rays } in batch.done() {
+        let nothing = FirstHit::default();
+        for Done { pixel, index, value, weight, bias, first, rays } in batch.done() {
             self.count_rays(pixel.0, pixel.1, rays);
+            let mut first = first.unwrap_or(&nothing).clone();
             first.bias = bias;
             self.add(job, pixel, index, (value, weight), &mut first);
         }

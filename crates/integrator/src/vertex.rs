@@ -171,11 +171,26 @@ pub(crate) fn oriented(
 ) -> (Frame, Option<Tilt>) {
     if shading.frame.z == surface.ng {
         (shading.frame, None)
-    } else if leans(shading.frame.z, surface.ng) {
+    } else if leans::<f32>(shading.frame.z.into(), surface.ng.into()) {
         Tilt::new(job, shading, (hit, surface), wo, time)
     } else {
         (facing_frame(&shading.frame, surface.ng, wo), None)
     }
+}
+
+/// Whether a frame about the shading normal `ns` is used as it is, seen from `wo`: the shading normal does not lean, and
+/// it faces the viewer.
+#[inline(always)]
+pub(crate) fn is_upright<R: Real>(ns: Vec3x<R>, ng: Vec3x<R>, wo: Vec3x<R>) -> R::Mask {
+    let is_flat = ns.x.eq(ng.x) & ns.y.eq(ng.y) & ns.z.eq(ng.z);
+    is_flat | (!leans(ns, ng) & faces(ns, ng, wo))
+}
+
+/// Whether `wo` is on the same side of both normals.
+#[inline(always)]
+fn faces<R: Real>(ns: Vec3x<R>, ng: Vec3x<R>, wo: Vec3x<R>) -> R::Mask {
+    let (zero, side) = (R::splat(0.0), ng.dot(wo));
+    (side * ns.dot(wo)).gt(zero) | side.eq(zero)
 }
 
 /// The shading frame, rotated if needed so that `wo` is on the same side of it as of the surface.
@@ -183,11 +198,10 @@ pub(crate) fn oriented(
 /// *Approximation*: a shading normal that differs from the geometric normal only by rounding can face away from a
 /// viewer who sees the surface edge-on; it is then tilted towards `wo` until it just faces it.
 fn facing_frame(frame: &Frame, ng: Vec3, wo: Vec3) -> Frame {
-    let side = ng.dot(wo);
-    let cos = frame.z.dot(wo);
-    if side * cos > 0.0 || side == 0.0 {
+    if faces::<f32>(frame.z.into(), ng.into(), wo.into()) {
         return *frame;
     }
+    let (side, cos) = (ng.dot(wo), frame.z.dot(wo));
     let z = frame.z - wo * (cos - 1e-3 * side.signum());
     Frame::from_z_tangent(z.normalize_or(ng), frame.x, 1.0)
 }

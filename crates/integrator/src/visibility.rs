@@ -18,6 +18,8 @@ pub(crate) trait Visibility: Copy + Send + Sync {
     ///
     /// [`Job::is_plain`]: crate::job::Job::is_plain
     const PLAIN: bool;
+    /// Every surface stops every ray.
+    const OPAQUE: bool;
     fn intersect(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit>;
     fn occluded(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> bool;
     /// Whether some surface that stops the ray `counts`. Tests all hits, in any order, until one counts.
@@ -69,6 +71,7 @@ pub(crate) struct Solid<const PLAIN: bool>;
 
 impl<const PLAIN: bool> Visibility for Solid<PLAIN> {
     const PLAIN: bool = PLAIN;
+    const OPAQUE: bool = true;
     #[inline(always)]
     fn intersect(self, scene: &Scene, ray: &Ray, time: f32, _: Key) -> Option<Hit> {
         scene.accel.intersect(ray, time, &Opaque)
@@ -97,6 +100,7 @@ pub(crate) struct Cutout<const PLAIN: bool> {
 
 impl<const PLAIN: bool> Visibility for Cutout<PLAIN> {
     const PLAIN: bool = PLAIN;
+    const OPAQUE: bool = false;
     fn intersect(self, scene: &Scene, ray: &Ray, time: f32, key: Key) -> Option<Hit> {
         scene.accel.intersect(ray, time, &self.filter(scene, ray, time, key))
     }

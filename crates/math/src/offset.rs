@@ -47,7 +47,7 @@ const SIGN: u32 = 0x8000_0000;
 
 /// Returns the next larger float; +∞ and NaN are kept.
 #[inline(always)]
-fn next_up<R: Real>(x: R) -> R {
+pub(crate) fn next_up<R: Real>(x: R) -> R {
     let (zero, one, bits) = (R::splat(0.0), R::Word::splat(1), x.to_bits());
     let larger = bits.wrapping_add(one);
     let smaller = bits.wrapping_sub(one);

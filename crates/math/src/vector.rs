@@ -1,5 +1,7 @@
 //! Helper functions for glam vectors.
 
+use crate::lanes::{Double, Real};
+use crate::offset::next_up;
 use glam::{DVec3, Vec3};
 
 /// Returns `v` normalized, or `other` when `v` is zero or not finite. `v` is scaled first, so that nothing underflows
@@ -20,7 +22,10 @@ pub fn round_up(v: DVec3) -> Vec3 {
     Vec3::new(up(v.x), up(v.y), up(v.z))
 }
 
-fn up(x: f64) -> f32 {
-    let y = x as f32;
-    if (y as f64) < x { y.next_up() } else { y }
+/// Rounds up to f32, per lane: see [`round_up`].
+#[inline(always)]
+pub fn up<D: Double>(x: D) -> D::Real {
+    let nearest = x.to_real();
+    let is_below = D::from_real(nearest).lt(x);
+    D::Real::select(is_below, next_up(nearest), nearest)
 }

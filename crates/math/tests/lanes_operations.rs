@@ -1,6 +1,6 @@
 //! Every operation on numbers and words: against the operations of Rust, and the same bits with every instruction set.
 
-use dapple_math::lanes::{Isa, Kernel, Mask, Real, Word, dispatch};
+use dapple_math::lanes::{Double, Isa, Kernel, Mask, Real, Word, dispatch};
 use dapple_testkit::Rng;
 
 /// The instruction sets of this machine; the others are named, so that a test that saw none of them can be recognised.
@@ -261,6 +261,82 @@ fn operations_are_those_of_rust_with_every_instruction_set() {
                     let (a, b) = (x[i], y[i]);
                     assert_eq!(got, expected, "{name} of {a:#x}, {b:#x} with {}", isa.name());
                 }
+            }
+        }
+    }
+}
+
+const DOUBLES: [&str; 8] = ["+", "-", "*", "/", "max", "abs", "sqrt", "lt"];
+
+/// The result of an operation in f64, rounded to f32, and what was rounded off.
+#[inline(always)]
+fn double<D: Double>(operation: usize, x: D, y: D) -> (D::Real, D::Real) {
+    let third = D::splat(1.0 / 3.0);
+    let (x, y) = (x * third, y * third);
+    let result = match DOUBLES[operation] {
+        "+" => x + y,
+        "-" => x - y,
+        "*" => x * y,
+        "/" => x / y,
+        "max" => x.max(y),
+        "abs" => x.abs(),
+        "sqrt" => x.sqrt(),
+        _ => {
+            let (zero, one) = (D::Real::splat(0.0), D::Real::splat(1.0));
+            return (D::Real::select(x.lt(y), one, zero), zero);
+        }
+    };
+    let rounded = result.to_real();
+    (rounded, (result - D::from_real(rounded)).to_real())
+}
+
+fn double_in_rust(operation: usize, x: f32, y: f32) -> (f32, f32) {
+    let third = 1.0 / 3.0;
+    let (x, y) = (f64::from(x) * third, f64::from(y) * third);
+    let result = match DOUBLES[operation] {
+        "+" => x + y,
+        "-" => x - y,
+        "*" => x * y,
+        "/" => x / y,
+        "max" => [y, x][usize::from(x > y)],
+        "abs" => f64::abs(x),
+        "sqrt" => f64::sqrt(x),
+        _ => return (f32::from(u8::from(x < y)), 0.0),
+    };
+    (result as f32, (result - f64::from(result as f32)) as f32)
+}
+
+/// Applies one operation in f64 to all pairs of arguments; the results go into two columns.
+struct ApplyDouble<'a>(usize, [&'a [f32]; 2], [&'a mut [f32]; 2]);
+
+impl Kernel for ApplyDouble<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<R: Real>(self) {
+        let Self(operation, [x, y], [high, low]) = self;
+        for i in (0..x.len()).step_by(R::LANES) {
+            let (x, y) = (R::load(&x[i..]), R::load(&y[i..]));
+            let (rounded, rest) = double(operation, R::Double::from_real(x), R::Double::from_real(y));
+            rounded.store(&mut high[i..]);
+            rest.store(&mut low[i..]);
+        }
+    }
+}
+
+#[test]
+fn operations_in_f64_are_those_of_rust_with_every_instruction_set() {
+    let (x, y) = arguments();
+    let numbers = |bits: &[u32]| bits.iter().map(|bits| f32::from_bits(*bits)).collect::<Vec<_>>();
+    let (x, y) = (numbers(&x), numbers(&y));
+    let bits = |x: f32| if x.is_nan() { f32::NAN.to_bits() } else { f32::to_bits(x) };
+    for isa in isas() {
+        for (operation, name) in DOUBLES.iter().enumerate() {
+            let (mut high, mut low) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+            dispatch(isa, ApplyDouble(operation, [&x, &y], [&mut high, &mut low]));
+            for i in 0..x.len() {
+                let (rounded, rest) = double_in_rust(operation, x[i], y[i]);
+                let (got, expected) = ([high[i], low[i]].map(bits), [rounded, rest].map(bits));
+                assert_eq!(got, expected, "{name} of {:e}, {:e} with {}", x[i], y[i], isa.name());
             }
         }
     }

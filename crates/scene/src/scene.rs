@@ -170,6 +170,13 @@ impl Scene {
         }
     }
 
+    /// The material of all of an object's surface, if it is the same everywhere and emits nothing.
+    pub fn uniform_material(&self, object: u32) -> Option<&Material> {
+        let (material, textured) = self.material_of(object);
+        let is_dark = material.emission == Vec3::ZERO && !material.unlit;
+        (is_dark && !textured && !self.accel.has_colors(object)).then_some(&material.base)
+    }
+
     /// Object and first primitive of an area light's surface.
     pub fn source_of(&self, light: u32) -> Option<(u32, u32)> {
         self.area.sources.get(light as usize).copied()

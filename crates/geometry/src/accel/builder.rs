@@ -1,5 +1,6 @@
 //! The builder of the acceleration structure: collects objects, then decides which are flattened, which are instances
 //! and which move.
+use super::facets::Facets;
 use super::objects::{Body, Object, Place, baked};
 use super::queries::Accel;
 use super::second::SecondLevel;
@@ -84,8 +85,9 @@ impl AccelBuilder {
         let (corners, object_of) = flatten(&mut objects);
         let tree = Tree::build(&corners).with_kernel(kernel);
         let triangles = objects.iter().filter_map(Object::mesh).map(|m| m.triangles.len()).sum();
+        let facets = Facets::new(&objects, object_of.len());
         let second = SecondLevel::build(&mut objects, shutter, kernel).map(Box::new);
-        Accel { kernel: tree.kernel(), tree, object_of, objects, second, shutter, triangles }
+        Accel { kernel: tree.kernel(), tree, object_of, objects, facets, second, shutter, triangles }
     }
 }
 

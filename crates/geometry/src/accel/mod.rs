@@ -7,11 +7,12 @@
 //! of the trees.
 mod builder;
 mod coincident;
+mod facets;
 mod objects;
 mod queries;
 mod second;
 
 pub use builder::AccelBuilder;
 pub use coincident::{Coincident, PlacePoint};
-
+pub use facets::{Facets, Surfaces};
 pub use queries::Accel;

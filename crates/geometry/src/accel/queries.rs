@@ -1,5 +1,6 @@
 //! The acceleration structure and its queries: intersection, occlusion, and surface data of hits.
 
+use super::facets::Facets;
 use super::objects::{Body, Object};
 use super::second::SecondLevel;
 use crate::bvh::{HitFilter, Kernel, Opaque, Tree, TriangleHit};
@@ -14,6 +15,7 @@ pub struct Accel {
     /// The object of each triangle of the flat tree.
     pub(super) object_of: Vec<u32>,
     pub(super) objects: Vec<Object>,
+    pub(super) facets: Option<Facets>,
     pub(super) second: Option<Box<SecondLevel>>,
     pub(super) shutter: (f32, f32),
     pub(super) triangles: usize,
@@ -129,6 +131,12 @@ impl Accel {
         surface
     }
 
+    /// The records from which the surfaces of many hits are computed at a time; None if there are none, as for very large
+    /// scenes.
+    pub fn facets(&self) -> Option<&Facets> {
+        self.facets.as_ref()
+    }
+
     /// Whether there is no geometry on either side of the edge from which the ray origin was moved, as at the diagonal
     /// of a flat quad, at a free edge, or on the outside of a convex edge. Tests occlusion from the moved origin
     /// through the position and as far again beyond it.
@@ -190,6 +198,11 @@ impl Accel {
             Some(Body::Mesh(mesh)) => mesh.color_at(hit.primitive, hit.u, hit.v),
             _ => Vec4::ONE,
         }
+    }
+
+    /// Whether an object has vertex colours.
+    pub fn has_colors(&self, object: u32) -> bool {
+        matches!(self.body(object), Some(Body::Mesh(mesh)) if !mesh.colors.is_empty())
     }
 
     /// World-space corners of a triangle; zeros for a shape. For a moving object, the corners at shutter opening (see
@@ -292,6 +305,7 @@ impl Accel {
         self.tree.memory_bytes()
             + size_of_val(&*self.object_of)
             + size_of_val(&*self.objects)
+            + self.facets.as_ref().map_or(0, Facets::memory_bytes)
             + meshes.iter().map(|m| m.memory_bytes()).sum::<usize>()
             + self.second.as_ref().map_or(0, |s| s.memory_bytes())
     }

@@ -1,99 +1,101 @@
-//! Second stage: rays meet surfaces, one by one. Emission is added, and the data of vertices are stored in columns.
+//! Second stage: rays meet surfaces. The rows that lanes do not cover are computed one by one: their vertices, the
+//! emission that they find, and for paths through bodies, panes and holes everything up to the next ray.
 
-use super::camera::Asked;
-use super::rows::{Cuts, CutsOf, Paths, Result, Vertices};
+use super::rows::{Hits, Vertices, Watch};
+use super::state::State;
+use super::surfaces::Materials;
+use crate::dimension::Dimension;
+use crate::direct::Sides;
 use crate::job::Job;
+use crate::medium::MediumStack;
 use crate::observer::cut_short;
-use crate::path::{End, PathState, Place, away};
+use crate::path::{End, PathState, Place, away, direct};
 use crate::sample::Sample;
+use crate::shadow::Passage;
 use crate::trace_context::TraceContext;
 use crate::vertex::{Vertex, oriented};
-use crate::visibility::Solid;
+use crate::visibility::Visibility;
 use dapple_geometry::Hit;
 use dapple_math::Ray;
 use dapple_sampling::Pattern;
 use glam::Vec3;
 
-/// No hit.
-pub(super) const NOWHERE: Hit = Hit { t: f32::INFINITY, u: 0.0, v: 0.0, primitive: 0, object: u32::MAX };
-
 /// What paths arrive with, and where results go.
-pub(super) struct Arrival<'a> {
+pub(super) struct Arrival<'a, V> {
     pub job: &'a Job<'a>,
+    pub visibility: V,
+    pub materials: &'a Materials,
     pub depth: u32,
     /// Pattern and number of the points of samples.
     pub points: (Pattern, u32),
-    pub asked: &'a Asked,
-    pub paths: &'a Paths,
-    pub next: &'a mut Paths,
-    pub results: &'a mut [Result],
-    pub cuts: &'a mut Cuts,
+    pub state: &'a mut State,
 }
 
-type Context<'a> = TraceContext<'a, Solid<true>>;
-
-/// The ray of a path; camera rays have an end.
-#[inline(always)]
-fn ray(paths: &Paths, asked: &Asked, depth: u32, i: usize) -> Ray {
-    let t_max = if depth == 0 { asked.t_max.get(i) } else { f32::INFINITY };
-    Ray { o: paths.o.get(i), d: paths.d.get(i), t_max }
-}
-
-/// The time of a path, where anything moves.
-#[inline(always)]
-fn time(paths: &Paths, asked: &Asked, moves: bool, i: usize) -> f32 {
-    if moves { asked.time.get(paths.place.get(i) as usize) } else { 0.0 }
-}
-
-impl Arrival<'_> {
+impl<V: Visibility> Arrival<'_, V> {
     #[inline(always)]
-    fn ray(&self, i: usize) -> Ray {
-        ray(self.paths, self.asked, self.depth, i)
-    }
-
-    fn place(&self, i: usize) -> usize {
-        self.paths.place.get(i) as usize
-    }
-
     fn time(&self, i: usize) -> f32 {
-        time(self.paths, self.asked, self.job.needs.time, i)
+        self.state.ray(i, self.job.needs.time).1
     }
 
-    fn context(&self, i: usize) -> Context<'_> {
-        // There are no alpha tests, whose key it would be.
-        let (job, key) = (self.job, self.paths.key(i));
-        TraceContext { job, scene: job.scene, visibility: Solid, time: self.time(i), key }
+    fn sample(&self, i: usize) -> Sample {
+        let (pattern, n) = self.points;
+        let paths = &self.state.paths;
+        Sample { key: paths.key(i), s: paths.s.get(i), n, pattern, time: self.time(i) }
     }
 
-    /// Finds the nearest hit of every ray.
-    pub fn intersect(&mut self, hits: &mut [Hit]) {
-        let results = &mut *self.results;
-        let (paths, depth, asked, needs) = (self.paths, self.depth, self.asked, self.job.needs);
-        let ray = |i| (ray(paths, asked, depth, i), time(paths, asked, needs.time, i));
-        self.job.scene.accel.intersect_each(paths.len, ray, |i, hit| {
-            hits[i] = hit.unwrap_or(NOWHERE);
-            results[paths.place.get(i) as usize].rays += 1;
+    /// The context of the ray of a path, or of its shadow ray.
+    fn context(&self, sample: &Sample, alpha: Dimension) -> TraceContext<'_, V> {
+        let (job, key) = (self.job, sample.alpha_key(self.depth, alpha));
+        TraceContext { job, scene: job.scene, visibility: self.visibility, time: sample.time, key }
+    }
+
+    /// Finds the nearest hit of every ray, as if all surfaces were opaque.
+    pub fn intersect(&mut self, hits: &mut Hits) {
+        let (moves, mut results) = (self.job.needs.time, std::mem::take(&mut self.state.results));
+        let state = &*self.state;
+        let ray = |i| state.ray(i, moves);
+        self.job.scene.accel.intersect_each(state.paths.len, ray, |i, hit| {
+            hits.set(i, hit);
+            results[state.place(i)].rays += 1;
         });
+        self.state.results = results;
     }
 
-    /// Ends the paths that leave the scene, and stores the vertices of the others.
-    pub fn vertices(&mut self, hits: &[Hit], vertices: &mut Vertices) {
-        for (i, hit) in hits.iter().enumerate().take(self.paths.len) {
-            let is_live = self.vertex(i, *hit, vertices);
+    /// Computes the odd rows.
+    pub fn vertices(&mut self, hits: &Hits, vertices: &mut Vertices) {
+        for k in 0..vertices.odd {
+            let i = vertices.odd_rows.get(k) as usize;
+            let is_live = self.vertex(i, hits.get(i), vertices);
             vertices.live.set(i, u32::from(is_live));
         }
     }
 
+    /// Whether the row needs the state or the rules of paths that are not plain.
+    #[inline(always)]
+    fn is_special(&self, i: usize, hit: Option<Hit>) -> bool {
+        let is_first = self.depth == 0 && self.materials.first_is_special;
+        is_first || self.state.paths.holds(i) || hit.is_some_and(|hit| self.materials.is_special(hit.object))
+    }
+
     /// Returns whether lanes have to scatter the path.
     #[inline(always)]
-    fn vertex(&mut self, i: usize, hit: Hit, vertices: &mut Vertices) -> bool {
-        let (ray, time, job) = (self.ray(i), self.time(i), self.job);
-        let met = if hit.object == u32::MAX { None } else { self.met(i, &ray, hit) };
-        let Some(at) = met else {
+    fn vertex(&mut self, i: usize, hit: Option<Hit>, vertices: &mut Vertices) -> bool {
+        if self.is_special(i, hit) {
+            self.step(i, hit);
+            return false;
+        }
+        let (ray, time, job) = (self.state.paths.ray(i), self.time(i), self.job);
+        let Some(hit) = hit else {
             self.escape(i, ray.d);
             return false;
         };
+        let surface = job.scene.accel.surface_inline(&ray, time, &hit);
+        if self.depth == 0 && job.passes(&ray, (&hit, &surface), job.near_most, time) {
+            self.step(i, Some(hit));
+            return false;
+        }
         let wo = away(ray.d);
+        let at = Place { hit, surface, distance: hit.t * ray.d.length(), boundary: None };
         self.emission(i, &at, wo);
         let seen = (&at.hit, &at.surface);
         let shading = job.scene.shading(&at.hit, &at.surface, time);
@@ -104,7 +106,7 @@ impl Arrival<'_> {
         }
         let (frame, tilt) = oriented(job, &shading, seen, wo, time);
         let is_odd = tilt.is_some() || shading.material.is_mirror();
-        if is_odd || !self.paths.beta.get(i).is_finite() {
+        if is_odd || !self.state.paths.beta.get(i).is_finite() {
             let vertex = Vertex::of(job, (&ray, wo), seen, shading, (frame, tilt));
             self.leave(i, &vertex, at.distance);
             return false;
@@ -114,76 +116,121 @@ impl Arrival<'_> {
         vertices.start.set(i, surface.start);
         vertices.p_error.set(i, surface.p_error);
         vertices.ng.set(i, surface.ng);
-        vertices.frame[0].set(i, frame.x);
-        vertices.frame[1].set(i, frame.y);
-        vertices.frame[2].set(i, frame.z);
+        vertices.store_frame::<f32>(i, &frame.into());
         vertices.materials.set(i, &shading.material);
         true
-    }
-
-    /// The place of a hit, behind everything that camera rays pass.
-    #[inline(always)]
-    fn met(&self, i: usize, ray: &Ray, hit: Hit) -> Option<Place> {
-        let near = if self.depth == 0 { self.job.near_most } else { 0.0 };
-        let surface = self.job.scene.accel.surface_inline(ray, self.time(i), &hit);
-        PathState::place(&self.context(i), ray, (hit, surface), near, self.depth == 0)
     }
 
     /// Adds the emission of the surface.
     #[inline(always)]
     fn emission(&mut self, i: usize, at: &Place, wo: Vec3) {
-        let (scene, beta) = (self.job.scene, self.paths.beta.get(i));
+        let (scene, beta) = (self.job.scene, self.state.paths.beta.get(i));
         let radiance = scene.emission(&at.hit, &at.surface, wo);
         if radiance == Vec3::ZERO && beta.is_finite() {
             return;
         }
-        let arrival = self.paths.arrival(i, (self.time(i), self.depth));
+        let arrival = self.state.paths.arrival(i, (self.time(i), self.depth));
         let le = at.emission(scene, wo, &arrival, self.job.settings.strategy);
-        let place = self.place(i);
-        self.results[place].radiance += beta * le;
+        let place = self.state.place(i);
+        self.state.results[place].radiance += beta * le;
     }
 
     /// Adds the environment.
     #[inline(always)]
     fn escape(&mut self, i: usize, d: Vec3) {
-        if self.job.scene.environment.is_none() && self.paths.beta.get(i).is_finite() {
+        if self.job.scene.environment.is_none() && self.state.paths.beta.get(i).is_finite() {
             return;
         }
-        let mut state = self.state(i);
-        let place = self.place(i);
-        let mut cuts = CutsOf { cuts: self.cuts, place };
-        state.escape(self.job, self.depth, d, &mut cuts);
-        self.results[place].radiance = state.radiance;
+        let mut state = self.path(i);
+        let place = self.state.place(i);
+        state.escape(self.job, self.depth, d, &mut self.watch(place));
+        self.state.results[place].radiance = state.radiance;
     }
 
     #[inline(always)]
-    fn state(&self, i: usize) -> PathState {
-        let radiance = self.results[self.place(i)].radiance;
-        self.paths.state(i, (self.time(i), self.depth), radiance)
+    fn path(&self, i: usize) -> PathState {
+        let radiance = self.state.results[self.state.place(i)].radiance;
+        self.state.paths.state(i, (self.time(i), self.depth), (radiance, &self.state.held))
+    }
+
+    fn watch(&mut self, place: usize) -> Watch<'_> {
+        let State { cuts, firsts, .. } = &mut *self.state;
+        Watch { cuts, place, first: firsts.get_mut(place) }
     }
 
     /// Ends a path that is not scattered.
     #[inline(never)]
     fn end(&mut self, i: usize, vertex: &Vertex) {
-        let mut cuts = CutsOf { place: self.place(i), cuts: self.cuts };
-        cut_short(vertex, self.paths.beta.get(i), &mut cuts);
+        let (place, beta) = (self.state.place(i), self.state.paths.beta.get(i));
+        cut_short(vertex, beta, &mut self.watch(place));
     }
 
     /// Scatters a path alone.
     #[inline(never)]
     fn leave(&mut self, i: usize, vertex: &Vertex, distance: f32) {
-        let (place, time, mut state) = (self.place(i), self.time(i), self.state(i));
-        let (pattern, n) = self.points;
-        let sample = Sample { key: self.paths.key(i), s: self.paths.s.get(i), n, pattern, time };
-        let (job, key) = (self.job, sample.key);
-        let context = TraceContext { job, scene: job.scene, visibility: Solid::<true>, time, key };
-        let mut cuts = CutsOf { cuts: self.cuts, place };
+        let (place, sample, mut state) = (self.state.place(i), self.sample(i), self.path(i));
+        let (job, depth, visibility) = (self.job, self.depth, self.visibility);
+        let key = sample.alpha_key(depth, Dimension::Alpha);
+        let context = TraceContext { job, scene: job.scene, visibility, time: sample.time, key };
         let (end, mut rays) = (End { distance, boundary: None }, 0);
-        let next = state.leave(&context, vertex, end, &sample, self.depth, &mut cuts, &mut rays);
-        let result = &mut self.results[place];
+        let next = state.leave(&context, vertex, end, &sample, depth, &mut self.watch(place), &mut rays);
+        self.go_on(place, &sample, (state, next), rays);
+    }
+
+    /// Follows a path alone from its origin on.
+    #[inline(never)]
+    fn step(&mut self, i: usize, hit: Option<Hit>) {
+        let (place, sample) = (self.state.place(i), self.sample(i));
+        let (job, depth, visibility) = (self.job, self.depth, self.visibility);
+        let key = sample.alpha_key(depth, Dimension::Alpha);
+        let context = TraceContext { job, scene: job.scene, visibility, time: sample.time, key };
+        // A camera ray may start elsewhere, and alpha tests may pass the hit.
+        let (mut state, mut ray, near, known) = match depth {
+            0 => {
+                let (state, ray, near) = PathState::begin::<V>(job, self.state.paths.ray(i), sample.time);
+                (state, ray, near, None)
+            }
+            _ => (self.path(i), self.state.paths.ray(i), 0.0, hit.filter(|_| V::OPAQUE)),
+        };
+        let (way, mut rays) = ((&mut ray, near, known), 0);
+        let next = state.step(&context, way, &sample, depth, &mut self.watch(place), &mut rays);
+        self.go_on(place, &sample, (state, next), rays);
+    }
+
+    /// Keeps the result of a row, and its path if it goes on.
+    fn go_on(&mut self, place: usize, sample: &Sample, (state, next): (PathState, Option<Ray>), rays: u64) {
+        let State { next: paths, results, held, .. } = &mut *self.state;
+        let result = &mut results[place];
         (result.radiance, result.rays) = (state.radiance, result.rays + rays as u32);
         if let Some(ray) = next {
-            self.next.push(place, &sample, &state, &ray);
+            paths.push(place, sample, (&state, &ray), held);
         }
+    }
+
+    /// Adds the light of row `i` whose shadow ray hits a surface that may not stop it. `light`: without this surface.
+    #[inline(never)]
+    pub fn light_through(&mut self, i: usize, hit: Option<Hit>, (ray, light): (Ray, Vec3)) {
+        let (place, sample) = (self.state.place(i), self.sample(i));
+        let outside = MediumStack::EMPTY;
+        let passage = self.context(&sample, Dimension::ShadowAlpha).passage(&ray, &outside, f32::INFINITY);
+        let is_open = match passage {
+            Passage::Blocked => return,
+            Passage::Open(way) => way.passed == 0,
+            Passage::Lost => false,
+        };
+        if is_open {
+            self.state.results[place].radiance += light;
+            return;
+        }
+        // The weight of the light depends on what is passed.
+        let Some(hit) = hit else { return };
+        let (job, ray, time) = (self.job, self.state.paths.ray(i), sample.time);
+        let surface = job.scene.accel.surface(&ray, time, &hit);
+        let vertex = Vertex::new(job, (&ray, away(ray.d)), (&hit, &surface), (time, None));
+        let (beta, media) = (self.state.paths.beta.get(i), Sides { near: &outside, far: &outside });
+        let (depth, visibility) = (self.depth, self.visibility);
+        let lit = (beta, &mut self.watch(place));
+        let direct = direct(job, visibility, &vertex, &sample, depth, media, lit, &mut 0);
+        self.state.results[place].radiance += beta * direct;
     }
 }

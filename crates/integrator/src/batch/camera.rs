@@ -24,14 +24,12 @@ pub(super) struct Asked {
     pub time: Numbers,
     /// Filter weight.
     pub weight: Numbers,
-    /// End of the camera ray.
-    pub t_max: Numbers,
 }
 
 impl Asked {
     pub fn new() -> Self {
         let (words, numbers) = (Words::new, Numbers::new);
-        Self { x: words(), y: words(), index: words(), time: numbers(), weight: numbers(), t_max: numbers() }
+        Self { x: words(), y: words(), index: words(), time: numbers(), weight: numbers() }
     }
 }
 
@@ -74,7 +72,7 @@ impl CameraRays<'_> {
         let fraction = offset + Vec2x::new(half, half);
         let ray = job.camera.rays::<R>(pixel, fraction, job.settings.size, lens);
         self.asked.weight.store(i, weight);
-        self.asked.t_max.store(i, ray.t_max);
+        paths.t_max.store(i, ray.t_max);
         paths.o.store(i, ray.o);
         paths.d.store(i, ray.d);
         paths.beta.store(i, Vec3x::<R>::splat(Vec3::ONE));
@@ -94,7 +92,6 @@ pub(super) fn moving(job: &Job<'_>, (pattern, n): (Pattern, u32), asked: &mut As
         let sample = Sample { key, s, n, pattern, time };
         let (ray, weight) = sample.camera_ray(job, (asked.x.get(i), asked.y.get(i)));
         asked.weight.set(i, weight);
-        asked.t_max.set(i, ray.t_max);
-        paths.push(i, &sample, &PathState::default(), &ray);
+        paths.push(i, &sample, (&PathState::default(), &ray), &mut []);
     }
 }

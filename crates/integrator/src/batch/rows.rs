@@ -3,11 +3,16 @@
 use super::columns::{Numbers, ROWS, Vectors, Words};
 use crate::bias_report::{BiasReport, Truncation};
 use crate::emission::{CompetingStrategy, MisContext};
+use crate::first_hit_sums::FirstHit;
+use crate::medium::MediumStack;
 use crate::observer::PathObserver;
 use crate::path::PathState;
 use crate::sample::Sample;
+use crate::vertex::Vertex;
+use dapple_geometry::Hit;
 use dapple_materials::lanes::Columns;
 use dapple_math::Ray;
+use dapple_math::lanes::{Framex, Real};
 use dapple_sampling::Key;
 use glam::Vec3;
 
@@ -15,6 +20,8 @@ use glam::Vec3;
 pub(super) const COMPETES: u32 = 1;
 /// See [`MisContext::is_seen`].
 pub(super) const IS_SEEN: u32 = 2;
+/// The path is within bodies or has passed surfaces straight: more of its state is [`Held`].
+pub(super) const HOLDS: u32 = 4;
 
 /// Paths between two vertices, each with the ray to the next one. The columns from `p` on are those of [`MisContext`].
 pub(super) struct Paths {
@@ -32,6 +39,8 @@ pub(super) struct Paths {
     pub n: Vectors,
     pub pdf: Numbers,
     pub flags: Words,
+    /// End of the ray.
+    pub t_max: Numbers,
 }
 
 impl Paths {
@@ -50,6 +59,7 @@ impl Paths {
             n: vectors(),
             pdf: Numbers::new(),
             flags: words(),
+            t_max: Numbers::new(),
         }
     }
 
@@ -81,9 +91,24 @@ impl Paths {
     }
 
     /// State of the path of a row, with the radiance found so far.
-    pub fn state(&self, i: usize, at: (f32, u32), radiance: Vec3) -> PathState {
+    pub fn state(&self, i: usize, at: (f32, u32), (radiance, held): (Vec3, &[Held])) -> PathState {
         let (beta, eta, arrival) = (self.beta.get(i), self.eta.get(i), self.arrival(i, at));
-        PathState { radiance, beta, eta, arrival, ..PathState::default() }
+        let mut state = PathState { radiance, beta, eta, arrival, ..PathState::default() };
+        if let (true, Some(held)) = (self.holds(i), held.get(self.place.get(i) as usize)) {
+            held.give(&mut state);
+        }
+        state
+    }
+
+    /// Whether more of the state of a path is [`Held`].
+    pub fn holds(&self, i: usize) -> bool {
+        self.flags.get(i) & HOLDS != 0
+    }
+
+    /// The ray of a row.
+    #[inline(always)]
+    pub fn ray(&self, i: usize) -> Ray {
+        Ray { o: self.o.get(i), d: self.d.get(i), t_max: self.t_max.get(i) }
     }
 
     /// Sets the numbers of the sample at `place`, before its camera ray is known.
@@ -96,7 +121,13 @@ impl Paths {
     }
 
     /// Adds a path in `state`, which continues along `ray`.
-    pub fn push(&mut self, place: usize, sample: &Sample, state: &PathState, ray: &Ray) {
+    pub fn push(
+        &mut self,
+        place: usize,
+        sample: &Sample,
+        (state, ray): (&PathState, &Ray),
+        held: &mut [Held],
+    ) {
         let i = self.len;
         self.len += 1;
         self.place.set(i, place as u32);
@@ -116,7 +147,74 @@ impl Paths {
             CompetingStrategy::Choice => COMPETES,
             _ => 0,
         };
-        self.flags.set(i, competes | if arrival.is_seen { IS_SEEN } else { 0 });
+        let mut flags = competes | if arrival.is_seen { IS_SEEN } else { 0 };
+        if let (true, Some(held)) = (Held::is_needed(state), held.get_mut(place)) {
+            *held = Held::of(state);
+            flags |= HOLDS;
+        }
+        self.flags.set(i, flags);
+        self.t_max.set(i, ray.t_max);
+    }
+}
+
+/// The rest of the state of a path, by place: the bodies around it, and what it has passed straight.
+#[derive(Clone, Copy)]
+pub(super) struct Held {
+    stack: MediumStack,
+    gone: f32,
+    bent: bool,
+    view: f32,
+}
+
+impl Held {
+    pub const NOTHING: Self = Self { stack: MediumStack::EMPTY, gone: 0.0, bent: false, view: 0.0 };
+
+    fn of(state: &PathState) -> Self {
+        let MisContext { gone, bent, view, .. } = state.arrival;
+        Self { stack: state.stack, gone, bent, view }
+    }
+
+    fn is_needed(state: &PathState) -> bool {
+        let MisContext { gone, bent, view, .. } = state.arrival;
+        !state.stack.is_empty() || gone != 0.0 || bent || view > 0.0
+    }
+
+    fn give(&self, state: &mut PathState) {
+        state.stack = self.stack;
+        state.arrival = MisContext { gone: self.gone, bent: self.bent, view: self.view, ..state.arrival };
+    }
+}
+
+/// Nearest hits of rays.
+pub(super) struct Hits {
+    pub t: Numbers,
+    pub u: Numbers,
+    pub v: Numbers,
+    pub primitive: Words,
+    /// `u32::MAX` where nothing is hit.
+    pub object: Words,
+}
+
+impl Hits {
+    pub fn new() -> Self {
+        let (words, numbers) = (Words::new, Numbers::new);
+        Self { t: numbers(), u: numbers(), v: numbers(), primitive: words(), object: words() }
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, hit: Option<Hit>) {
+        let Some(hit) = hit else { return self.object.set(i, u32::MAX) };
+        self.t.set(i, hit.t);
+        self.u.set(i, hit.u);
+        self.v.set(i, hit.v);
+        self.primitive.set(i, hit.primitive);
+        self.object.set(i, hit.object);
+    }
+
+    pub fn get(&self, i: usize) -> Option<Hit> {
+        let object = self.object.get(i);
+        let (primitive, t) = (self.primitive.get(i), self.t.get(i));
+        (object != u32::MAX).then(|| Hit { t, u: self.u.get(i), v: self.v.get(i), primitive, object })
     }
 }
 
@@ -124,6 +222,9 @@ impl Paths {
 pub(super) struct Vertices {
     /// 1 where lanes scatter the path, else 0.
     pub live: Words,
+    /// The rows that are computed one by one, and their number.
+    pub odd_rows: Words,
+    pub odd: usize,
     pub p: Vectors,
     pub start: Vectors,
     pub p_error: Vectors,
@@ -138,6 +239,8 @@ impl Vertices {
         let vectors = Vectors::new;
         Self {
             live: Words::new(),
+            odd_rows: Words::new(),
+            odd: 0,
             p: vectors(),
             start: vectors(),
             p_error: vectors(),
@@ -146,12 +249,31 @@ impl Vertices {
             materials: Columns::new(ROWS),
         }
     }
+
+    /// Lists all of `n` rows to be computed one by one.
+    pub fn all_odd(&mut self, n: usize) {
+        self.odd = n;
+        for i in 0..n {
+            self.live.set(i, 0);
+            self.odd_rows.set(i, i as u32);
+        }
+    }
+
+    #[inline(always)]
+    pub fn store_frame<R: Real>(&mut self, i: usize, frame: &Framex<R>) {
+        let [x, y, z] = &mut self.frame;
+        x.store(i, frame.x);
+        y.store(i, frame.y);
+        z.store(i, frame.z);
+    }
 }
 
 /// Shadow rays, each with the light that arrives if nothing occludes it.
 pub(super) struct Shadows {
     pub len: usize,
     pub place: Words,
+    /// Row of the path.
+    pub row: Words,
     pub o: Vectors,
     pub d: Vectors,
     /// End of the ray; negative where the light is not a number, so that no ray is needed.
@@ -165,6 +287,7 @@ impl Shadows {
         Self {
             len: 0,
             place: Words::new(),
+            row: Words::new(),
             o: vectors(),
             d: vectors(),
             t_max: Numbers::new(),
@@ -197,9 +320,9 @@ impl Cuts {
         self.0.push((place as u32, why, beta));
     }
 
-    /// Sorts by place; every path is truncated at most once.
+    /// Sorts by place. The truncations of a path keep their order.
     pub fn sort(&mut self) {
-        self.0.sort_unstable_by_key(|cut| cut.0);
+        self.0.sort_by_key(|cut| cut.0);
     }
 
     /// The report of a sample; places must be asked for in order, with `from` starting at 0.
@@ -214,13 +337,31 @@ impl Cuts {
     }
 }
 
-/// Adds the truncation of one path.
-pub(super) struct CutsOf<'a> {
+/// Observes one path.
+pub(super) struct Watch<'a> {
     pub cuts: &'a mut Cuts,
     pub place: usize,
+    /// Its first hit, if that is asked for.
+    pub first: Option<&'a mut FirstHit>,
 }
 
-impl PathObserver for CutsOf<'_> {
+impl PathObserver for Watch<'_> {
+    fn vertex(&mut self, depth: u32, vertex: &Vertex, beta: Vec3, emitted: Vec3) {
+        if let Some(first) = &mut self.first {
+            first.vertex(depth, vertex, beta, emitted);
+        }
+    }
+
+    fn escaped(&mut self, depth: u32, beta: Vec3, radiance: Vec3, d: Vec3) {
+        if let Some(first) = &mut self.first {
+            first.escaped(depth, beta, radiance, d);
+        }
+    }
+
+    fn hides_backdrop(&self) -> bool {
+        self.first.as_ref().is_some_and(|first| first.hides_backdrop())
+    }
+
     fn cut(&mut self, why: Truncation, beta: Vec3) {
         self.cuts.add(self.place, why, beta);
     }

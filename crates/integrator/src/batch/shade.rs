@@ -162,6 +162,8 @@ impl Shading<'_> {
         shadows.d.pack(i, reached, d);
         shadows.t_max.pack(i, reached, R::select(is_nan, R::splat(-1.0), t_max));
         shadows.light.pack(i, reached, at.beta * value);
+        let row = R::Word::splat(at.row as u32).wrapping_add(R::Word::lane_index());
+        shadows.row.pack(i, reached, row);
         shadows.len += shadows.place.pack(i, reached, self.paths.place.load::<R::Word>(at.row));
     }
 
@@ -197,6 +199,7 @@ impl Shading<'_> {
         next.p.pack(i, go, at.p);
         next.n.pack(i, go, at.n);
         next.pdf.pack(i, go, sample.pdf);
+        next.t_max.pack(i, go, R::splat(f32::INFINITY));
         next.flags.pack(i, go, R::Word::select(is_delta, flags, competes));
         next.key[0].pack(i, go, paths.key[0].load::<R::Word>(row));
         next.key[1].pack(i, go, paths.key[1].load::<R::Word>(row));

@@ -1,17 +1,22 @@
 //! Traces a batch: its stages in turn, until all of its paths have ended.
 
-use super::arrive::{Arrival, NOWHERE};
-use super::camera::{self, Asked, CameraRays};
+use super::arrive::Arrival;
+use super::camera::{self, CameraRays};
 use super::lights::Lights;
 use super::points::PointSet;
-use super::rows::{Cuts, Paths, Result, Shadows, Vertices};
+use super::rows::{Hits, Shadows, Vertices};
 use super::shade::Shading;
+use super::state::State;
+use super::surfaces::{Materials, Surfaces};
 use crate::bias_report::BiasReport;
 use crate::dimension::Dimension;
+use crate::first_hit_sums::FirstHit;
 use crate::job::Job;
+use crate::kernel::{Sight, cutout};
 use crate::sample::Sample;
-use dapple_geometry::Hit;
+use crate::visibility::{Solid, Visibility};
 use dapple_math::lanes::{Isa, dispatch};
+use dapple_sampling::Pattern;
 use glam::Vec3;
 
 /// Samples that are traced together. Everything is kept in columns of the same length, which are used again.
@@ -21,40 +26,47 @@ pub(crate) struct Batch {
     len: usize,
     /// The points of the samples, and their number.
     set: Option<(PointSet, u32)>,
-    asked: Asked,
-    paths: Paths,
-    next: Paths,
-    hits: Vec<Hit>,
+    hits: Hits,
     vertices: Vertices,
     shadows: Shadows,
-    results: Vec<Result>,
-    cuts: Cuts,
+    /// Shadow rays that are tested once more.
+    again: Vec<u32>,
+    state: State,
+}
+
+/// What the batches of a render share.
+pub(super) struct Shared {
+    pub lights: Lights,
+    pub materials: Materials,
+    pub isa: Isa,
+    pub sight: Sight,
+    /// First hits are recorded.
+    pub watched: bool,
 }
 
 /// A finished sample.
-pub(crate) struct Done {
+pub(crate) struct Done<'a> {
     pub pixel: (u32, u32),
     pub index: u32,
     pub value: Vec3,
     pub weight: f32,
     pub bias: BiasReport,
+    /// Its first hit, if that is asked for.
+    pub first: Option<&'a FirstHit>,
     pub rays: u64,
 }
 
 impl Batch {
-    pub fn new(rows: usize) -> Self {
+    pub(super) fn new(rows: usize, job: &Job<'_>, shared: &Shared) -> Self {
         Self {
             rows,
             len: 0,
             set: None,
-            asked: Asked::new(),
-            paths: Paths::new(),
-            next: Paths::new(),
-            hits: vec![NOWHERE; rows],
+            hits: Hits::new(),
             vertices: Vertices::new(),
             shadows: Shadows::new(),
-            results: vec![Result::default(); rows],
-            cuts: Cuts::default(),
+            again: Vec::new(),
+            state: State::new(rows, job, shared.watched),
         }
     }
 
@@ -65,8 +77,8 @@ impl Batch {
 
     /// Removes all samples.
     pub fn clear(&mut self) {
-        (self.len, self.set, self.paths.len) = (0, None, 0);
-        self.cuts.clear();
+        (self.len, self.set, self.state.paths.len) = (0, None, 0);
+        self.state.cuts.clear();
     }
 
     /// Adds a sample; returns false if it has to be in another batch.
@@ -79,104 +91,140 @@ impl Batch {
         let place = self.len;
         self.set = Some((set, sample.n));
         self.len += 1;
-        self.asked.x.set(place, pixel.0);
-        self.asked.y.set(place, pixel.1);
-        self.asked.index.set(place, index);
+        let (asked, paths) = (&mut self.state.asked, &mut self.state.paths);
+        asked.x.set(place, pixel.0);
+        asked.y.set(place, pixel.1);
+        asked.index.set(place, index);
         let time = if job.needs.time { job.time(sample.point_1d(0, Dimension::Time)) } else { 0.0 };
-        self.asked.time.set(place, time);
-        self.paths.start(place, &sample);
-        self.results[place] = Result::default();
+        asked.time.set(place, time);
+        paths.start(place, &sample);
+        self.state.clear(place, job);
         true
     }
 
     /// Traces all samples; returns false if the job was stopped before that.
-    pub(super) fn trace(&mut self, job: &Job<'_>, lights: &Lights, isa: Isa) -> bool {
+    pub(super) fn trace(&mut self, job: &Job<'_>, shared: &Shared) -> bool {
+        match shared.sight {
+            Sight::Plain => self.trace_in((job, Solid::<true>), shared),
+            Sight::Solid => self.trace_in((job, Solid::<false>), shared),
+            Sight::Cutout => self.trace_in((job, cutout::<false>(job)), shared),
+        }
+    }
+
+    fn trace_in<V: Visibility>(&mut self, at: (&Job<'_>, V), shared: &Shared) -> bool {
+        let job = at.0;
         let Some((set, n)) = self.set else { return true };
-        let pattern = job.settings.pattern;
-        self.paths.len = self.len;
+        let points = (job.settings.pattern, n);
+        let State { asked, paths, .. } = &mut self.state;
+        paths.len = self.len;
         if job.camera.motion.is_some() {
-            camera::moving(job, (pattern, n), &mut self.asked, &mut self.paths);
+            camera::moving(job, points, asked, paths);
         } else {
             let warp = job.settings.filter.warp();
-            dispatch(isa, CameraRays { job, set, warp, asked: &mut self.asked, paths: &mut self.paths });
+            dispatch(shared.isa, CameraRays { job, set, warp, asked, paths });
         }
         for depth in 0.. {
-            if self.paths.len == 0 {
+            if self.state.paths.len == 0 {
                 break;
             }
             if job.is_stopped() {
                 return false;
             }
-            self.arrive(job, depth, n);
-            self.shade(job, lights, isa, set, depth);
-            self.occlude(job);
-            std::mem::swap(&mut self.paths, &mut self.next);
+            self.arrive(at, shared, (depth, points));
+            self.shade(job, shared, set, depth);
+            self.occlude(at, shared, (depth, points));
+            let State { paths, next, .. } = &mut self.state;
+            std::mem::swap(paths, next);
         }
-        self.cuts.sort();
+        self.state.cuts.sort();
         true
     }
 
-    fn arrive(&mut self, job: &Job<'_>, depth: u32, n: u32) {
-        self.next.len = 0;
-        let mut arrival = Arrival {
-            job,
-            depth,
-            points: (job.settings.pattern, n),
-            asked: &self.asked,
-            paths: &self.paths,
-            next: &mut self.next,
-            results: &mut self.results,
-            cuts: &mut self.cuts,
-        };
+    fn arrive<V: Visibility>(
+        &mut self,
+        (job, visibility): (&Job<'_>, V),
+        shared: &Shared,
+        (depth, points): (u32, (Pattern, u32)),
+    ) {
+        self.state.next.len = 0;
+        let (materials, state) = (&shared.materials, &mut self.state);
+        let mut arrival = Arrival { job, visibility, materials, depth, points, state };
         arrival.intersect(&mut self.hits);
+        let (paths, hits, vertices) = (&arrival.state.paths, &self.hits, &mut self.vertices);
+        let is_special = depth == 0 && materials.first_is_special;
+        match job.scene.accel.facets().filter(|_| !is_special) {
+            // At the last depth, paths end one by one.
+            Some(facets) if depth < job.bounces => {
+                dispatch(shared.isa, Surfaces { job, facets, materials, depth, paths, hits, vertices });
+            }
+            _ => vertices.all_odd(paths.len),
+        }
         arrival.vertices(&self.hits, &mut self.vertices);
     }
 
-    fn shade(&mut self, job: &Job<'_>, lights: &Lights, isa: Isa, set: PointSet, depth: u32) {
+    fn shade(&mut self, job: &Job<'_>, shared: &Shared, set: PointSet, depth: u32) {
         self.shadows.len = 0;
+        let State { asked, paths, next, cuts, .. } = &mut self.state;
         let shading = Shading {
             job,
-            lights,
+            lights: &shared.lights,
             depth,
             set,
-            asked: &self.asked,
-            paths: &self.paths,
+            asked,
+            paths,
             vertices: &self.vertices,
-            next: &mut self.next,
+            next,
             shadows: &mut self.shadows,
-            cuts: &mut self.cuts,
+            cuts,
         };
-        dispatch(isa, shading);
+        dispatch(shared.isa, shading);
     }
 
-    /// Adds the light of the shadow rays that nothing occludes.
-    fn occlude(&mut self, job: &Job<'_>) {
-        let accel = &job.scene.accel;
-        let (shadows, asked, results) = (&self.shadows, &self.asked, &mut self.results);
+    /// Adds the light of the shadow rays that nothing occludes, or whose occluders let it pass.
+    fn occlude<V: Visibility>(
+        &mut self,
+        (job, visibility): (&Job<'_>, V),
+        shared: &Shared,
+        (depth, points): (u32, (Pattern, u32)),
+    ) {
+        let asks_again = !V::OPAQUE || (!V::PLAIN && job.clear_ways);
+        let State { asked, results, .. } = &mut self.state;
+        let (shadows, again) = (&self.shadows, &mut self.again);
+        again.clear();
         let place = |i: usize| shadows.place.get(i) as usize;
         let time = |i: usize| if job.needs.time { asked.time.get(place(i)) } else { 0.0 };
         // No ray with an end below 0 hits anything.
         let ray = |i: usize| (shadows.ray(i), time(i));
-        accel.occluded_each(shadows.len, ray, |i, is_occluded| {
+        job.scene.accel.occluded_each(shadows.len, ray, |i, is_occluded| {
             let result = &mut results[place(i)];
             result.rays += u32::from(shadows.t_max.get(i) >= 0.0);
             if !is_occluded {
                 result.radiance += shadows.light.get(i);
+            } else if asks_again {
+                again.push(i as u32);
             }
         });
+        let (materials, state) = (&shared.materials, &mut self.state);
+        let mut arrival = Arrival { job, visibility, materials, depth, points, state };
+        for i in again.iter().map(|i| *i as usize) {
+            let row = shadows.row.get(i) as usize;
+            arrival.light_through(row, self.hits.get(row), (shadows.ray(i), shadows.light.get(i)));
+        }
     }
 
     /// The samples, in the order in which they were added.
-    pub fn done(&self) -> impl Iterator<Item = Done> + '_ {
+    pub fn done(&self) -> impl Iterator<Item = Done<'_>> {
         let mut from = 0;
         (0..self.len).map(move |place| {
-            let (asked, result) = (&self.asked, &self.results[place]);
+            let State { asked, results, cuts, firsts, .. } = &self.state;
+            let result = &results[place];
             Done {
                 pixel: (asked.x.get(place), asked.y.get(place)),
                 index: asked.index.get(place),
                 value: result.radiance,
                 weight: asked.weight.get(place),
-                bias: self.cuts.report(place, &mut from),
+                bias: cuts.report(place, &mut from),
+                first: firsts.get(place),
                 rays: result.rays.into(),
             }
         })

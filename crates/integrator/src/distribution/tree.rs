@@ -152,11 +152,11 @@ impl<'a, V: Visibility, O: PathObserver> Tree<'a, V, O> {
         (place, stack): (Place, &MediumStack),
         key: Key,
     ) -> Arrived {
-        let mut met = meet(&self.context(key), ray, stack);
+        let mut met = meet(&self.context(key), ray, stack, None);
         let is_clipped = self.job.clips(met.first, self.clip(place), ray, self.time);
         if arrival.is_camera() && (is_clipped || met.is_passed(self.job, ray, self.time)) {
             let again = if is_clipped { start(self.job, ray, self.time) } else { (*ray, *stack, 0.0) };
-            met = meet(&self.context(key).of_camera_ray(), &again.0, &again.1);
+            met = meet(&self.context(key).of_camera_ray(), &again.0, &again.1, None);
             met.distance += again.2;
         }
         Arrived {

@@ -8,7 +8,7 @@
 //! - all of these, and clear dielectrics: [`Layers::new`];
 //! - mirrors: [`Mirrored`].
 //!
-//! Material parameters are read from [`Columns`]. Whether a lane has a lobe is a mask; what no lane has is skipped.
+//! Material parameters are read from [`Columns`] or from a [`Palette`]. Whether a lane has a lobe is a mask; what no lane has is skipped.
 
 mod albedo;
 mod choice;
@@ -39,6 +39,6 @@ pub use layers::Layers;
 pub use microfacet::{Ggx, SMOOTH_ALPHA, reflect};
 pub use mirror::{SHARP_BLUR, SquareBlur, WIDEST_BLUR};
 pub use mirrored::Mirrored;
-pub use parameters::{Columns, Parameters};
+pub use parameters::{Columns, Palette, Parameters};
 pub use reflection::{Reflection, Rough};
 pub use transmission::{ClearLayer, FacetCosines, Transmission, eval_refraction};

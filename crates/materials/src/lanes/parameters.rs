@@ -133,6 +133,26 @@ impl Columns {
         }
     }
 
+    /// Writes the parameters of point `i` and the following ones, one per lane, as far as the columns reach.
+    #[inline(always)]
+    pub fn store<R: Real>(&mut self, i: usize, of: &Parameters<R>) {
+        let [r, g, b, metallic, roughness, ior, specular, sr, sg, sb, transmission] = &mut self.numbers;
+        let (base, tint) = (of.base_color, of.specular_color);
+        let (one, zero) = (R::Word::splat(1), R::Word::splat(0));
+        store(r, i, base.x);
+        store(g, i, base.y);
+        store(b, i, base.z);
+        store(metallic, i, of.metallic);
+        store(roughness, i, of.roughness);
+        store(ior, i, of.ior);
+        store(specular, i, of.specular);
+        store(sr, i, tint.x);
+        store(sg, i, tint.y);
+        store(sb, i, tint.z);
+        store(transmission, i, of.transmission);
+        R::Word::select(of.thin, one, zero).store(self.thin.get_mut(i..).unwrap_or_default());
+    }
+
     /// Reads the parameters of point `i` and the following ones, one per lane. Beyond the columns they are 0.
     #[inline(always)]
     pub fn load<R: Real>(&self, i: usize) -> Parameters<R> {
@@ -153,4 +173,52 @@ impl Columns {
 #[inline(always)]
 fn load<R: Real>(column: &[f32], i: usize) -> R {
     R::load(column.get(i..).unwrap_or_default())
+}
+
+#[inline(always)]
+fn store<R: Real>(column: &mut [f32], i: usize, x: R) {
+    x.store(column.get_mut(i..).unwrap_or_default());
+}
+
+/// The parameters of some materials, which points refer to by index. A mirror's are not among them.
+#[derive(Clone, Debug, Default)]
+pub struct Palette {
+    /// Three rows per material.
+    rows: Vec<[f32; 4]>,
+}
+
+impl Palette {
+    /// Makes a palette of materials.
+    pub fn new<'a>(materials: impl Iterator<Item = &'a Material>) -> Self {
+        let rows = materials.flat_map(|material| {
+            let (base, tint) = (material.base_color, material.specular_color);
+            let thin = f32::from(u8::from(material.thin));
+            [
+                [base.x, base.y, base.z, material.metallic],
+                [tint.x, tint.y, tint.z, material.specular],
+                [material.roughness, material.ior, material.transmission, thin],
+            ]
+        });
+        Self { rows: rows.collect() }
+    }
+
+    /// Reads the parameters of one material per lane. An index beyond the palette reads some material of it.
+    #[inline(always)]
+    pub fn gather<R: Real>(&self, index: R::Word) -> Parameters<R> {
+        let row = (index << 1).wrapping_add(index);
+        let [r, g, b, metallic] = R::gather_rows(&self.rows, row);
+        let [sr, sg, sb, specular] = R::gather_rows(&self.rows, row.wrapping_add(R::Word::splat(1)));
+        let [roughness, ior, transmission, thin] =
+            R::gather_rows(&self.rows, row.wrapping_add(R::Word::splat(2)));
+        Parameters {
+            base_color: Vec3x::new(r, g, b),
+            metallic,
+            roughness,
+            ior,
+            specular,
+            specular_color: Vec3x::new(sr, sg, sb),
+            transmission,
+            thin: thin.ne(R::splat(0.0)),
+        }
+    }
 }

@@ -7,8 +7,11 @@
 //! called. Further conditions, on pointers, are stated beside the code.
 #![allow(unsafe_code)]
 
+use super::avx2_double::Avx2Double;
+use super::double::double;
 use super::mask::Mask;
-use super::real::{Real, Word};
+use super::packed::PACKED;
+use super::real::{Double, Real, Word};
 use super::sealed::Sealed;
 use std::arch::x86_64::*;
 use std::ops::*;
@@ -131,24 +134,6 @@ impl Mask for Avx2Mask {
     }
 }
 
-/// For each mask its lanes in order, as a permutation that moves them to the front.
-static PACKED: [[u8; 8]; 256] = {
-    let mut table = [[0; 8]; 256];
-    let mut mask = 0;
-    while mask < 256 {
-        let (mut lane, mut at) = (0, 0);
-        while lane < 8 {
-            if mask >> lane & 1 == 1 {
-                table[mask][at] = lane;
-                at += 1;
-            }
-            lane += 1;
-        }
-        mask += 1;
-    }
-    table
-};
-
 impl Avx2Word {
     /// Moves the lanes of `mask` to the front.
     #[inline(always)]
@@ -218,6 +203,7 @@ impl Real for Avx2 {
     const LANES: usize = 8;
     type Word = Avx2Word;
     type Mask = Avx2Mask;
+    type Double = Avx2Double;
 
     binary!(min _mm256_min_ps, max _mm256_max_ps);
     memory!(
@@ -403,3 +389,5 @@ impl Word for Avx2Word {
         unsafe { Avx2(_mm256_cvtepi32_ps(self.0)) }
     }
 }
+
+double!(Avx2Double, Avx2, Avx2Mask);

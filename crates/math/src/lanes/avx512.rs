@@ -7,8 +7,10 @@
 //! wherever a method is called. Further conditions, on pointers, are stated beside the code.
 #![allow(unsafe_code)]
 
+use super::avx512_double::Avx512Double;
+use super::double::double;
 use super::mask::Mask;
-use super::real::{Real, Word};
+use super::real::{Double, Real, Word};
 use super::sealed::Sealed;
 use std::arch::x86_64::*;
 use std::ops::*;
@@ -201,6 +203,7 @@ impl Real for Avx512 {
     const LANES: usize = 16;
     type Word = Avx512Word;
     type Mask = Avx512Mask;
+    type Double = Avx512Double;
 
     binary!(min _mm512_min_ps, max _mm512_max_ps);
     memory!(
@@ -388,3 +391,5 @@ impl Word for Avx512Word {
         unsafe { Avx512(_mm512_cvtepi32_ps(self.0)) }
     }
 }
+
+double!(Avx512Double, Avx512, Avx512Mask);

@@ -41,6 +41,9 @@ pub trait Real:
     /// As many truth values.
     type Mask: Mask;
 
+    /// As many numbers in f64.
+    type Double: Double<Real = Self, Mask = Self::Mask>;
+
     /// Gives every lane the same number.
     fn splat(x: f32) -> Self;
 
@@ -234,4 +237,38 @@ pub trait Word:
     fn unit(self) -> Self::Real {
         (self >> 8).int_to_real() * Self::Real::splat(1.0 / 16_777_216.0)
     }
+}
+
+/// `LANES` numbers in f64, for the few formulas whose rounding in f32 is too large. They take twice as many registers.
+///
+/// Operations are those of IEEE, as in [`Real`].
+pub trait Double:
+    Sealed + Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// As many numbers in f32.
+    type Real: Real<Double = Self, Mask = Self::Mask>;
+
+    /// As many truth values.
+    type Mask: Mask;
+
+    /// Gives every lane the same number.
+    fn splat(x: f64) -> Self;
+
+    /// Returns the same numbers in f64.
+    fn from_real(x: Self::Real) -> Self;
+
+    /// Rounds to the nearest numbers in f32.
+    fn to_real(self) -> Self::Real;
+
+    /// Returns `self > other ? self : other`, as [`Real::max`] does.
+    fn max(self, other: Self) -> Self;
+
+    /// Clears the sign.
+    fn abs(self) -> Self;
+
+    /// Returns the square root, correctly rounded; NaN below 0.
+    fn sqrt(self) -> Self;
+
+    /// Whether `self < other`; false for NaN.
+    fn lt(self, other: Self) -> Self::Mask;
 }

@@ -1,10 +1,11 @@
 //! One lane: the kernel that runs on every machine.
 
 use super::mask::Mask;
-use super::real::{Real, Word};
+use super::real::{Double, Real, Word};
 use super::sealed::Sealed;
 
 impl Sealed for f32 {}
+impl Sealed for f64 {}
 impl Sealed for u32 {}
 impl Sealed for bool {}
 
@@ -83,6 +84,7 @@ impl Real for f32 {
     const LANES: usize = 1;
     type Word = u32;
     type Mask = bool;
+    type Double = f64;
 
     memory!(f32);
 
@@ -203,5 +205,39 @@ impl Word for u32 {
     #[inline(always)]
     fn int_to_real(self) -> f32 {
         self as i32 as f32
+    }
+}
+
+impl Double for f64 {
+    type Real = f32;
+    type Mask = bool;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn from_real(x: f32) -> Self {
+        f64::from(x)
+    }
+    #[inline(always)]
+    fn to_real(self) -> f32 {
+        self as f32
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
     }
 }
