@@ -41,28 +41,47 @@ struct Slabs<'a, L> {
 impl<'a, L: Lanes> Slabs<'a, L> {
     #[inline(always)]
     fn new(tree: &'a Tree, query: &Query, r: Vec3A) -> Self {
-        let splat = |v: Vec3A| [L::splat(v.x), L::splat(v.y), L::splat(v.z)];
         let signs = query.d.is_negative_bitmask() as usize;
         let upper = [signs & 1, signs >> 1 & 1, signs >> 2];
-        let row = |axis: usize, upper: usize| tree.memory.row(2 * axis + upper);
         Self {
             o: splat(query.o),
             near: splat(r),
             far: splat(r * WIDEN),
-            first: [row(0, upper[0]), row(1, upper[1]), row(2, upper[2])],
-            last: [row(0, 1 - upper[0]), row(1, 1 - upper[1]), row(2, 1 - upper[2])],
+            first: rows(tree, upper),
+            last: rows(tree, [1 - upper[0], 1 - upper[1], 1 - upper[2]]),
         }
     }
 
     /// Entry and exit distances of the eight boxes; a box is entered if entry < exit.
     #[inline(always)]
     fn slab_test(&self, node: Child, limit: L) -> (L, L) {
-        let plane = |row: BoundsRow, o: L, inverse: L| L::load(row.of(node)).sub(o).mul(inverse);
-        let near = |axis: usize| plane(self.first[axis], self.o[axis], self.near[axis]);
-        let far = |axis: usize| plane(self.last[axis], self.o[axis], self.far[axis]);
-        let entry = near(0).later(near(1)).later(near(2).later(L::splat(0.0)));
-        (entry, far(0).earlier(far(1)).earlier(far(2).earlier(limit)))
+        let [near_x, near_y, near_z] = distances(node, &self.first, &self.o, &self.near);
+        let [far_x, far_y, far_z] = distances(node, &self.last, &self.o, &self.far);
+        let entry = near_x.later(near_y).later(near_z.later(L::splat(0.0)));
+        (entry, far_x.earlier(far_y).earlier(far_z.earlier(limit)))
     }
+}
+
+#[inline(always)]
+fn splat<L: Lanes>(v: Vec3A) -> [L; 3] {
+    [L::splat(v.x), L::splat(v.y), L::splat(v.z)]
+}
+
+/// For each axis the row of the minima (0) or maxima (1).
+#[inline(always)]
+fn rows(tree: &Tree, upper: [usize; 3]) -> [BoundsRow<'_>; 3] {
+    let memory = &tree.memory;
+    [memory.row(upper[0]), memory.row(2 + upper[1]), memory.row(4 + upper[2])]
+}
+
+/// Distances along the ray to one plane per axis of the eight boxes of `node`.
+#[inline(always)]
+fn distances<L: Lanes>(node: Child, rows: &[BoundsRow; 3], o: &[L; 3], inverse: &[L; 3]) -> [L; 3] {
+    [
+        L::load(rows[0].of(node)).sub(o[0]).mul(inverse[0]),
+        L::load(rows[1].of(node)).sub(o[1]).mul(inverse[1]),
+        L::load(rows[2].of(node)).sub(o[2]).mul(inverse[2]),
+    ]
 }
 
 /// The best hit so far.

@@ -97,7 +97,10 @@ pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> O
     let cancels = sum.abs().mul(L::splat(CANCELS)).le(terms.add(L::splat(TINY)));
     let unsure = mask & (on_edge | cancels);
     let mask = mask & (unsure | (zero.lt(t) & t.le(L::splat(limit))));
-    (mask != 0).then(|| LaneHits { mask, unsure, t: t.array(), v: v.array(), w: w.array(), det: det.array() })
+    if mask == 0 {
+        return None;
+    }
+    Some(LaneHits { mask, unsure, t: t.array(), v: v.array(), w: w.array(), det: det.array() })
 }
 
 /// The corners in the sheared frame, with unscaled distances.
@@ -143,22 +146,34 @@ impl LaneHits {
 /// Largest coordinate of the corners relative to the ray origin; the error of t is a few ulp of it.
 #[inline(always)]
 fn reach(ray: &Sheared, block: &Block, lane: usize) -> f32 {
-    let along = |k: usize| {
-        let at = |c: usize| (block.corner[k][c][lane] - ray.o[k]).abs();
-        at(0).max(at(1)).max(at(2))
-    };
-    along(0).max(along(1)).max(along(2))
+    let mut most = 0.0f32;
+    for (corners, o) in block.corner.iter().zip(ray.o) {
+        for corner in corners {
+            most = most.max((corner[lane] - o).abs());
+        }
+    }
+    most
 }
 
 /// Distance along the ray to the plane of the triangle, in f64, in which the f32 corners are exact: an origin in an
 /// axis-parallel plane is at a distance of exactly 0. NaN for a ray in the plane.
 #[inline(always)]
 fn plane_distance(ray: &Sheared, block: &Block, lane: usize) -> f64 {
-    let corner = |c: usize| DVec3::from_array(std::array::from_fn(|k| f64::from(block.corner[k][c][lane])));
-    let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-    let a = corner(0);
-    let n = (corner(1) - a).cross(corner(2) - a);
+    let a = exact_corner(block, 0, lane);
+    let n = (exact_corner(block, 1, lane) - a).cross(exact_corner(block, 2, lane) - a);
     n.dot(a - wide(ray.o)) / n.dot(wide(ray.d))
+}
+
+/// A corner of a triangle in f64.
+#[inline(always)]
+fn exact_corner(block: &Block, corner: usize, lane: usize) -> DVec3 {
+    let [x, y, z] = &block.corner;
+    wide([x[corner][lane], y[corner][lane], z[corner][lane]])
+}
+
+#[inline(always)]
+fn wide([x, y, z]: [f32; 3]) -> DVec3 {
+    DVec3::new(x.into(), y.into(), z.into())
 }
 
 /// Barycentric coordinates (u, v) of the intersection with one triangle, in f64, from the same edge functions with
