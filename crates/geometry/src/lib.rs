@@ -10,6 +10,7 @@ mod boxes;
 pub mod bvh;
 pub mod hit;
 pub mod mesh;
+pub mod rays;
 pub mod shapes;
 pub mod surface;
 
@@ -18,6 +19,7 @@ pub use bvh::{HitFilter, Opaque};
 pub use dapple_math as math;
 pub use hit::Hit;
 pub use mesh::Mesh;
+pub use rays::Rays;
 pub use surface::Surface;
 
 #[cfg(doctest)]

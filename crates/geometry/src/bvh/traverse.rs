@@ -27,7 +27,7 @@ use glam::Vec3A;
 use std::mem::MaybeUninit;
 
 /// 1 + 16 ulp.
-const WIDEN: f32 = 1.0 + 16.0 * f32::EPSILON;
+pub(super) const WIDEN: f32 = 1.0 + 16.0 * f32::EPSILON;
 
 /// The operands of the slab test: the ray, and for each axis the rows of the planes that the ray meets first and last.
 struct Slabs<'a, L> {
@@ -168,7 +168,7 @@ fn descend<L: Lanes, const ANY: bool>(
 ) -> Option<Child> {
     let (near, far) = slabs.slab_test(node, limit);
     let (children, ahead) = (tree.memory.children(node), |child| tree.memory.prefetch(child));
-    if ANY { near.any(far, children, stack, ahead) } else { near.nearest(far, children, stack, ahead) }
+    if ANY { near.first(far, children, stack, ahead) } else { near.nearest(far, children, stack, ahead) }
 }
 
 /// Searches a block for a better hit, or with `ANY` for any hit.
@@ -208,7 +208,7 @@ fn pop_within(stack: &mut Stack, limit: f32) -> Option<Child> {
 }
 
 #[inline(always)]
-fn in_callers_units(hit: TriangleHit, to_caller: f64) -> TriangleHit {
+pub(super) fn in_callers_units(hit: TriangleHit, to_caller: f64) -> TriangleHit {
     let t = (f64::from(hit.t) * to_caller) as f32;
     TriangleHit { t: t.clamp(f32::from_bits(1), f32::MAX), ..hit }
 }

@@ -9,7 +9,7 @@ use crate::sample::Sample;
 use crate::trace_context::TraceContext;
 use crate::vertex::{Vertex, oriented};
 use crate::visibility::Solid;
-use dapple_geometry::Hit;
+use dapple_geometry::{Hit, Rays};
 use dapple_math::Ray;
 use dapple_sampling::Pattern;
 use glam::Vec3;
@@ -69,8 +69,10 @@ impl Arrival<'_> {
     pub fn intersect(&mut self, hits: &mut [Hit]) {
         let results = &mut *self.results;
         let (paths, depth, asked, needs) = (self.paths, self.depth, self.asked, self.job.needs);
-        let ray = |i| (ray(paths, asked, depth, i), time(paths, asked, needs.time, i));
-        self.job.scene.accel.intersect_each(paths.len, ray, |i, hit| {
+        let t_max = if depth == 0 { Some(asked.t_max.all()) } else { None };
+        let rays = Rays::new(paths.len, paths.o.all(), paths.d.all(), t_max);
+        let time = |i| time(paths, asked, needs.time, i);
+        self.job.scene.accel.intersect_each(&rays, time, |i, hit| {
             hits[i] = hit.unwrap_or(NOWHERE);
             results[paths.place.get(i) as usize].rays += 1;
         });

@@ -10,7 +10,7 @@ use crate::bias_report::BiasReport;
 use crate::dimension::Dimension;
 use crate::job::Job;
 use crate::sample::Sample;
-use dapple_geometry::Hit;
+use dapple_geometry::{Hit, Rays};
 use dapple_math::lanes::{Isa, dispatch};
 use glam::Vec3;
 
@@ -156,8 +156,8 @@ impl Batch {
         let place = |i: usize| shadows.place.get(i) as usize;
         let time = |i: usize| if job.needs.time { asked.time.get(place(i)) } else { 0.0 };
         // No ray with an end below 0 hits anything.
-        let ray = |i: usize| (shadows.ray(i), time(i));
-        accel.occluded_each(shadows.len, ray, |i, is_occluded| {
+        let rays = Rays::new(shadows.len, shadows.o.all(), shadows.d.all(), Some(shadows.t_max.all()));
+        accel.occluded_each(&rays, time, |i, is_occluded| {
             let result = &mut results[place(i)];
             result.rays += u32::from(shadows.t_max.get(i) >= 0.0);
             if !is_occluded {
