@@ -28,6 +28,8 @@ ALLOWED = ["by_lane13replace_lanes", "4core9panicking", "slice_index_fail", "sli
 ALLOWED += ["albedo5NODES", "albedo5MEANS"]
 # The same of sampling and camera.
 ALLOWED += ["integer13replace_lanes", "sobol8PRODUCTS", "10exact_rays"]
+# Rays of a packet that are traced alone, and triangles that f64 decides.
+ALLOWED += ["8triangle12barycentrics", "3bvh4simd"]
 # Rows of the path tracer's batches that are computed one by one.
 ALLOWED += ["shade9note_cuts", "lights7look_up"]
 ENTRIES = {"run_avx2": "%ymm", "run_avx512": "%zmm"}

@@ -11,6 +11,7 @@ mod boxes;
 pub mod bvh;
 pub mod hit;
 pub mod mesh;
+pub mod rays;
 pub mod shapes;
 pub mod surface;
 
@@ -19,6 +20,7 @@ pub use bvh::{HitFilter, Opaque};
 pub use dapple_math as math;
 pub use hit::Hit;
 pub use mesh::Mesh;
+pub use rays::Rays;
 pub use surface::Surface;
 
 #[cfg(doctest)]

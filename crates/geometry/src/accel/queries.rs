@@ -4,7 +4,7 @@ use super::facets::Facets;
 use super::objects::{Body, Object};
 use super::second::SecondLevel;
 use crate::bvh::{HitFilter, Kernel, Opaque, Tree, TriangleHit};
-use crate::{Hit, Surface};
+use crate::{Hit, Rays, Surface};
 use dapple_math::Ray;
 use glam::{DAffine3, Vec2, Vec3, Vec4};
 
@@ -57,39 +57,37 @@ impl Accel {
                 .is_some_and(|second| second.occluded(&self.objects, ray, self.clamped(time), filter))
     }
 
-    /// Calls `found` with the nearest hit of each of `n` rays with their times, as [`Accel::intersect`] finds it with
-    /// opaque surfaces. Many rays at a time take less time than one by one.
+    /// Calls `found` with the index and the nearest hit of each ray, as [`Accel::intersect`] finds it with opaque
+    /// surfaces, in any order. Many rays at a time take less time than one by one. `time` returns the time of a ray.
     #[inline]
     pub fn intersect_each(
         &self,
-        n: usize,
-        ray: impl Fn(usize) -> (Ray, f32),
+        rays: &Rays,
+        time: impl Fn(usize) -> f32,
         mut found: impl FnMut(usize, Option<Hit>),
     ) {
         if self.second().is_none() {
-            let found = |i, hit: Option<TriangleHit>| found(i, hit.map(|hit| self.flat_hit(&hit)));
-            return self.tree.intersect_each(n, |i| ray(i).0, found);
+            return self.tree.intersect_each(rays, |i, hit| found(i, hit.map(|hit| self.flat_hit(&hit))));
         }
-        for i in 0..n {
-            let (ray, time) = ray(i);
-            found(i, self.intersect(&ray, time, &Opaque));
+        for i in 0..rays.len() {
+            found(i, self.intersect(&rays.ray(i), time(i), &Opaque));
         }
     }
 
-    /// Calls `found` with whether each of `n` rays is occluded, as [`Accel::occluded`] finds it with opaque surfaces.
+    /// Calls `found` with the index of each ray and whether it is occluded, as [`Accel::occluded`] finds it with opaque
+    /// surfaces, in any order.
     #[inline]
     pub fn occluded_each(
         &self,
-        n: usize,
-        ray: impl Fn(usize) -> (Ray, f32),
+        rays: &Rays,
+        time: impl Fn(usize) -> f32,
         mut found: impl FnMut(usize, bool),
     ) {
         if self.second().is_none() {
-            return self.tree.occluded_each(n, |i| ray(i).0, found);
+            return self.tree.occluded_each(rays, found);
         }
-        for i in 0..n {
-            let (ray, time) = ray(i);
-            found(i, self.occluded(&ray, time, &Opaque));
+        for i in 0..rays.len() {
+            found(i, self.occluded(&rays.ray(i), time(i), &Opaque));
         }
     }
 

@@ -3,6 +3,7 @@
 
 use super::collapse::collapse;
 use super::kernel::Kernel;
+use super::leaves::leaves;
 use super::memory::Memory;
 use super::node::{Block, Child};
 use super::sweep::sweep;
@@ -65,8 +66,16 @@ fn build(triangles: &[[Vec3; 3]], quality: Quality, kernel: Kernel) -> Tree {
     let bounds = bounds(&ids, triangles);
     let scale = bounds.map_or(1.0, |(low, high)| unit_scale(low.abs().max(high.abs()).max_element()));
     let scaled: Vec<[Vec3; 3]> = ids.iter().map(|&id| triangles[id as usize].map(|p| p * scale)).collect();
-    let mut tree =
-        Tree { memory: Memory::EMPTY, stack: 8, scale, unscale: 1.0 / f64::from(scale), bounds, kernel };
+    let mut tree = Tree {
+        memory: Memory::EMPTY,
+        stack: 8,
+        scale,
+        unscale: 1.0 / f64::from(scale),
+        bounds,
+        kernel,
+        triangles: ids.len(),
+        leaves: Vec::new(),
+    };
     match ids.len() {
         0 => {}
         1..=8 => {
@@ -79,6 +88,9 @@ fn build(triangles: &[[Vec3; 3]], quality: Quality, kernel: Kernel) -> Tree {
             let wide = collapse(&binary_tree(&boxes, quality), &ids, &scaled);
             (tree.memory, tree.stack) = (Memory::new(wide.lines, Child::node(0)), 7 * wide.depth + 8);
         }
+    }
+    if ids.len() <= Kernel::MOST_IN_PACKETS {
+        tree.leaves = leaves(&tree.memory);
     }
     tree
 }

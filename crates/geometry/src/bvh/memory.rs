@@ -60,6 +60,14 @@ impl Memory {
 
     #[inline(always)]
     #[allow(unsafe_code)]
+    pub fn node(&self, node: Child) -> &Node {
+        self.debug_check(node.node_offset(), size_of::<Node>());
+        // SAFETY: by the invariants, there is a node at this offset.
+        unsafe { &*self.start().add(node.node_offset()).cast() }
+    }
+
+    #[inline(always)]
+    #[allow(unsafe_code)]
     pub fn block(&self, block: Child) -> &Block {
         self.debug_check(block.block_offset(), size_of::<Block>());
         // SAFETY: by the invariants, there is a block at this offset.

@@ -3,7 +3,8 @@
 //!
 //! A binary BVH is built top-down by `sweep`, or for large meshes bottom-up by `obvhs` (PLOC [Benthin et al. 2024] with
 //! reinsertion [Meister & Bittner 2018]). `collapse` converts it to 8 children per node by the dynamic programme of
-//! [Ylitie, Karras, Laine 2017], and `traverse` traverses it with one of three instruction sets. The tree uses its own
+//! [Ylitie, Karras, Laine 2017], and `traverse` traverses it with one of three instruction sets. `packets` takes many rays
+//! at a time through a small tree. The tree uses its own
 //! unit of length, a power of two times the caller's, in which the largest coordinate is in [1, 2), so that neither the
 //! scale of the scene nor the length of a ray direction affects the hits.
 
@@ -12,8 +13,10 @@ mod collapse;
 mod hit_filter;
 mod kernel;
 mod lanes;
+mod leaves;
 mod memory;
 mod node;
+mod packets;
 mod query;
 mod simd;
 mod stack;

@@ -6,10 +6,10 @@ use glam::Vec3A;
 
 /// Replaces 1/0. With this inverse, crossing the padding of a box takes a larger t than reaching any geometry, unless
 /// that is 1e27 times as far away as the triangle is large.
-const STEEPEST: f32 = f32::MAX / 2.0;
+pub(super) const STEEPEST: f32 = f32::MAX / 2.0;
 
 /// Directions are used unchanged if their largest coordinate lies between this and its inverse.
-const LONG: f32 = (1u32 << 16) as f32;
+pub(super) const LONG: f32 = (1u32 << 16) as f32;
 
 /// A ray in the tree's units, such that no product of the traversal leaves the range of f32.
 #[derive(Clone, Copy)]

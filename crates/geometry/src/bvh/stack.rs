@@ -10,7 +10,7 @@ pub(super) const SMALL_STACK: usize = 264;
 /// Nodes still to be visited, each with the bits of its entry distance (absent where the order does not matter).
 ///
 /// Invariant: the first `len` slots are initialised. On a stack on which `push` or
-/// [`Lanes::any`](super::lanes::Lanes::any) was used, only those of `child` are initialised, and `pop` and `insert`
+/// [`Lanes::first`](super::lanes::Lanes::first) was used, only those of `child` are initialised, and `pop` and `insert`
 /// must not be used.
 pub(super) struct Stack<'a> {
     near: &'a mut [MaybeUninit<u32>],

@@ -27,7 +27,7 @@ use glam::Vec3A;
 use std::mem::MaybeUninit;
 
 /// 1 + 16 ulp.
-const WIDEN: f32 = 1.0 + 16.0 * f32::EPSILON;
+pub(super) const WIDEN: f32 = 1.0 + 16.0 * f32::EPSILON;
 
 /// The operands of the slab test: the ray, and for each axis the rows of the planes that the ray meets first and last.
 struct Slabs<'a, L> {
@@ -41,28 +41,47 @@ struct Slabs<'a, L> {
 impl<'a, L: Lanes> Slabs<'a, L> {
     #[inline(always)]
     fn new(tree: &'a Tree, query: &Query, r: Vec3A) -> Self {
-        let splat = |v: Vec3A| [L::splat(v.x), L::splat(v.y), L::splat(v.z)];
         let signs = query.d.is_negative_bitmask() as usize;
         let upper = [signs & 1, signs >> 1 & 1, signs >> 2];
-        let row = |axis: usize, upper: usize| tree.memory.row(2 * axis + upper);
         Self {
             o: splat(query.o),
             near: splat(r),
             far: splat(r * WIDEN),
-            first: [row(0, upper[0]), row(1, upper[1]), row(2, upper[2])],
-            last: [row(0, 1 - upper[0]), row(1, 1 - upper[1]), row(2, 1 - upper[2])],
+            first: rows(tree, upper),
+            last: rows(tree, [1 - upper[0], 1 - upper[1], 1 - upper[2]]),
         }
     }
 
     /// Entry and exit distances of the eight boxes; a box is entered if entry < exit.
     #[inline(always)]
     fn slab_test(&self, node: Child, limit: L) -> (L, L) {
-        let plane = |row: BoundsRow, o: L, inverse: L| L::load(row.of(node)).sub(o).mul(inverse);
-        let near = |axis: usize| plane(self.first[axis], self.o[axis], self.near[axis]);
-        let far = |axis: usize| plane(self.last[axis], self.o[axis], self.far[axis]);
-        let entry = near(0).later(near(1)).later(near(2).later(L::splat(0.0)));
-        (entry, far(0).earlier(far(1)).earlier(far(2).earlier(limit)))
+        let [near_x, near_y, near_z] = distances(node, &self.first, &self.o, &self.near);
+        let [far_x, far_y, far_z] = distances(node, &self.last, &self.o, &self.far);
+        let entry = near_x.later(near_y).later(near_z.later(L::splat(0.0)));
+        (entry, far_x.earlier(far_y).earlier(far_z.earlier(limit)))
     }
+}
+
+#[inline(always)]
+fn splat<L: Lanes>(v: Vec3A) -> [L; 3] {
+    [L::splat(v.x), L::splat(v.y), L::splat(v.z)]
+}
+
+/// For each axis the row of the minima (0) or maxima (1).
+#[inline(always)]
+fn rows(tree: &Tree, upper: [usize; 3]) -> [BoundsRow<'_>; 3] {
+    let memory = &tree.memory;
+    [memory.row(upper[0]), memory.row(2 + upper[1]), memory.row(4 + upper[2])]
+}
+
+/// Distances along the ray to one plane per axis of the eight boxes of `node`.
+#[inline(always)]
+fn distances<L: Lanes>(node: Child, rows: &[BoundsRow; 3], o: &[L; 3], inverse: &[L; 3]) -> [L; 3] {
+    [
+        L::load(rows[0].of(node)).sub(o[0]).mul(inverse[0]),
+        L::load(rows[1].of(node)).sub(o[1]).mul(inverse[1]),
+        L::load(rows[2].of(node)).sub(o[2]).mul(inverse[2]),
+    ]
 }
 
 /// The best hit so far.
@@ -149,7 +168,7 @@ fn descend<L: Lanes, const ANY: bool>(
 ) -> Option<Child> {
     let (near, far) = slabs.slab_test(node, limit);
     let (children, ahead) = (tree.memory.children(node), |child| tree.memory.prefetch(child));
-    if ANY { near.any(far, children, stack, ahead) } else { near.nearest(far, children, stack, ahead) }
+    if ANY { near.first(far, children, stack, ahead) } else { near.nearest(far, children, stack, ahead) }
 }
 
 /// Searches a block for a better hit, or with `ANY` for any hit.
@@ -189,7 +208,7 @@ fn pop_within(stack: &mut Stack, limit: f32) -> Option<Child> {
 }
 
 #[inline(always)]
-fn in_callers_units(hit: TriangleHit, to_caller: f64) -> TriangleHit {
+pub(super) fn in_callers_units(hit: TriangleHit, to_caller: f64) -> TriangleHit {
     let t = (f64::from(hit.t) * to_caller) as f32;
     TriangleHit { t: t.clamp(f32::from_bits(1), f32::MAX), ..hit }
 }

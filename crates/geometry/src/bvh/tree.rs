@@ -1,6 +1,7 @@
 //! The BVH over triangles: its nodes and blocks, and its unit of length.
 
 use super::kernel::Kernel;
+use super::leaves::Leaf;
 use super::memory::Memory;
 use glam::Vec3;
 
@@ -16,6 +17,10 @@ pub struct Tree {
     pub(super) unscale: f64,
     pub(super) bounds: Option<(Vec3, Vec3)>,
     pub(super) kernel: Kernel,
+    /// The number of triangles that can be hit.
+    pub(super) triangles: usize,
+    /// The leaves, if the tree is so small that many rays are traced in packets.
+    pub(super) leaves: Vec<Leaf>,
 }
 
 impl Tree {

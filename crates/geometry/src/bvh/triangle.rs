@@ -1,4 +1,5 @@
-//! The watertight ray–triangle test [Woop, Benthin, Wald 2013] on eight triangles at a time.
+//! The watertight ray–triangle test [Woop, Benthin, Wald 2013] over lanes: on eight triangles and one ray, or on one
+//! triangle and several rays.
 //!
 //! The ray is sheared once so that it runs along an axis; the triangle is hit if its projection contains the origin of
 //! the plane. Both triangles of an edge compute its edge function from the same two products. Rounding is monotone, so
@@ -11,15 +12,47 @@
 //! A ray that starts or ends outside the error box of a surface therefore does not hit it there.
 
 use super::hit_filter::TriangleHit;
-use super::lanes::Lanes;
+use super::lanes::{Floats, Lanes, PerRay};
 use super::node::Block;
 use glam::{DVec3, Vec3A};
+
+/// The line of a ray.
+#[derive(Clone, Copy)]
+pub(super) struct Line {
+    pub o: [f32; 3],
+    pub d: [f32; 3],
+}
+
+impl Line {
+    /// The axes, of which the last is the one along which the ray advances most, and the shear that aligns the ray with
+    /// that axis.
+    #[inline(always)]
+    fn shear(&self) -> ([usize; 3], [f32; 2]) {
+        let [kx, ky, kz] = AXES[main_axis(self.d)];
+        ([kx, ky, kz], [self.d[kx] / self.d[kz], self.d[ky] / self.d[kz]])
+    }
+}
+
+/// The axes in the order in which a ray is sheared, by its main axis.
+pub(super) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
+/// The axis along which a ray advances most; the first one of several.
+#[inline(always)]
+fn main_axis(d: [f32; 3]) -> usize {
+    let [x, y, z] = [d[0].abs(), d[1].abs(), d[2].abs()];
+    if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
+    }
+}
 
 /// A ray and the shear that aligns it with axis `k[2]`.
 #[derive(Clone, Copy)]
 pub(super) struct Sheared {
-    pub o: [f32; 3],
-    pub d: [f32; 3],
+    line: Line,
     k: [usize; 3],
     s: [f32; 3],
     /// Upper bound of the uncertainty of any distance to a triangle.
@@ -29,21 +62,19 @@ pub(super) struct Sheared {
 impl Sheared {
     #[inline(always)]
     pub fn new(o: Vec3A, d: Vec3A, r: Vec3A) -> Self {
-        let [x, y, z] = d.abs().to_array();
-        let k = if x >= y && x >= z {
-            [1, 2, 0]
-        } else if y >= z {
-            [2, 0, 1]
-        } else {
-            [0, 1, 2]
-        };
-        // The coordinates of a tree are below 2.
-        let reach = o.abs().max_element() + 2.0;
-        let (o, d, r) = (o.to_array(), d.to_array(), r.to_array());
-        let s = r[k[2]];
-        Self { o, d, k, s: [d[k[0]] / d[k[2]], d[k[1]] / d[k[2]], s], doubt: reach * s.abs() * DOUBT }
+        let reach = o.abs().max_element() + LARGEST;
+        let line = Line { o: o.to_array(), d: d.to_array() };
+        let (k, [sx, sy]) = line.shear();
+        let s = [sx, sy, r.to_array()[k[2]]];
+        Self { line, k, s, doubt: reach * s[2].abs() * DOUBT }
     }
 }
+
+/// The coordinates of a tree are below this.
+pub(super) const LARGEST: f32 = 2.0;
+
+/// Hits closer to an end of the ray than this times the extent of the triangle are recomputed in f64.
+pub(super) const DOUBT: f32 = 1.0 / 16384.0;
 
 /// The results of the eight-wide test for lanes that may be hit.
 pub(super) struct LaneHits {
@@ -57,11 +88,23 @@ pub(super) struct LaneHits {
     det: [f32; 8],
 }
 
+/// The triangles whose projections contain the origin of the plane.
+#[derive(Clone, Copy)]
+pub(super) struct Crossed<F: Floats> {
+    pub mask: F::Mask,
+    /// Lanes of which f32 cannot decide whether or where they are hit.
+    pub unsure: F::Mask,
+    /// The edge functions of corner 1 and 2, and the sum of all three.
+    pub v: F,
+    pub w: F,
+    pub det: F,
+    /// The distances of the corners, weighted by the edge functions.
+    pub sum: F,
+}
+
 /// A sum is not trusted in f32 if its terms are this many times larger than it, or if it is smaller than `TINY`.
 const CANCELS: f32 = 3.0;
 const TINY: f32 = 1e-27;
-/// Hits closer to an end of the ray than this times the extent of the triangle are recomputed in f64.
-const DOUBT: f32 = 1.0 / 16384.0;
 
 macro_rules! edges {
     ($a:ident, $b:ident, $c:ident) => {
@@ -73,40 +116,63 @@ macro_rules! edges {
     };
 }
 
+impl<F: Floats> Crossed<F> {
+    /// Tests triangles. None if no lane may be hit.
+    #[inline(always)]
+    pub fn new([a, b, c]: [Corner<F>; 3]) -> Option<Self> {
+        let (u, v, w) = edges!(a, b, c);
+        let zero = F::splat(0.0);
+        let low = u.min(v.min(w));
+        let high = u.max(v.max(w));
+        let mask = F::either(zero.le(low), high.le(zero));
+        if !F::any(mask) {
+            return None;
+        }
+        let (ta, tb, tc) = (u.mul(a.2), v.mul(b.2), w.mul(c.2));
+        let sum = ta.add(tb).add(tc);
+        let terms = ta.abs().add(tb.abs()).add(tc.abs());
+        let det = u.add(v).add(w);
+        let on_edge = F::either(low.eq(zero), high.eq(zero));
+        let cancels = sum.abs().mul(F::splat(CANCELS)).le(terms.add(F::splat(TINY)));
+        let unsure = F::both(mask, F::either(on_edge, cancels));
+        Some(Self { mask, unsure, v, w, det, sum })
+    }
+
+    /// The distance along the ray, with 1/d on its main axis.
+    #[inline(always)]
+    pub fn distance(&self, along: F) -> F {
+        self.sum.div(self.det).mul(along)
+    }
+}
+
+/// A corner in the sheared frame, with its unscaled distance.
+pub(super) type Corner<F> = (F, F, F);
+
+/// Shears a corner. All are in the order of the axes of the shear.
+#[inline(always)]
+pub(super) fn corner<F: Floats>(p: [F; 3], o: [F; 3], s: [F; 2]) -> Corner<F> {
+    let z = p[2].sub(o[2]);
+    (p[0].sub(o[0]).sub(s[0].mul(z)), p[1].sub(o[1]).sub(s[1].mul(z)), z)
+}
+
 /// Finds the lanes of `block` that are hit at 0 < t ≤ `limit`, and those that [`LaneHits::hit`] must decide.
 #[inline(always)]
 pub(super) fn intersect<L: Lanes>(ray: &Sheared, block: &Block, limit: f32) -> Option<LaneHits> {
     let [kx, ky, kz] = ray.k;
-    let a = corner::<L>(ray, &block.corner[kx][0], &block.corner[ky][0], &block.corner[kz][0]);
-    let b = corner::<L>(ray, &block.corner[kx][1], &block.corner[ky][1], &block.corner[kz][1]);
-    let c = corner::<L>(ray, &block.corner[kx][2], &block.corner[ky][2], &block.corner[kz][2]);
-    let (u, v, w) = edges!(a, b, c);
-    let zero = L::splat(0.0);
-    let low = u.min(v.min(w));
-    let high = u.max(v.max(w));
-    let mask = zero.le(low) | high.le(zero);
+    let (x, y, z) = (&block.corner[kx], &block.corner[ky], &block.corner[kz]);
+    let (o, s) = (ray.line.o, [L::splat(ray.s[0]), L::splat(ray.s[1])]);
+    let o = [L::splat(o[kx]), L::splat(o[ky]), L::splat(o[kz])];
+    let a = corner([L::load(&x[0]), L::load(&y[0]), L::load(&z[0])], o, s);
+    let b = corner([L::load(&x[1]), L::load(&y[1]), L::load(&z[1])], o, s);
+    let c = corner([L::load(&x[2]), L::load(&y[2]), L::load(&z[2])], o, s);
+    let crossed = Crossed::new([a, b, c])?;
+    let Crossed { mask, unsure, v, w, det, .. } = crossed;
+    let t = crossed.distance(L::splat(ray.s[2]));
+    let mask = mask & (unsure | (L::splat(0.0).lt(t) & t.le(L::splat(limit))));
     if mask == 0 {
         return None;
     }
-    let (ta, tb, tc) = (u.mul(a.2), v.mul(b.2), w.mul(c.2));
-    let sum = ta.add(tb).add(tc);
-    let terms = ta.abs().add(tb.abs()).add(tc.abs());
-    let det = u.add(v).add(w);
-    let t = sum.div(det).mul(L::splat(ray.s[2]));
-    let on_edge = (zero.le(low) & low.le(zero)) | (zero.le(high) & high.le(zero));
-    let cancels = sum.abs().mul(L::splat(CANCELS)).le(terms.add(L::splat(TINY)));
-    let unsure = mask & (on_edge | cancels);
-    let mask = mask & (unsure | (zero.lt(t) & t.le(L::splat(limit))));
-    (mask != 0).then(|| LaneHits { mask, unsure, t: t.array(), v: v.array(), w: w.array(), det: det.array() })
-}
-
-/// The corners in the sheared frame, with unscaled distances.
-#[inline(always)]
-fn corner<L: Lanes>(ray: &Sheared, x: &[f32; 8], y: &[f32; 8], z: &[f32; 8]) -> (L, L, L) {
-    let z = L::load(z).sub(L::splat(ray.o[ray.k[2]]));
-    let x = L::load(x).sub(L::splat(ray.o[ray.k[0]])).sub(L::splat(ray.s[0]).mul(z));
-    let y = L::load(y).sub(L::splat(ray.o[ray.k[1]])).sub(L::splat(ray.s[1]).mul(z));
-    (x, y, z)
+    Some(LaneHits { mask, unsure, t: t.array(), v: v.array(), w: w.array(), det: det.array() })
 }
 
 impl LaneHits {
@@ -121,67 +187,91 @@ impl LaneHits {
         limit: f32,
         t_max: f32,
     ) -> Option<TriangleHit> {
-        let triangle = block.id[lane];
         let t = self.t[lane];
-        let in_doubt = |doubt: f32| t < doubt || t_max - t < doubt;
+        let [x, y, z] = ray.line.o;
+        let o = [PerRay(x), PerRay(y), PerRay(z)];
         if self.unsure >> lane & 1 == 1
-            || in_doubt(ray.doubt) && in_doubt(reach(ray, block, lane) * ray.s[2].abs() * DOUBT)
+            || is_near_end(PerRay(t), PerRay(t_max), PerRay(ray.doubt))
+                && is_near_end(PerRay(t), PerRay(t_max), doubt(block, lane, o, PerRay(ray.s[2])))
         {
-            // This is most often the triangle that the ray starts from, or a wall behind the current hit, for which the
-            // barycentric coordinates are not needed.
-            let t = plane_distance(ray, block, lane) as f32;
-            if !(t > 0.0 && t <= limit) {
-                return None;
-            }
-            return barycentrics(ray, block, lane).map(|(u, v)| TriangleHit { t, u, v, triangle });
+            return decide(&ray.line, block, lane, limit);
         }
         let det = self.det[lane];
-        Some(TriangleHit { t, u: self.v[lane] / det, v: self.w[lane] / det, triangle })
+        Some(TriangleHit { t, u: self.v[lane] / det, v: self.w[lane] / det, triangle: block.id[lane] })
     }
 }
 
-/// Largest coordinate of the corners relative to the ray origin; the error of t is a few ulp of it.
+/// Whether a hit is so close to an end of the ray that it is recomputed in f64.
 #[inline(always)]
-fn reach(ray: &Sheared, block: &Block, lane: usize) -> f32 {
-    let along = |k: usize| {
-        let at = |c: usize| (block.corner[k][c][lane] - ray.o[k]).abs();
-        at(0).max(at(1)).max(at(2))
-    };
-    along(0).max(along(1)).max(along(2))
+pub(super) fn is_near_end<F: Floats>(t: F, t_max: F, doubt: F) -> F::Mask {
+    F::either(t.lt(doubt), t_max.sub(t).lt(doubt))
+}
+
+/// Bound of the uncertainty of the distance to one triangle, for rays with 1/d = `along` on their main axis. The largest
+/// coordinate of the corners relative to the ray origin is decisive: the error of t is a few ulp of it.
+#[inline(always)]
+pub(super) fn doubt<F: Floats>(block: &Block, lane: usize, o: [F; 3], along: F) -> F {
+    let mut reach = F::splat(0.0);
+    for (corners, o) in block.corner.iter().zip(o) {
+        for corner in corners {
+            reach = reach.max(F::splat(corner[lane % 8]).sub(o).abs());
+        }
+    }
+    reach.mul(along.abs()).mul(F::splat(DOUBT))
+}
+
+/// The hit on a triangle at 0 < t ≤ `limit`, computed in f64. The triangle is most often the one that the ray starts
+/// from, or a wall behind the current hit, for which the barycentric coordinates are not needed.
+#[inline(always)]
+pub(super) fn decide(line: &Line, block: &Block, lane: usize, limit: f32) -> Option<TriangleHit> {
+    let t = plane_distance(line, block, lane) as f32;
+    if !(t > 0.0 && t <= limit) {
+        return None;
+    }
+    let (u, v) = barycentrics(line, block, lane)?;
+    Some(TriangleHit { t, u, v, triangle: block.id[lane] })
 }
 
 /// Distance along the ray to the plane of the triangle, in f64, in which the f32 corners are exact: an origin in an
 /// axis-parallel plane is at a distance of exactly 0. NaN for a ray in the plane.
 #[inline(always)]
-fn plane_distance(ray: &Sheared, block: &Block, lane: usize) -> f64 {
-    let corner = |c: usize| DVec3::from_array(std::array::from_fn(|k| f64::from(block.corner[k][c][lane])));
-    let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-    let a = corner(0);
-    let n = (corner(1) - a).cross(corner(2) - a);
-    n.dot(a - wide(ray.o)) / n.dot(wide(ray.d))
+fn plane_distance(line: &Line, block: &Block, lane: usize) -> f64 {
+    let a = exact_corner(block, 0, lane);
+    let n = (exact_corner(block, 1, lane) - a).cross(exact_corner(block, 2, lane) - a);
+    n.dot(a - wide(line.o)) / n.dot(wide(line.d))
+}
+
+/// A corner of a triangle in f64.
+#[inline(always)]
+fn exact_corner(block: &Block, corner: usize, lane: usize) -> DVec3 {
+    let [x, y, z] = &block.corner;
+    wide([x[corner][lane], y[corner][lane], z[corner][lane]])
+}
+
+#[inline(always)]
+fn wide([x, y, z]: [f32; 3]) -> DVec3 {
+    DVec3::new(x.into(), y.into(), z.into())
 }
 
 /// Barycentric coordinates (u, v) of the intersection with one triangle, in f64, from the same edge functions with
 /// exact signs. None if the ray misses the triangle.
 #[cold]
 #[inline(never)]
-fn barycentrics(ray: &Sheared, block: &Block, lane: usize) -> Option<(f32, f32)> {
-    let [kx, ky, kz] = ray.k;
+fn barycentrics(line: &Line, block: &Block, lane: usize) -> Option<(f32, f32)> {
+    let Line { o, d } = *line;
+    let ([kx, ky, kz], s) = line.shear();
     let mut rounded = [[0.0f64; 2]; 3];
     let mut deep = [[0.0f64; 3]; 3];
-    let (dx, dy) = (f64::from(ray.d[kx]), f64::from(ray.d[ky]));
-    let dz = f64::from(ray.d[kz]);
+    let (dx, dy) = (f64::from(d[kx]), f64::from(d[ky]));
+    let dz = f64::from(d[kz]);
     let (sx, sy) = (dx / dz, dy / dz);
     for i in 0..3 {
         let (px, py, pz) = (block.corner[kx][i][lane], block.corner[ky][i][lane], block.corner[kz][i][lane]);
-        let z = pz - ray.o[kz];
-        rounded[i] = [f64::from((px - ray.o[kx]) - ray.s[0] * z), f64::from((py - ray.o[ky]) - ray.s[1] * z)];
-        let z = f64::from(pz) - f64::from(ray.o[kz]);
-        deep[i] = [
-            (f64::from(px) - f64::from(ray.o[kx])) - sx * z,
-            (f64::from(py) - f64::from(ray.o[ky])) - sy * z,
-            z,
-        ];
+        let z = pz - o[kz];
+        rounded[i] = [f64::from((px - o[kx]) - s[0] * z), f64::from((py - o[ky]) - s[1] * z)];
+        let z = f64::from(pz) - f64::from(o[kz]);
+        deep[i] =
+            [(f64::from(px) - f64::from(o[kx])) - sx * z, (f64::from(py) - f64::from(o[ky])) - sy * z, z];
     }
     let signed = edge_functions(rounded[0], rounded[1], rounded[2]);
     let low = signed[0].min(signed[1]).min(signed[2]);

@@ -15,7 +15,7 @@ use crate::shadow::Passage;
 use crate::trace_context::TraceContext;
 use crate::vertex::{Vertex, oriented};
 use crate::visibility::Visibility;
-use dapple_geometry::Hit;
+use dapple_geometry::{Hit, Rays};
 use dapple_math::Ray;
 use dapple_sampling::Pattern;
 use glam::Vec3;
@@ -53,8 +53,10 @@ impl<V: Visibility> Arrival<'_, V> {
     pub fn intersect(&mut self, hits: &mut Hits) {
         let (moves, mut results) = (self.job.needs.time, std::mem::take(&mut self.state.results));
         let state = &*self.state;
-        let ray = |i| state.ray(i, moves);
-        self.job.scene.accel.intersect_each(state.paths.len, ray, |i, hit| {
+        let paths = &state.paths;
+        let rays = Rays::new(paths.len, paths.o.all(), paths.d.all(), Some(paths.t_max.all()));
+        let time = |i| if moves { state.asked.time.get(state.place(i)) } else { 0.0 };
+        self.job.scene.accel.intersect_each(&rays, time, |i, hit| {
             hits.set(i, hit);
             results[state.place(i)].rays += 1;
         });

@@ -41,6 +41,12 @@ impl Numbers {
         R::load(&self.0[i..])
     }
 
+    /// The numbers of all rows.
+    #[inline(always)]
+    pub fn all(&self) -> &[f32] {
+        &*self.0
+    }
+
     /// Reads the row `i` of every lane.
     #[inline(always)]
     pub fn gather<R: Real>(&self, i: R::Word) -> R {
@@ -94,6 +100,13 @@ impl Words {
 impl Vectors {
     pub fn new() -> Self {
         Self(std::array::from_fn(|_| Box::new([0.0; PLACES])))
+    }
+
+    /// The components of all rows.
+    #[inline(always)]
+    pub fn all(&self) -> [&[f32]; 3] {
+        let [x, y, z] = &self.0;
+        [&**x, &**y, &**z]
     }
 
     #[inline(always)]

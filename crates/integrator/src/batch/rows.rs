@@ -294,10 +294,6 @@ impl Shadows {
             light: vectors(),
         }
     }
-
-    pub fn ray(&self, i: usize) -> Ray {
-        Ray { o: self.o.get(i), d: self.d.get(i), t_max: self.t_max.get(i) }
-    }
 }
 
 /// Result of one sample.

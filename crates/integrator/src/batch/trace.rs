@@ -15,6 +15,7 @@ use crate::job::Job;
 use crate::kernel::{Sight, cutout};
 use crate::sample::Sample;
 use crate::visibility::{Solid, Visibility};
+use dapple_geometry::Rays;
 use dapple_math::lanes::{Isa, dispatch};
 use dapple_sampling::Pattern;
 use glam::Vec3;
@@ -194,8 +195,8 @@ impl Batch {
         let place = |i: usize| shadows.place.get(i) as usize;
         let time = |i: usize| if job.needs.time { asked.time.get(place(i)) } else { 0.0 };
         // No ray with an end below 0 hits anything.
-        let ray = |i: usize| (shadows.ray(i), time(i));
-        job.scene.accel.occluded_each(shadows.len, ray, |i, is_occluded| {
+        let rays = Rays::new(shadows.len, shadows.o.all(), shadows.d.all(), Some(shadows.t_max.all()));
+        job.scene.accel.occluded_each(&rays, time, |i, is_occluded| {
             let result = &mut results[place(i)];
             result.rays += u32::from(shadows.t_max.get(i) >= 0.0);
             if !is_occluded {
@@ -208,7 +209,7 @@ impl Batch {
         let mut arrival = Arrival { job, visibility, materials, depth, points, state };
         for i in again.iter().map(|i| *i as usize) {
             let row = shadows.row.get(i) as usize;
-            arrival.light_through(row, self.hits.get(row), (shadows.ray(i), shadows.light.get(i)));
+            arrival.light_through(row, self.hits.get(row), (rays.ray(i), shadows.light.get(i)));
         }
     }
 

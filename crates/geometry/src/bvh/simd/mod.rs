@@ -10,9 +10,12 @@ mod x86;
 use super::hit_filter::{HitFilter, Opaque, TriangleHit};
 use super::kernel::Kernel;
 use super::lanes::Portable;
+use super::packets::Packets;
 use super::traverse::traverse;
 use super::tree::Tree;
+use crate::Rays;
 use dapple_math::Ray;
+use dapple_math::lanes::dispatch;
 
 impl Tree {
     /// The nearest accepted triangle with 0 < t < t_max; at equal t the one with the lowest id.
@@ -29,37 +32,34 @@ impl Tree {
 }
 
 impl Tree {
-    /// Calls `found` with the nearest triangle of each of `n` rays, as [`Tree::intersect`] finds it.
+    /// Calls `found` with the index of each ray and the nearest triangle, as [`Tree::intersect`] finds it, in any order.
     #[inline]
-    pub fn intersect_each(
-        &self,
-        n: usize,
-        ray: impl Fn(usize) -> Ray,
-        found: impl FnMut(usize, Option<TriangleHit>),
-    ) {
-        run_each::<false>(self, n, ray, found);
+    pub fn intersect_each(&self, rays: &Rays, found: impl FnMut(usize, Option<TriangleHit>)) {
+        run_each::<false>(self, rays, found);
     }
 
-    /// Calls `found` with whether each of `n` rays is occluded, as [`Tree::occluded`] finds it.
+    /// Calls `found` with the index of each ray and whether it is occluded, as [`Tree::occluded`] finds it, in any
+    /// order.
     #[inline]
-    pub fn occluded_each(&self, n: usize, ray: impl Fn(usize) -> Ray, mut found: impl FnMut(usize, bool)) {
-        run_each::<true>(self, n, ray, |i, hit| found(i, hit.is_some()));
+    pub fn occluded_each(&self, rays: &Rays, mut found: impl FnMut(usize, bool)) {
+        run_each::<true>(self, rays, |i, hit| found(i, hit.is_some()));
     }
 }
 
-/// Runs many queries for opaque triangles, in a single call of the kernel.
+/// Runs many queries for opaque triangles: in packets where the tree is small, else in a single call of the kernel.
 #[inline]
-fn run_each<const ANY: bool>(
-    tree: &Tree,
-    n: usize,
-    ray: impl Fn(usize) -> Ray,
-    mut found: impl FnMut(usize, Option<TriangleHit>),
-) {
+fn run_each<const ANY: bool>(tree: &Tree, rays: &Rays, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+    let single = |ray: &Ray| run::<Opaque, ANY>(tree, ray, &Opaque);
+    if let Some(isa) = tree.kernel.packets(tree.triangles)
+        && rays.len() >= isa.lanes()
+    {
+        return dispatch(isa, Packets::<_, _, ANY> { tree, rays, single, found });
+    }
     match tree.kernel {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: as in `run`.
-        Kernel::Avx2 => unsafe { avx2_each::<ANY>(tree, n, ray, found) },
-        _ => (0..n).for_each(|i| found(i, run::<Opaque, ANY>(tree, &ray(i), &Opaque))),
+        Kernel::Avx512 | Kernel::Avx2 => unsafe { avx2_each::<ANY>(tree, rays, found) },
+        _ => (0..rays.len()).for_each(|i| found(i, single(&rays.ray(i)))),
     }
 }
 
@@ -69,12 +69,11 @@ fn run_each<const ANY: bool>(
 #[target_feature(enable = "avx2,bmi1,popcnt")]
 unsafe fn avx2_each<const ANY: bool>(
     tree: &Tree,
-    n: usize,
-    ray: impl Fn(usize) -> Ray,
+    rays: &Rays,
     mut found: impl FnMut(usize, Option<TriangleHit>),
 ) {
-    for i in 0..n {
-        found(i, traverse::<x86::Avx2, Opaque, ANY>(tree, &ray(i), &Opaque));
+    for i in 0..rays.len() {
+        found(i, traverse::<x86::Avx2, Opaque, ANY>(tree, &rays.ray(i), &Opaque));
     }
 }
 
@@ -88,7 +87,7 @@ fn run<C: HitFilter<TriangleHit>, const ANY: bool>(
     match tree.kernel {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: a tree's kernel is one for which `Kernel::runs` holds (`Tree::build`, `Tree::with_kernel`).
-        Kernel::Avx2 => unsafe { avx2::<C, ANY>(tree, ray, filter) },
+        Kernel::Avx512 | Kernel::Avx2 => unsafe { avx2::<C, ANY>(tree, ray, filter) },
         #[cfg(target_arch = "x86_64")]
         Kernel::Sse2 => sse2::<C, ANY>(tree, ray, filter),
         _ => portable::<C, ANY>(tree, ray, filter),

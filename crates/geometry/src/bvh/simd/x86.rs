@@ -1,6 +1,6 @@
 //! Eight lanes in x86-64 registers.
 
-use crate::bvh::lanes::{Lanes, lowest, nearest};
+use crate::bvh::lanes::{Floats, Lanes, bits, lowest, nearest};
 use crate::bvh::node::{Child, Children};
 use crate::bvh::stack::Stack;
 use std::arch::x86_64::*;
@@ -31,14 +31,26 @@ macro_rules! sse_mask {
     )*};
 }
 
-impl Lanes for Sse2 {
+impl Floats for Sse2 {
+    bits!();
     sse!(add _mm_add_ps, sub _mm_sub_ps, mul _mm_mul_ps, div _mm_div_ps, min _mm_min_ps, max _mm_max_ps);
-    sse_mask!(lt _mm_cmplt_ps, le _mm_cmple_ps);
+    sse_mask!(lt _mm_cmplt_ps, le _mm_cmple_ps, eq _mm_cmpeq_ps);
     #[inline(always)]
     fn splat(x: f32) -> Self {
         // SAFETY: SSE2 is part of every x86-64.
         unsafe { Self(_mm_set1_ps(x), _mm_set1_ps(x)) }
     }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: SSE2 is part of every x86-64.
+        unsafe {
+            let sign = _mm_set1_ps(-0.0);
+            Self(_mm_andnot_ps(sign, self.0), _mm_andnot_ps(sign, self.1))
+        }
+    }
+}
+
+impl Lanes for Sse2 {
     #[inline(always)]
     fn load(x: &[f32; 8]) -> Self {
         // SAFETY: reads the 2×4 floats of the array; needs no alignment.
@@ -50,14 +62,6 @@ impl Lanes for Sse2 {
         unsafe {
             _mm_storeu_ps(to.as_mut_ptr(), self.0);
             _mm_storeu_ps(to.as_mut_ptr().add(4), self.1);
-        }
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        // SAFETY: SSE2 is part of every x86-64.
-        unsafe {
-            let sign = _mm_set1_ps(-0.0);
-            Self(_mm_andnot_ps(sign, self.0), _mm_andnot_ps(sign, self.1))
         }
     }
     #[inline(always)]
@@ -99,15 +103,24 @@ macro_rules! layer {
     };
 }
 
-impl Lanes for Avx2 {
+impl Floats for Avx2 {
+    bits!();
     avx!(add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps);
     avx!(min _mm256_min_ps, max _mm256_max_ps);
-    avx_mask!(lt _CMP_LT_OQ, le _CMP_LE_OQ);
+    avx_mask!(lt _CMP_LT_OQ, le _CMP_LE_OQ, eq _CMP_EQ_OQ);
     #[inline(always)]
     fn splat(x: f32) -> Self {
         // SAFETY: called only from `traverse` inside `avx2`, as are all functions that create an `Avx2`.
         unsafe { Self(_mm256_set1_ps(x)) }
     }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: `Avx2` values exist only where AVX2 is available.
+        unsafe { Self(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)) }
+    }
+}
+
+impl Lanes for Avx2 {
     #[inline(always)]
     fn load(x: &[f32; 8]) -> Self {
         // SAFETY: as in `splat`; reads the 8 floats of the array; needs no alignment.
@@ -117,11 +130,6 @@ impl Lanes for Avx2 {
     fn store(self, to: &mut [f32; 8]) {
         // SAFETY: writes the 8 floats of the array; needs no alignment.
         unsafe { _mm256_storeu_ps(to.as_mut_ptr(), self.0) }
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        // SAFETY: `Avx2` values exist only where AVX2 is available.
-        unsafe { Self(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)) }
     }
     #[inline(always)]
     fn later(self, o: Self) -> Self {
@@ -184,7 +192,7 @@ impl Lanes for Avx2 {
         }
     }
     #[inline(always)]
-    fn any(self, far: Self, child: &Children, stack: &mut Stack, ahead: impl Fn(Child)) -> Option<Child> {
+    fn first(self, far: Self, child: &Children, stack: &mut Stack, ahead: impl Fn(Child)) -> Option<Child> {
         let (_, mask) = self.entered(far);
         if at_most_one(mask) {
             return lowest(mask, child);
