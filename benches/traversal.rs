@@ -1,11 +1,12 @@
-//! Benchmark of the traversal kernels: rays per second on three procedural meshes, for primary, diffuse-bounce and
-//! shadow rays, on one thread, in CPU time.
+//! Benchmark of the traversal kernels: rays per second on procedural meshes, for primary, diffuse-bounce and shadow rays,
+//! one by one and together, on one thread, in CPU time.
 //!
 //! `cargo bench --bench traversal` prints a table with ratios between kernels; `-- --quick` is the smoke run of CI;
 //! `-- --dump DIR [FILE.glb …]` writes meshes and rays, including those of glTF files, and `-- --rays DIR` times the
 //! fastest kernel on them, one pass for every line `MESH KIND` that it reads: `tools/embree_compare.py` uses both to
 //! compare with Embree on the same rays, alternately.
 
+use dapple_geometry::Rays;
 use dapple_geometry::bvh::{Kernel, Opaque, Tree};
 use dapple_geometry::surface::{geometric_normal, interpolate};
 use dapple_integrator::Dimension;
@@ -125,8 +126,12 @@ fn setups(quick: bool) -> Vec<Setup> {
     if quick {
         return vec![room("room", Vec3::new(4.0, 2.0, 4.0), 8, 2, 0.4)];
     }
+    let small = Vec3::new(4.0, 2.0, 4.0);
     vec![
-        room("room", Vec3::new(4.0, 2.0, 4.0), 30, 4, 0.4),
+        room("box", small, 3, 0, 0.8),
+        room("boxes", small, 14, 0, 0.6),
+        room("crowd", small, 30, 0, 0.6),
+        room("room", small, 30, 4, 0.4),
         terrain(180),
         room("interior", Vec3::new(12.0, 5.0, 12.0), 400, 4, 0.5),
     ]
@@ -203,9 +208,36 @@ fn pass(tree: &Tree, rays: &[Ray], shadow: bool) -> (f64, usize) {
     (rays.len() as f64 * 1e3 / (cpu_ns() - before).max(1) as f64, hits)
 }
 
-/// Returns millions of rays per second, median of three passes.
-fn time(tree: &Tree, rays: &[Ray], shadow: bool) -> f64 {
-    let mut passes = [0; 3].map(|_| pass(tree, rays, shadow).0);
+/// The number of rays in one query of many.
+const TOGETHER: usize = 1024;
+
+/// Rays in columns: origins, directions and ends.
+type Columns = [Vec<f32>; 7];
+
+fn columns(rays: &[Ray]) -> Columns {
+    let numbers = |r: &Ray| [r.o.x, r.o.y, r.o.z, r.d.x, r.d.y, r.d.z, r.t_max];
+    std::array::from_fn(|k| rays.iter().map(|r| numbers(r)[k]).collect())
+}
+
+/// As [`pass`], with many rays in one query.
+fn pass_together(tree: &Tree, [x, y, z, dx, dy, dz, t_max]: &Columns, shadow: bool) -> (f64, usize) {
+    let (before, mut hits) = (cpu_ns(), 0);
+    for from in (0..x.len()).step_by(TOGETHER) {
+        let ends = shadow.then_some(&t_max[from..]);
+        let (o, d) = ([&x[from..], &y[from..], &z[from..]], [&dx[from..], &dy[from..], &dz[from..]]);
+        let rays = Rays::new(TOGETHER, o, d, ends);
+        if shadow {
+            tree.occluded_each(&rays, |_, is_occluded| hits += usize::from(is_occluded));
+        } else {
+            tree.intersect_each(&rays, |_, hit| hits += usize::from(hit.is_some()));
+        }
+    }
+    (x.len() as f64 * 1e3 / (cpu_ns() - before).max(1) as f64, hits)
+}
+
+/// Returns the median of three passes.
+fn time(mut pass: impl FnMut() -> (f64, usize)) -> f64 {
+    let mut passes = [0; 3].map(|_| pass().0);
     passes.sort_unstable_by(f64::total_cmp);
     passes[1]
 }
@@ -274,7 +306,7 @@ fn time_dumped(dir: &Path) -> std::io::Result<()> {
 
 fn table(quick: bool) {
     let kernels = Kernel::available();
-    println!("Mrays/s on one thread; in brackets the ratio to {}", kernels[0].name());
+    println!("Mrays/s on one thread; in brackets the ratio to {}, one by one", kernels[0].name());
     for setup in setups(quick) {
         let start = std::time::Instant::now();
         let tree = Tree::build(&setup.triangles);
@@ -287,19 +319,25 @@ fn table(quick: bool) {
         );
         let rays = rays(&setup, &tree, if quick { 64 } else { 512 });
         let mut tree = tree;
+        let columns = rays.each_ref().map(|rays| columns(rays));
         let mut base = [0.0; 3];
         for (i, &kernel) in kernels.iter().enumerate() {
             tree = tree.with_kernel(kernel);
-            let cells: Vec<String> = (0..3)
-                .map(|k| {
-                    let mrays = time(&tree, &rays[k], k == 2);
-                    if i == 0 {
+            for together in [false, true] {
+                let cells = [0, 1, 2].map(|k| {
+                    let mrays = if together {
+                        time(|| pass_together(&tree, &columns[k], k == 2))
+                    } else {
+                        time(|| pass(&tree, &rays[k], k == 2))
+                    };
+                    if i == 0 && !together {
                         base[k] = mrays;
                     }
                     format!("{} {mrays:6.2} ({:.2})", KINDS[k], mrays / base[k])
-                })
-                .collect();
-            println!("  {:9} {}", kernel.name(), cells.join("   "));
+                });
+                let name = if together { "together" } else { kernel.name() };
+                println!("  {name:9} {}", cells.join("   "));
+            }
         }
     }
 }

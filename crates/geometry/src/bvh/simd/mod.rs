@@ -9,7 +9,7 @@ mod x86;
 
 use super::hit_filter::{HitFilter, Opaque, TriangleHit};
 use super::kernel::Kernel;
-use super::lanes::Portable;
+use super::lanes::{Lanes, Portable};
 use super::packets::Packets;
 use super::traverse::traverse;
 use super::tree::Tree;
@@ -48,7 +48,7 @@ impl Tree {
 
 /// Runs many queries for opaque triangles: in packets where the tree is small, else in a single call of the kernel.
 #[inline]
-fn run_each<const ANY: bool>(tree: &Tree, rays: &Rays, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+fn run_each<const ANY: bool>(tree: &Tree, rays: &Rays, found: impl FnMut(usize, Option<TriangleHit>)) {
     let single = |ray: &Ray| run::<Opaque, ANY>(tree, ray, &Opaque);
     if let Some(isa) = tree.kernel.packets(tree.triangles)
         && rays.len() >= isa.lanes()
@@ -59,7 +59,22 @@ fn run_each<const ANY: bool>(tree: &Tree, rays: &Rays, mut found: impl FnMut(usi
         #[cfg(target_arch = "x86_64")]
         // SAFETY: as in `run`.
         Kernel::Avx512 | Kernel::Avx2 => unsafe { avx2_each::<ANY>(tree, rays, found) },
-        _ => (0..rays.len()).for_each(|i| found(i, single(&rays.ray(i)))),
+        #[cfg(target_arch = "x86_64")]
+        Kernel::Sse2 => each::<x86::Sse2, ANY>(tree, rays, found),
+        _ => each::<Portable, ANY>(tree, rays, found),
+    }
+}
+
+/// Traces rays one by one. The traversal is compiled into the loop: rays that are passed in memory would be loaded before
+/// their numbers are stored.
+#[inline(always)]
+fn each<L: Lanes, const ANY: bool>(
+    tree: &Tree,
+    rays: &Rays,
+    mut found: impl FnMut(usize, Option<TriangleHit>),
+) {
+    for i in 0..rays.len() {
+        found(i, traverse::<L, Opaque, ANY>(tree, &rays.ray(i), &Opaque));
     }
 }
 
@@ -70,11 +85,9 @@ fn run_each<const ANY: bool>(tree: &Tree, rays: &Rays, mut found: impl FnMut(usi
 unsafe fn avx2_each<const ANY: bool>(
     tree: &Tree,
     rays: &Rays,
-    mut found: impl FnMut(usize, Option<TriangleHit>),
+    found: impl FnMut(usize, Option<TriangleHit>),
 ) {
-    for i in 0..rays.len() {
-        found(i, traverse::<x86::Avx2, Opaque, ANY>(tree, &rays.ray(i), &Opaque));
-    }
+    each::<x86::Avx2, ANY>(tree, rays, found);
 }
 
 /// Runs the query on the tree's kernel.
