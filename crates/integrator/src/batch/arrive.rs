@@ -6,6 +6,7 @@ use super::state::State;
 use super::surfaces::Materials;
 use crate::dimension::Dimension;
 use crate::direct::Sides;
+use crate::emission::escaped;
 use crate::job::Job;
 use crate::medium::MediumStack;
 use crate::observer::cut_short;
@@ -91,7 +92,8 @@ impl<V: Visibility> Arrival<'_, V> {
             self.escape(i, ray.d);
             return false;
         };
-        let surface = job.scene.accel.surface_inline(&ray, time, &hit);
+        let known = vertices.surface(i);
+        let surface = known.unwrap_or_else(|| job.scene.accel.surface_inline(&ray, time, &hit));
         if self.depth == 0 && job.passes(&ray, (&hit, &surface), job.near_most, time) {
             self.step(i, Some(hit));
             return false;
@@ -140,13 +142,14 @@ impl<V: Visibility> Arrival<'_, V> {
     /// Adds the environment.
     #[inline(always)]
     fn escape(&mut self, i: usize, d: Vec3) {
-        if self.job.scene.environment.is_none() && self.state.paths.beta.get(i).is_finite() {
+        let (scene, beta) = (self.job.scene, self.state.paths.beta.get(i));
+        if scene.environment.is_none() && beta.is_finite() {
             return;
         }
-        let mut state = self.path(i);
+        let arrival = self.state.paths.arrival(i, (self.time(i), self.depth));
+        let le = escaped(scene, d.normalize(), &arrival, self.job.settings.strategy);
         let place = self.state.place(i);
-        state.escape(self.job, self.depth, d, &mut self.watch(place));
-        self.state.results[place].radiance = state.radiance;
+        self.state.results[place].radiance += beta * le;
     }
 
     #[inline(always)]

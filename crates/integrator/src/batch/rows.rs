@@ -9,7 +9,7 @@ use crate::observer::PathObserver;
 use crate::path::PathState;
 use crate::sample::Sample;
 use crate::vertex::Vertex;
-use dapple_geometry::Hit;
+use dapple_geometry::{Hit, Surface};
 use dapple_materials::lanes::Columns;
 use dapple_math::Ray;
 use dapple_math::lanes::{Framex, Real};
@@ -222,6 +222,8 @@ impl Hits {
 pub(super) struct Vertices {
     /// 1 where lanes scatter the path, else 0.
     pub live: Words,
+    /// 1 where lanes have computed the surface, else 0.
+    pub known: Words,
     /// The rows that are computed one by one, and their number.
     pub odd_rows: Words,
     pub odd: usize,
@@ -239,6 +241,7 @@ impl Vertices {
         let vectors = Vectors::new;
         Self {
             live: Words::new(),
+            known: Words::new(),
             odd_rows: Words::new(),
             odd: 0,
             p: vectors(),
@@ -255,8 +258,21 @@ impl Vertices {
         self.odd = n;
         for i in 0..n {
             self.live.set(i, 0);
+            self.known.set(i, 0);
             self.odd_rows.set(i, i as u32);
         }
+    }
+
+    /// The surface of a row, if lanes have computed it.
+    #[inline(always)]
+    pub fn surface(&self, i: usize) -> Option<Surface> {
+        (self.known.get(i) == 1).then(|| Surface {
+            p: self.p.get(i),
+            start: self.start.get(i),
+            p_error: self.p_error.get(i),
+            ng: self.ng.get(i),
+            ns: self.frame[2].get(i),
+        })
     }
 
     #[inline(always)]

@@ -106,6 +106,7 @@ impl Surfaces<'_> {
         let is_lost = !is_hit & is_usual & R::Mask::splat(self.job.scene.environment.is_none());
         let (one, zero, row) = (R::Word::splat(1), R::Word::splat(0), R::Word::splat(i as u32));
         vertices.live.store(i, R::Word::select(live, one, zero));
+        vertices.known.store(i, R::Word::select(at.known, one, zero));
         let odd = within & !live & !is_lost;
         vertices.odd += vertices.odd_rows.pack(vertices.odd, odd, row.wrapping_add(R::Word::lane_index()));
         let frame = Framex::from_z(at.ns);
