@@ -246,7 +246,7 @@ fn what_a_small_file_blows_up_to_is_refused_with_the_figure() {
     refused(&render(&["placed.gltf"]), &words);
     refused(&render(&["often.gltf"]), &["often.gltf", "4500000 objects", "7.3 GB", "--memory-limit 8GB"]);
     let film = dapple(&["render", "--size", "1000000x1000000", "--aov", "albedo,normal"]);
-    refused(&film, &["--size", "1000000000000 pixels", "300000.0 GB", "--memory-limit", "--crop"]);
+    refused(&film, &["--size", "1000000000000 pixels", "668000.0 GB", "--memory-limit", "--crop"]);
     assert!(!at("a.exr").exists());
 }
 

@@ -24,7 +24,11 @@ const DEFAULT_HEIGHT: u32 = 512;
 /// Bytes per pixel at peak memory use: the films of the tiles and of the image, layers, the file being written.
 const PIXEL_BYTES: u64 = 180;
 /// Additional bytes per pixel for each extra layer.
-const LAYER_BYTES: u64 = 60;
+const LAYER_BYTES: u64 = 100;
+/// Additional bytes per pixel for each further node of the sums of its samples (see `dapple_camera::sums`).
+const NODE_BYTES: u64 = 48;
+/// Assumed number of samples, if it is not given.
+const SAMPLES: u32 = 2500;
 
 /// Source of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -230,7 +234,9 @@ pub fn rect(options: &RenderOptions, size: Size) -> Result<Option<PixelRect>, Fa
         )));
     }
     let pixels = u64::from(rect.x1 - rect.x0) * u64::from(rect.y1 - rect.y0);
-    let needed = pixels.saturating_mul(pixel_bytes(options));
+    // Before the last sample there may be a node for each bit of a smaller number of samples.
+    let nodes = NODE_BYTES * u64::from(samples(options).ilog2());
+    let needed = pixels.saturating_mul(pixel_bytes(options) + nodes);
     memory::left(options.memory_limit).admit(needed, None).map_err(|overrun| {
         Failure::Arguments(format!(
             "--size: an image of {pixels} pixels {overrun}, or render it in parts with --crop"
@@ -243,7 +249,15 @@ pub fn rect(options: &RenderOptions, size: Size) -> Result<Option<PixelRect>, Fa
 pub fn pixel_bytes(options: &RenderOptions) -> u64 {
     // Cryptomatte has six layers of four channels, and intermediate data of each pixel.
     let layers = |aov: &Aov| if *aov == Aov::Cryptomatte { 6 } else { 1 };
-    PIXEL_BYTES + LAYER_BYTES * options.layers().iter().map(layers).sum::<u64>()
+    let layers = LAYER_BYTES * options.layers().iter().map(layers).sum::<u64>();
+    // One node for each bit of the number of samples, in the tiles and in the image.
+    let more = samples(options).count_ones() - 1;
+    PIXEL_BYTES + layers + NODE_BYTES * u64::from(2 * more)
+}
+
+/// Samples per pixel; a typical number if it is not given.
+fn samples(options: &RenderOptions) -> u32 {
+    options.samples().unwrap_or(SAMPLES).max(1)
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 //! A pass adds the same number of samples to every pixel. Passes start at one sample and grow to about one second. A
 //! render can stop at any time, within a sample; the samples of the pass in progress are then discarded, so that every
 //! pixel has the same number of samples. Only the first pass is kept as it is: some pixels have samples, others none.
-//! The division of a render into passes, tiles and threads changes no bit of the image, because the samples of each
-//! pixel are added in order.
+//! The division of a render into passes, tiles and threads changes no bit of the image, because the sums of the samples
+//! of a pixel do not depend on where these are divided (see [`dapple_camera::sums`]).
 //!
 //! [`Renderer`] renders step by step; [`Renderer::run`], [`render`] and [`render_watched`] are loops over it.
 
