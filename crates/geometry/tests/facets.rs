@@ -114,9 +114,9 @@ fn triangles_of_any_shape_and_points_near_edges_are_those_of_single_hits() {
     let mut triangle = |i: u32| {
         let (at, size) = (noise.vec() * 10f32.powi(i as i32 % 5), 10f32.powi(i as i32 % 7 - 4));
         let (a, b) = (at + noise.vec() * size, at + noise.vec() * size);
-        // Some are thin.
-        let along = if i % 3 == 0 { (b - a) * noise.vec().x } else { noise.vec() * size };
-        let thin = if i % 3 == 0 { noise.vec() * (size * 1e-5) } else { Vec3::ZERO };
+        let is_thin = i.is_multiple_of(3);
+        let along = if is_thin { (b - a) * noise.vec().x } else { noise.vec() * size };
+        let thin = if is_thin { noise.vec() * (size * 1e-5) } else { Vec3::ZERO };
         [a, b, a + along + thin]
     };
     let corners: Vec<[Vec3; 3]> = (0..300).map(&mut triangle).collect();
