@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Small dimensionless numbers: file, literal, meaning.
-const DIMENSIONLESS: [(&str, &str, &str); 32] = [
+const DIMENSIONLESS: [(&str, &str, &str); 33] = [
     ("camera/src/camera.rs", "1e-6", "sine of an angle"),
     ("camera/src/view.rs", "1e-4", "slope at which f64 takes over"),
     ("math/src/frame.rs", "1e-12", "squared sine"),
@@ -21,6 +21,7 @@ const DIMENSIONLESS: [(&str, &str, &str); 32] = [
     ("scene/src/gltf/node.rs", "1e-12", "volume of three unit vectors"),
     ("scene/src/gltf/read.rs", "1e-6", "ratio of scales"),
     ("scene/src/view.rs", "1e-24", "squared sine"),
+    ("geometry/src/surface.rs", "1e-6", "relative rounding of a barycentric coordinate"),
     ("geometry/src/bvh/triangle.rs", "1e-27", "where f32 products underflow and f64 takes over"),
     ("integrator/src/bias_report.rs", "1e-30", "throughput"),
     ("integrator/src/vertex.rs", "1e-3", "cosine"),

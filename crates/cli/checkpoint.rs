@@ -25,6 +25,9 @@ use std::time::{Duration, Instant};
 /// Default interval between two checkpoints.
 const EVERY: Duration = Duration::from_secs(60);
 
+/// The state of a render and of its error estimate.
+pub type State = (RenderState, Saved);
+
 /// Files of a render that can be resumed, before the scene is loaded.
 pub struct Files {
     /// The file to write, with its lock; none if there are no checkpoints.
@@ -83,7 +86,7 @@ impl Files {
         (scene, settings): (&Scene, &Settings),
         options: &RenderOptions,
         lines: &str,
-    ) -> Result<(Option<Checkpoint>, Option<(RenderState, Saved)>), Failure> {
+    ) -> Result<(Option<Checkpoint>, Option<State>), Failure> {
         if self.target.is_none() {
             return Ok((None, None));
         }
@@ -117,11 +120,7 @@ fn read(path: &Path) -> Result<Contents, Failure> {
     Contents::decode(&bytes).map_err(|why| refused(path, &why))
 }
 
-fn decode(
-    path: &Path,
-    contents: &Contents,
-    about: &BTreeMap<String, String>,
-) -> Result<(RenderState, Saved), Failure> {
+fn decode(path: &Path, contents: &Contents, about: &BTreeMap<String, String>) -> Result<State, Failure> {
     if let Some(why) = identity::difference(&contents.about, about) {
         return Err(refused(path, &why));
     }

@@ -54,6 +54,8 @@ pub struct Saved {
     looks: i32,
     next: Option<u32>,
     held: Option<Verdict>,
+    /// If the last check was not completed, whether it was between two regular ones: it is due again.
+    due: Option<bool>,
 }
 
 /// Checks a render at each doubling of its samples, and in between where that is worthwhile.
@@ -83,6 +85,10 @@ pub struct ErrorWatch<'a> {
     held: Option<Verdict>,
     /// Whether the last line of the log has an error.
     told: bool,
+    /// Whether a measurement was cut short, by a signal or by the end of the time.
+    is_cut: Cell<bool>,
+    /// What was saved before a check that was not completed.
+    undone: Option<Saved>,
     /// Seconds spent on measuring the error, apart from rendering.
     seconds: Cell<f64>,
     /// Deadline of the command, if time is limited.
@@ -138,6 +144,8 @@ impl<'a> ErrorWatch<'a> {
             bar,
             held: None,
             told: false,
+            is_cut: Cell::new(false),
+            undone: None,
             seconds: Cell::new(0.0),
             deadline: settings.limits.time.and_then(|limit| Instant::now().checked_add(limit)),
         })
@@ -145,7 +153,12 @@ impl<'a> ErrorWatch<'a> {
 
     /// Returns what a resumed render needs.
     pub fn saved(&self) -> Saved {
+        self.undone.clone().unwrap_or_else(|| self.progress())
+    }
+
+    fn progress(&self) -> Saved {
         Saved {
+            due: None,
             doublings: self.doublings.clone(),
             reached: self.reached,
             is_capped: self.is_capped,
@@ -155,12 +168,14 @@ impl<'a> ErrorWatch<'a> {
         }
     }
 
-    /// Continues where the watch of an interrupted render was; it took `elapsed`.
-    pub fn resume(&mut self, saved: Saved, elapsed: Duration) {
+    /// Continues where the watch of an interrupted render was; it took `elapsed`. Returns whether a check of the
+    /// present samples is due, and if so whether it is between two regular ones.
+    pub fn resume(&mut self, saved: Saved, elapsed: Duration) -> Option<bool> {
         self.doublings = saved.doublings.filter(|_| self.doublings.is_some());
         (self.reached, self.is_capped) = (saved.reached, saved.is_capped);
         (self.looks, self.next, self.held) = (saved.looks, saved.next, saved.held);
         self.deadline = self.deadline.and_then(|deadline| deadline.checked_sub(elapsed));
+        saved.due
     }
 
     /// Whether the render needs no further samples.
@@ -170,7 +185,12 @@ impl<'a> ErrorWatch<'a> {
 
     /// Processes a snapshot; breaks when the error is small enough.
     pub fn look(&mut self, at: &Snapshot<'_>) -> ControlFlow<()> {
+        let before = self.limit.map(|_| self.progress());
+        self.is_cut.set(false);
         let known = self.guess(at);
+        // A resumed render repeats the check, so that it ends at the samples at which it would have ended.
+        let undone = before.filter(|_| self.is_cut.get());
+        self.undone = undone.map(|before| Saved { due: Some(at.between), ..before });
         self.write((at.seconds, at.spp, at.rays()), known.as_ref());
         if self.is_done() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
@@ -269,7 +289,10 @@ impl<'a> ErrorWatch<'a> {
                 let confidence = self.confidence(self.looks);
                 let deadline = self.deadline;
                 let stop = || interrupt::asked() || late(deadline);
-                replicate_until(self.scene, self.camera, &settings, (film, spp), confidence, &stop)
+                let found =
+                    replicate_until(self.scene, self.camera, &settings, (film, spp), confidence, &stop);
+                self.is_cut.set(self.is_cut.get() || stop());
+                found
             }
             _ => None,
         };

@@ -40,8 +40,10 @@ impl ErrorWatch<'_> {
         Saved
     }
 
-    /// Continues where the watch of an interrupted render was.
-    pub fn resume(&mut self, _: Saved, _: Duration) {}
+    /// Continues where the watch of an interrupted render was; no check is due.
+    pub fn resume(&mut self, _: Saved, _: Duration) -> Option<bool> {
+        None
+    }
 
     /// Whether the render needs no further samples.
     pub fn is_done(&self) -> bool {

@@ -191,7 +191,7 @@ impl<'a> Sequence<'a> {
     }
 }
 
-/// The seed of a frame: two rounds of the finaliser of SplitMix64 [Steele et al. 2014] over the seed and the number.
+/// The seed of a frame: two rounds of the finaliser of SplitMix64 [Steele, Lea & Flood 2014] over the seed and the number.
 fn seed(seed: u64, number: i64) -> u64 {
     let mix = |x: u64| {
         let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -207,9 +207,9 @@ fn has_number(path: &Path) -> bool {
 }
 
 /// Replaces the first group of `#` in the name by the number of the frame, with at least as many digits.
-fn numbered(path: &PathBuf, number: i64) -> PathBuf {
-    let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return path.clone() };
-    let Some(start) = name.find('#') else { return path.clone() };
+fn numbered(path: &Path, number: i64) -> PathBuf {
+    let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return path.to_path_buf() };
+    let Some(start) = name.find('#') else { return path.to_path_buf() };
     let width = name[start..].chars().take_while(|c| *c == '#').count();
     path.with_file_name(format!("{}{number:0width$}{}", &name[..start], &name[start + width..]))
 }
@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn numbers_go_into_names() {
-        let named = |name: &str, number| numbered(&PathBuf::from(name), number).display().to_string();
+        let named = |name: &str, number| numbered(Path::new(name), number).display().to_string();
         assert_eq!(named("a/shot.####.exr", 7), "a/shot.0007.exr");
         assert_eq!(named("shot#.exr", 123), "shot123.exr");
         assert_eq!(named("##-##.png", -1), "-1-##.png");

@@ -1,9 +1,9 @@
 //! One image: checks everything, then loads, renders and writes, and returns the report.
 
-use crate::checkpoint::{self, Checkpoint};
+use crate::checkpoint::{self, Checkpoint, State};
 use crate::ending::Ending;
 use crate::error::{self, Failure};
-use crate::error_watch::{ErrorWatch, Saved};
+use crate::error_watch::ErrorWatch;
 use crate::inputs::Inputs;
 use crate::known::Known;
 use crate::load::{self, Loaded, Source};
@@ -20,7 +20,7 @@ use clap::ArgMatches;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
 use dapple_integrator::{
-    Advance, MethodKind, Outcome, RenderState, Renderer, Settings, SettingsError, Snapshot, Stats, Watcher,
+    Advance, MethodKind, Outcome, Renderer, Settings, SettingsError, Snapshot, Stats, Watcher,
 };
 use std::collections::HashSet;
 use std::ops::ControlFlow;
@@ -289,7 +289,7 @@ fn draw(
     view: &NamedCamera,
     settings: &Settings,
     options: &RenderOptions,
-    (saves, state): (Saves<'_, '_>, Option<(RenderState, Saved)>),
+    (saves, state): (Saves<'_, '_>, Option<State>),
 ) -> Result<(Outcome, Known), Failure> {
     let bar = Bar::new(RenderOptions::is(options.quiet));
     let (scene, camera) = (&loaded.scene, &view.camera);
@@ -299,16 +299,18 @@ fn draw(
         bar.show(&progress);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
+    let mut due = None;
     let renderer = match state {
         None => Renderer::new(scene, camera, timed),
         Some((state, saved)) => {
-            errors.resume(saved, state.elapsed());
+            due = errors.resume(saved, state.elapsed());
             Renderer::resume(scene, camera, timed, state)
         }
     };
     let mut renderer = renderer.map_err(|e| Failure::Arguments(format!("--resume: {e}")))?;
     let mut watching = Watching { errors, saves };
-    let is_done = watching.errors.is_done();
+    let is_enough = due.is_some_and(|due| watching.look(&renderer.snapshot().as_between(due)).is_break());
+    let is_done = is_enough || watching.errors.is_done();
     let why = if is_done { Advance::Reached } else { renderer.run(&progress, &mut watching) };
     watching.end(&renderer);
     let outcome = renderer.finish_as(why);

@@ -39,6 +39,11 @@ impl<'a> Snapshot<'a> {
     ) -> Self {
         Self { spp, seconds, rect, tiles, allocation, between: false, asked: Cell::new(None) }
     }
+    /// The snapshot, as one that was requested between two regular ones or not.
+    pub fn as_between(self, between: bool) -> Self {
+        Self { between, ..self }
+    }
+
     /// Means and variances so far.
     pub fn film(&self) -> Film {
         let mut film = Film::new(self.rect);

@@ -26,6 +26,7 @@ const OPTIONS: gltf::Options = gltf::Options {
     memory: dapple_imaging::MemoryLimit::NONE,
     choice: gltf::Choice { scene: None, variant: None, animation: None },
     light_unit: LightUnit::Auto,
+    images: None,
 };
 
 fn read(bytes: &[u8]) -> Result<Scene, dapple_scene::SceneError> {
