@@ -8,7 +8,9 @@ use crate::load::Source;
 use crate::{events, settings_file};
 use clap::ArgMatches;
 use image::Kept;
-pub use image::{say_light_unit, settings, warn};
+#[cfg(feature = "report")]
+pub use image::say_light_unit;
+pub use image::{settings, warn};
 use std::process::ExitCode;
 
 /// Renders `scene` with the sidecar's, the settings file's and the typed options.
