@@ -95,7 +95,7 @@ impl Files {
         };
         let about = identity::describe(scene, settings, options, lines).map_err(unread)?;
         let state = match &self.resumed {
-            Some((path, contents)) => Some(decode(path, contents, &about)?),
+            Some((path, contents)) => Some(decode(path, contents, &about, settings.samples())?),
             None => None,
         };
         let checkpoint = self.target.map(|(path, lock)| Checkpoint {
@@ -120,13 +120,25 @@ fn read(path: &Path) -> Result<Contents, Failure> {
     Contents::decode(&bytes).map_err(|why| refused(path, &why))
 }
 
-fn decode(path: &Path, contents: &Contents, about: &BTreeMap<String, String>) -> Result<State, Failure> {
+fn decode(
+    path: &Path,
+    contents: &Contents,
+    about: &BTreeMap<String, String>,
+    most: Option<u32>,
+) -> Result<State, Failure> {
     if let Some(why) = identity::difference(&contents.about, about) {
         return Err(refused(path, &why));
     }
-    postcard::from_bytes(&contents.state).map_err(|_| {
+    let state: State = postcard::from_bytes(&contents.state).map_err(|_| {
         refused(path, "it was written by another version of this program, whose state this one does not read")
-    })
+    })?;
+    match (state.0.next_sample(), most) {
+        (has, Some(most)) if has > most => Err(refused(
+            path,
+            &format!("it has {has} samples per pixel, more than the {most} that are requested"),
+        )),
+        _ => Ok(state),
+    }
 }
 
 /// The checkpoint of a running render.
