@@ -4,11 +4,11 @@
 
 mod dapple;
 
-use dapple::{files, run, well};
+use dapple::{files, run, signal, well};
 use std::fs;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufReader, Read};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::Duration;
 
 /// A render of about a second, and the arguments with which a scheduler starts it again and again.
@@ -27,20 +27,11 @@ fn start(folder: &Path, arguments: &[&str]) -> Child {
 }
 
 /// Starts a render that takes hours, and waits until it has begun.
-fn endless(folder: &Path, more: &[&str]) -> (Child, BufReader<impl Read + use<>>) {
+fn endless(folder: &Path, more: &[&str]) -> (Child, BufReader<ChildStderr>) {
     let base = ["render", "builtin:cornell", "--size", "64x48", "--spp", "100000000", "-v"];
     let mut child = start(folder, &[&base[..], more].concat());
-    let mut said = BufReader::new(child.stderr.take().unwrap());
-    let mut line = String::new();
-    while !line.contains("Rendering") {
-        line.clear();
-        assert_ne!(said.read_line(&mut line).unwrap(), 0, "the process ended before rendering began");
-    }
+    let said = dapple::begun(&mut child);
     (child, said)
-}
-
-fn signal(child: &Child, which: &str) {
-    assert!(Command::new("kill").args([which, &child.id().to_string()]).status().unwrap().success());
 }
 
 /// Waits up to a minute until `path` exists.

@@ -4,19 +4,19 @@
 
 mod dapple;
 
-use dapple::{files, run};
+use dapple::{files, run, signal};
 use dapple_imaging::read;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Starts a render in `folder` and waits until it has begun, according to `-v`.
-fn begun(folder: &Path, arguments: &[&str]) -> (Child, BufReader<impl Read + use<>>) {
+fn begun(folder: &Path, arguments: &[&str]) -> (Child, BufReader<ChildStderr>) {
     begun_of(folder, "builtin:cornell", arguments)
 }
 
-fn begun_of(folder: &Path, scene: &str, arguments: &[&str]) -> (Child, BufReader<impl Read + use<>>) {
+fn begun_of(folder: &Path, scene: &str, arguments: &[&str]) -> (Child, BufReader<ChildStderr>) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_dapple"))
         .args([&["render", scene, "-v", "--json"], arguments].concat())
         .current_dir(folder)
@@ -24,22 +24,12 @@ fn begun_of(folder: &Path, scene: &str, arguments: &[&str]) -> (Child, BufReader
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let mut said = BufReader::new(child.stderr.take().unwrap());
-    let mut line = String::new();
-    while !line.contains("Rendering") {
-        line.clear();
-        assert_ne!(said.read_line(&mut line).unwrap(), 0, "the process ended before rendering began");
-    }
+    let said = dapple::begun(&mut child);
     (child, said)
 }
 
 fn interrupt(child: &Child) {
     signal(child, "-INT");
-}
-
-fn signal(child: &Child, which: &str) {
-    let sent = Command::new("kill").args([which, &child.id().to_string()]).status().unwrap();
-    assert!(sent.success());
 }
 
 /// Returns the layer `samples` of an EXR.

@@ -1,8 +1,9 @@
 //! Runs the binary in a folder of its own.
 #![allow(dead_code, reason = "each test binary uses a part")]
 
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, ChildStderr, Command};
 
 /// Result of a run.
 pub struct Run {
@@ -39,6 +40,23 @@ pub fn well(folder: &Path, arguments: &[&str]) -> Run {
     let run = run(folder, arguments);
     assert_eq!(run.code, 0, "{arguments:?}: {}", run.err);
     run
+}
+
+/// Waits until a render that was started with `-v` has begun; returns the rest of its messages.
+pub fn begun(child: &mut Child) -> BufReader<ChildStderr> {
+    let mut said = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("Rendering") {
+        line.clear();
+        assert_ne!(said.read_line(&mut line).unwrap(), 0, "the process ended before rendering began");
+    }
+    said
+}
+
+/// Sends a signal, such as `-INT`, to a process.
+pub fn signal(child: &Child, which: &str) {
+    let sent = Command::new("kill").args([which, &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
 }
 
 /// Returns the names of all files in `folder`.
