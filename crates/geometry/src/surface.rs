@@ -4,6 +4,7 @@
 //! with the length or the grazing angle of the ray.
 use crate::barycentric::{MIXED, test_error, weighted};
 use dapple_math::Ray;
+use dapple_math::lanes::Double;
 use dapple_math::motion::Pose;
 use dapple_math::offset::{UNIT_ROUNDOFF, gamma, offset_origin};
 use dapple_math::vector::{round_up, unit_or};
@@ -54,7 +55,7 @@ impl Surface {
         let (p, size) = weighted(corners, u, v);
         let winding = winding(corners);
         let ng = unit_or(winding, DVec3::Z);
-        let ns = normals.map_or(ng, |n| facing(unit_or(weighted(n, u, v).0, ng), ng));
+        let ns = normals.map_or(ng, |n| facing(unit_or(weighted(n, u, v).0, ng), winding));
         let error = test_error(size, 7);
         let start = p + clear_of_edges(corners.map(|c| c.as_dvec3()), winding, u, v, error);
         Self {
@@ -135,15 +136,27 @@ pub(crate) fn lift(corners: [DVec3; 3], normals: [DVec3; 3], u: f32, v: f32, up:
     let (u, v) = (f64::from(u), f64::from(v));
     let b = [1.0 - u - v, u, v];
     let sum = |x: [DVec3; 3]| x[0] * b[0] + x[1] * b[1] + x[2] * b[2];
-    let (p, side) = (sum(corners), sum(normals).dot(up).signum());
+    let (p, side) = (sum(corners), if sum(normals).dot(up) < 0.0 { -1.0 } else { 1.0 });
     let (mut lift, mut bulge, mut size) = (DVec3::ZERO, 0.0, 0.0);
     for i in 0..3 {
-        let (n, way) = (unit_or(normals[i], DVec3::ZERO) * side, corners[i] - p);
+        let n = if is_unit(normals[i].as_vec3()) { normals[i] } else { unit_or(normals[i], DVec3::ZERO) };
+        let (n, way) = (n * side, corners[i] - p);
         lift += n * (b[i] * way.dot(n).max(0.0));
         bulge += b[i] * way.dot(n);
         size += b[i] * way.length();
     }
-    if bulge > f64::from(gamma(8)) * size { lift } else { DVec3::ZERO }
+    if bulges::<f64>(bulge, size) { lift } else { DVec3::ZERO }
+}
+
+/// Whether a mean height over a facet exceeds the rounding of f32 normals, for a mean distance from the corners.
+#[inline(always)]
+pub(crate) fn bulges<D: Double>(height: D, distance: D) -> D::Mask {
+    (D::splat(f64::from(gamma(8))) * distance).lt(height)
+}
+
+/// Whether a vector is of unit length, but for the rounding of f32.
+pub(crate) fn is_unit(n: Vec3) -> bool {
+    (n.length_squared() - 1.0).abs() <= gamma(16)
 }
 
 /// Cross product of two edges: along the normal of the counter-clockwise side.

@@ -8,22 +8,26 @@ use dapple_math::lanes::{Isa, Kernel, Mask, Real, Vec3x, Word, dispatch};
 use glam::{DAffine3, DVec3, Vec3};
 use solids::{Noise, cube, sphere};
 
+/// Direction that surfaces are seen from.
+const VIEW: Vec3 = Vec3::new(0.36, 0.48, 0.8);
+
 /// Surfaces of hits: whether they are known, and their numbers.
 struct Look<'a>(&'a Facets, &'a [Hit]);
 
 impl Kernel for Look<'_> {
-    type Output = Vec<(bool, [Vec3; 5])>;
+    type Output = Vec<(bool, [Vec3; 6])>;
     fn run<R: Real>(self) -> Self::Output {
         self.1.chunks(R::LANES).flat_map(|hits| look::<R>(self.0, hits)).collect()
     }
 }
 
-fn look<R: Real>(facets: &Facets, hits: &[Hit]) -> Vec<(bool, [Vec3; 5])> {
+fn look<R: Real>(facets: &Facets, hits: &[Hit]) -> Vec<(bool, [Vec3; 6])> {
     let words = |of: fn(&Hit) -> u32| R::Word::load(&hits.iter().map(of).collect::<Vec<_>>());
     let numbers = |of: fn(&Hit) -> f32| R::load(&hits.iter().map(of).collect::<Vec<_>>());
     let ids = (words(|hit| hit.object), words(|hit| hit.primitive));
-    let s = facets.surfaces::<R>(ids, numbers(|hit| hit.u), numbers(|hit| hit.v));
-    let vectors = [s.p, s.start, s.p_error, s.ng, s.ns].map(stored::<R>);
+    let at = (numbers(|hit| hit.u), numbers(|hit| hit.v));
+    let s = facets.surfaces::<R>(ids, at, Vec3x::splat(VIEW));
+    let vectors = [s.p, s.start, s.p_error, s.ng, s.ns, s.lift].map(stored::<R>);
     let known = s.known.bitmask();
     (0..hits.len()).map(|i| (known >> i & 1 == 1, vectors.map(|v| v[i]))).collect()
 }
@@ -36,7 +40,7 @@ fn stored<R: Real>(v: Vec3x<R>) -> [Vec3; 16] {
 
 /// Compares the surfaces of hits; returns the number of known ones.
 fn check(accel: &Accel, hits: &[Hit]) -> usize {
-    let facets = accel.facets().unwrap();
+    let facets = accel.facets();
     let ray = Ray::new(Vec3::ZERO, Vec3::X);
     let mut count = 0;
     for isa in Isa::available() {
@@ -44,7 +48,8 @@ fn check(accel: &Accel, hits: &[Hit]) -> usize {
         for (hit, (_, vectors)) in hits.iter().zip(&found).filter(|(_, (known, _))| *known) {
             let s = accel.surface(&ray, 0.0, hit);
             let bits = |v: Vec3| v.to_array().map(f32::to_bits);
-            let expected = [s.p, s.start, s.p_error, s.ng, s.ns].map(bits);
+            let lift = accel.lift(hit, s.ng * 1f32.copysign(s.ng.dot(VIEW)), 0.0);
+            let expected = [s.p, s.start, s.p_error, s.ng, s.ns, lift].map(bits);
             assert_eq!(vectors.map(bits), expected, "{hit:?} {s:?} {isa:?}");
         }
         count = found.iter().filter(|(known, _)| *known).count();
@@ -128,22 +133,40 @@ fn triangles_of_any_shape_and_points_near_edges_are_those_of_single_hits() {
 }
 
 #[test]
-fn one_normal_for_all_corners_is_known_and_several_are_not() {
+fn normals_are_known_if_they_are_one_or_unit_vectors() {
     let mut noise = Noise(5);
-    let corners: Vec<[Vec3; 3]> = (0..200)
-        .map(|_| [noise.direction() * 3.0, noise.direction() * 3.0, noise.direction() * 3.0])
-        .collect();
-    let same: Vec<[Vec3; 3]> =
-        (0..200).map(|_| [noise.direction() * (1.0 + noise.vec().x * 0.1); 3]).collect();
+    let mut three = || [noise.direction(), noise.direction(), noise.direction()];
+    let corners: Vec<[Vec3; 3]> = (0..200).map(|_| three().map(|v| v * 3.0)).collect();
+    let several: Vec<[Vec3; 3]> = (0..200).map(|_| three()).collect();
+    // Close to the normal of the triangle, so that the normals span a surface above it.
+    let round = |[a, b, c]: [Vec3; 3], bent: [Vec3; 3]| {
+        let n = (b - a).cross(c - a).normalize();
+        bent.map(|bend| (n + bend * 0.3).normalize())
+    };
+    let round: Vec<[Vec3; 3]> = corners.iter().zip(&several).map(|(t, bent)| round(*t, *bent)).collect();
+    let scaled: Vec<[Vec3; 3]> = several.iter().map(|n| n.map(|n| n * 1.1)).collect();
+    let same: Vec<[Vec3; 3]> = scaled.iter().map(|[a, ..]| [*a; 3]).collect();
+    let signs = vec![[Vec3::new(0.0, 0.6, 0.8), Vec3::new(-0.0, 0.6, 0.8), Vec3::new(0.0, 0.6, 0.8)]; 200];
     let inner: Vec<Hit> =
         points(200).into_iter().filter(|hit| hit.u.min(hit.v).min(1.0 - hit.u - hit.v) > 0.01).collect();
-    let accel = accel_of(soup(&corners, Some(&same)));
-    let known = check(&accel, &inner);
-    assert!(known * 10 > inner.len() * 9, "{known} of {}", inner.len());
-    let several: Vec<[Vec3; 3]> = same.iter().map(|[a, b, _]| [*a, *b, -*a + Vec3::X]).collect();
-    assert_eq!(check(&accel_of(soup(&corners, Some(&several))), &inner), 0);
-    let signs = [[Vec3::new(0.0, 0.6, 0.8), Vec3::new(-0.0, 0.6, 0.8), Vec3::new(0.0, 0.6, 0.8)]; 200];
-    assert_eq!(check(&accel_of(soup(&corners, Some(&signs))), &inner), 0);
+    for normals in [several, round, same, signs] {
+        let known = check(&accel_of(soup(&corners, Some(&normals))), &inner);
+        assert!(known * 10 > inner.len() * 9, "{known} of {}", inner.len());
+    }
+    assert_eq!(check(&accel_of(soup(&corners, Some(&scaled))), &inner), 0);
+}
+
+#[test]
+fn smooth_solids_are_lifted_as_single_hits_are() {
+    for (r, shift) in [(1e-3, 0.0), (1.0, 0.0), (1.0, 100.0), (1e3, 1e5)] {
+        let centre = Vec3::new(shift, -shift, 0.5 * shift);
+        let ball = sphere(2, r, centre);
+        let normals = ball.positions.iter().map(|p| (*p - centre).normalize()).collect();
+        let accel = accel_of(Mesh { normals, ..ball });
+        let hits = hits(&accel, centre, r);
+        let known = check(&accel, &hits);
+        assert!(known * 10 > hits.len() * 9, "{r} {shift}: {known} of {}", hits.len());
+    }
 }
 
 #[test]
@@ -156,7 +179,8 @@ fn instances_and_absent_objects_are_not_known() {
     let accel = builder.build();
     let hit = |object| Hit { t: 1.0, u: 0.3, v: 0.4, primitive: 3, object };
     let found =
-        dispatch(Isa::Portable, Look(accel.facets().unwrap(), &[hit(0), hit(1), hit(2), hit(u32::MAX)]));
+        dispatch(Isa::Portable, Look(accel.facets(), &[hit(0), hit(1), hit(2), hit(u32::MAX)]));
     assert_eq!(found.iter().map(|(known, _)| *known).collect::<Vec<_>>(), [true, false, false, false]);
-    assert!(accel_of(Mesh::default()).facets().is_none());
+    let nothing = accel_of(Mesh::default());
+    assert!(!dispatch(Isa::Portable, Look(nothing.facets(), &[hit(0)]))[0].0);
 }

@@ -35,10 +35,10 @@
 use crate::job::Job;
 use crate::terminator;
 use dapple_geometry::{Hit, Surface};
-use dapple_math::lanes::{Real, Vec3x};
+use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x, atan2, sin_cos};
 use dapple_math::{Frame, offset::gamma};
 use dapple_scene::Shading;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use std::f32::consts::PI;
 
 /// Lower bound of the cosine between normal and viewer, as a share of the viewer's cosine over the surface where that
@@ -47,23 +47,25 @@ const LEAST_SHARE: f32 = 0.75;
 /// Viewer cosine at which this bound saturates.
 const SATURATION: f32 = 0.25;
 
-/// A tilted shading normal, for one `wo`.
+/// Tilted shading normals, one per lane, each for one `wo`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Tilt {
+pub(crate) struct Tilt<R: Real> {
     /// Unit normal, on the side of `wo`, of the plane that separates reflected light (above) from transmitted light
     /// (below).
-    pub horizon: Vec3,
+    pub horizon: Vec3x<R>,
     /// Unit vector in that plane, towards which the shading normal leans.
-    lean: Vec3,
+    pub lean: Vec3x<R>,
     /// Angle between horizon and shading normal, 0..π/2.
-    angle: f32,
+    pub angle: R,
     /// Components along `lean` and `horizon` of a normal of the plane in which the folded range ends.
-    end: Vec2,
+    pub end: Vec2x<R>,
     /// The horizon is that of the smooth surface that a facet approximates, and reflected light may pass over the
     /// facet.
-    pub is_over: bool,
-    /// Cosine of the view angle without the normal map; `None` where there is no map.
-    pub unmapped: Option<f32>,
+    pub is_over: R::Mask,
+    /// Where there is a normal map.
+    pub is_mapped: R::Mask,
+    /// Cosine of the view angle without the normal map; of no meaning where there is none.
+    pub unmapped: R,
 }
 
 /// Whether a unit normal differs from the geometric one by more than the rounding of interpolated f32 normals.
@@ -72,7 +74,7 @@ pub(crate) fn leans<R: Real>(n: Vec3x<R>, ng: Vec3x<R>) -> R::Mask {
     (n - ng).abs().max_element().gt(R::splat(gamma(8)))
 }
 
-impl Tilt {
+impl Tilt<f32> {
     /// The tilt of the shading normal at a hit seen from `wo`, and the frame about that normal, facing the viewer.
     /// `None` for edge-on views, where no light is scattered.
     #[inline(never)]
@@ -89,95 +91,134 @@ impl Tilt {
         }
         let (side, up) = (height.signum(), surface.ng * height.signum());
         let given = shading.frame.z * side;
-        let n = facing(given, wo, up);
+        let turned = |n: Vec3| Vec3::from(facing::<f32>(n.into(), wo.into(), up.into()));
+        let n = turned(given);
         let frame =
             if n == given { shading.frame } else { Frame::from_z_tangent(n * side, shading.frame.x, 1.0) };
         let round = surface.ns * side;
-        let is_over = job.settings.soft_terminator
+        let is_over = may_pass_over(job)
             && !shading.material.has_transmission()
             && surface.is_smooth()
             && n.dot(round) > 0.0
             && terminator::lift(&job.scene.accel, (hit, surface), up, time).is_some();
-        let flat = facing(round, wo, up);
-        let unmapped = (flat != n).then(|| flat.dot(wo));
-        (frame, Some(Self { unmapped, ..Self::between(n, if is_over { round } else { up }, is_over) }))
+        let flat = turned(round);
+        let tilt = Self::between(n.into(), if is_over { round } else { up }.into());
+        (frame, Some(Self { is_over, is_mapped: flat != n, unmapped: flat.dot(wo), ..tilt }))
     }
+}
 
-    /// The tilt of the normal `n` against `horizon`, both unit vectors less than a right angle apart.
-    fn between(n: Vec3, horizon: Vec3, is_over: bool) -> Self {
+/// Whether reflected light may pass over the facets of smooth surfaces.
+#[inline(always)]
+pub(crate) fn may_pass_over(job: &Job<'_>) -> bool {
+    job.settings.soft_terminator
+}
+
+impl<R: Real> Tilt<R> {
+    /// The tilt of the normals `n` against `horizon`, both unit vectors less than a right angle apart, of surfaces
+    /// without a map, over whose facets no light passes.
+    #[inline(always)]
+    pub fn between(n: Vec3x<R>, horizon: Vec3x<R>) -> Self {
         let (cos, across) = (n.dot(horizon), n.cross(horizon).length());
-        let lean = (n - horizon * cos).try_normalize();
-        let (Some(lean), true) = (lean, across > gamma(8)) else {
-            return Self { horizon, lean: Vec3::ZERO, angle: 0.0, end: Vec2::ZERO, is_over, unmapped: None };
-        };
+        let lean = n - horizon * cos;
+        let length = lean.length();
+        let leans = is_unit_of(length) & across.gt(R::splat(gamma(8)));
+        let lean = lean / length;
         // Orthogonalised twice, because the first subtraction cancels.
         let lean = (lean - horizon * lean.dot(horizon)).normalize();
-        let angle = libm::atan2f(across, cos);
-        let (sin, cos) = libm::sincosf(range(angle) - angle);
-        Self { horizon, lean, angle, end: Vec2::new(sin, -cos), is_over, unmapped: None }
+        let angle = atan2(across, cos);
+        let (sin, cos) = sin_cos(range(angle) - angle);
+        let (zero, no) = (R::splat(0.0), R::Mask::splat(false));
+        Self {
+            horizon,
+            lean: Vec3x::select(leans, lean, Vec3x::splat(Vec3::ZERO)),
+            angle: R::select(leans, angle, zero),
+            end: Vec2x::new(R::select(leans, sin, zero), R::select(leans, -cos, zero)),
+            is_over: no,
+            is_mapped: no,
+            unmapped: zero,
+        }
     }
 
-    /// The direction in which light leaves that the BSDF scatters to `w`, on the side of `wo` or not, and its density
-    /// over that of `w`. `None` where rounding puts the direction in the surface.
-    pub fn leave(&self, w: Vec3, reflects: bool) -> Option<(Vec3, f32)> {
-        let side = if reflects { 1.0 } else { -1.0 };
+    /// The direction in which light leaves that the BSDF scatters to `w`, on the side of `wo` or not, its density over
+    /// that of `w`, and whether it exists: rounding can put the direction in the surface.
+    #[inline(always)]
+    pub fn leave(&self, w: Vec3x<R>, reflects: R::Mask) -> (Vec3x<R>, R, R::Mask) {
+        let side = R::select(reflects, R::splat(1.0), R::splat(-1.0));
         let (out, density) = self.fold(w * side);
-        (out.dot(self.horizon) > 0.0).then_some((out * side, density))
+        (out * side, density, out.dot(self.horizon).gt(R::splat(0.0)))
     }
 
     /// The BSDF direction that leaves towards `wi`, the density of `wi` over its own, and whether it is a reflection.
-    pub fn before(&self, wi: Vec3) -> (Vec3, f32, bool) {
-        let reflects = wi.dot(self.horizon) > 0.0;
-        let side = if reflects { 1.0 } else { -1.0 };
+    #[inline(always)]
+    pub fn before(&self, wi: Vec3x<R>) -> (Vec3x<R>, R, R::Mask) {
+        let reflects = wi.dot(self.horizon).gt(R::splat(0.0));
+        let side = R::select(reflects, R::splat(1.0), R::splat(-1.0));
         let (w, density) = self.unfold(wi * side);
         (w * side, density, reflects)
     }
 
     /// Maps the shading normal's hemisphere into the surface's; also returns dδ/dψ.
-    fn fold(&self, w: Vec3) -> (Vec3, f32) {
-        let at = self.in_plane(w);
-        if at.dot(self.end) <= 0.0 {
-            return (w, 1.0);
+    #[inline(always)]
+    fn fold(&self, w: Vec3x<R>) -> (Vec3x<R>, R) {
+        let (at, zero, one) = (self.in_plane(w), R::splat(0.0), R::splat(1.0));
+        let stays = at.dot(self.end).le(zero);
+        if stays.all() {
+            return (w, one);
         }
-        let elevation = libm::atan2f(at.y, at.x);
+        let elevation = atan2(at.y, at.x);
         let (a, b) = self.coefficients();
-        let delta = (elevation + self.angle).max(0.0);
-        (self.turned(w, at, delta * (a + b * delta) - elevation), 1.0 / (a + 2.0 * b * delta))
+        let delta = (elevation + self.angle).max(zero);
+        let turned = self.turned(w, at, delta * (a + b * delta) - elevation);
+        (Vec3x::select(stays, w, turned), R::select(stays, one, one / (a + R::splat(2.0) * b * delta)))
     }
 
     /// The inverse of [`Self::fold`], with the same dδ/dψ.
-    fn unfold(&self, w: Vec3) -> (Vec3, f32) {
-        let at = self.in_plane(w);
-        if at.dot(self.end) <= 0.0 {
-            return (w, 1.0);
+    #[inline(always)]
+    fn unfold(&self, w: Vec3x<R>) -> (Vec3x<R>, R) {
+        let (at, one) = (self.in_plane(w), R::splat(1.0));
+        let stays = at.dot(self.end).le(R::splat(0.0));
+        if stays.all() {
+            return (w, one);
         }
-        let psi = libm::atan2f(at.y, at.x);
+        let psi = atan2(at.y, at.x);
         let (a, b) = self.coefficients();
-        let root = (a * a + 4.0 * b * psi).sqrt();
-        (self.turned(w, at, 2.0 * psi / (a + root) - self.angle - psi), 1.0 / root)
+        let root = (a * a + R::splat(4.0) * b * psi).sqrt();
+        let turned = self.turned(w, at, R::splat(2.0) * psi / (a + root) - self.angle - psi);
+        (Vec3x::select(stays, w, turned), R::select(stays, one, one / root))
     }
 
     /// ψ = aδ + bδ² ends at δ = range with value range − θ and slope 1.
-    fn coefficients(&self) -> (f32, f32) {
+    #[inline(always)]
+    fn coefficients(&self) -> (R, R) {
         let range = range(self.angle);
-        (1.0 - 2.0 * self.angle / range, self.angle / (range * range))
+        (R::splat(1.0) - R::splat(2.0) * self.angle / range, self.angle / (range * range))
     }
 
-    fn in_plane(&self, w: Vec3) -> Vec2 {
-        Vec2::new(w.dot(self.lean), w.dot(self.horizon))
+    #[inline(always)]
+    fn in_plane(&self, w: Vec3x<R>) -> Vec2x<R> {
+        Vec2x::new(w.dot(self.lean), w.dot(self.horizon))
     }
 
     /// `w`, with components `at`, rotated by an angle about the axis of the tilt.
-    fn turned(&self, w: Vec3, at: Vec2, angle: f32) -> Vec3 {
-        let (sin, cos) = libm::sincosf(angle);
-        let to = Vec2::new(at.x * cos - at.y * sin, at.x * sin + at.y * cos);
+    #[inline(always)]
+    fn turned(&self, w: Vec3x<R>, at: Vec2x<R>, angle: R) -> Vec3x<R> {
+        let (sin, cos) = sin_cos(angle);
+        let to = Vec2x::new(at.x * cos - at.y * sin, at.x * sin + at.y * cos);
         (w + self.lean * (to.x - at.x) + self.horizon * (to.y - at.y)).normalize()
     }
 }
 
+/// Whether a vector of this length can be divided by it.
+#[inline(always)]
+fn is_unit_of<R: Real>(length: R) -> R::Mask {
+    let inverse = R::splat(1.0) / length;
+    inverse.is_finite() & inverse.gt(R::splat(0.0))
+}
+
 /// Range of elevations over the shading normal's horizon, about the axis, that are folded for a tilt of `angle`.
-fn range(angle: f32) -> f32 {
-    (3.0 * angle).min(PI)
+#[inline(always)]
+fn range<R: Real>(angle: R) -> R {
+    (R::splat(3.0) * angle).min(R::splat(PI))
 }
 
 /// The normal `n`, rotated towards `wo` where it leans away from it: the cosine p = n·wo becomes
@@ -186,19 +227,27 @@ fn range(angle: f32) -> f32 {
 ///
 /// with p₀ = 0.75 h/√(1 + 16h²) of the viewer's height h = up·wo, and q = min(2p₀, h). All are unit vectors, `up` on
 /// the side of `wo`, `n` on that of `up`. *Approximation*: avoids black pixels, and the loss of light in grazing lobes.
-fn facing(n: Vec3, wo: Vec3, up: Vec3) -> Vec3 {
+#[inline(always)]
+pub(crate) fn facing<R: Real>(n: Vec3x<R>, wo: Vec3x<R>, up: Vec3x<R>) -> Vec3x<R> {
+    let (one, two) = (R::splat(1.0), R::splat(2.0));
     let (p, height) = (n.dot(wo), up.dot(wo));
-    let least = LEAST_SHARE * height / (1.0 + (height / SATURATION) * (height / SATURATION)).sqrt();
-    let knee = (2.0 * least).min(height);
-    if p >= knee {
+    let rise = height / R::splat(SATURATION);
+    let least = R::splat(LEAST_SHARE) * height / (one + rise * rise).sqrt();
+    let knee = (two * least).min(height);
+    let is_seen = p.ge(knee);
+    if is_seen.all() {
         return n;
     }
     let (missing, room) = (knee - p, knee - least);
-    let cos = if missing >= 2.0 * room { least } else { p + missing * missing / (4.0 * room) };
-    match (n - wo * p).try_normalize() {
-        Some(across) => (across * ((1.0 - cos) * (1.0 + cos)).sqrt() + wo * cos).normalize(),
-        None => up,
-    }
+    let cos = R::select(
+        missing.ge(two * room),
+        least,
+        p + missing * missing / (R::splat(4.0) * room),
+    );
+    let across = n - wo * p;
+    let length = across.length();
+    let turned = (across / length * ((one - cos) * (one + cos)).sqrt() + wo * cos).normalize();
+    Vec3x::select(is_seen, n, Vec3x::select(is_unit_of(length), turned, up))
 }
 
 #[cfg(test)]
@@ -207,9 +256,32 @@ mod tests {
     use dapple_materials::{Bsdf, Lobes, Material};
     use dapple_testkit::chi_square::ChiSquare;
     use dapple_testkit::rng::Rng;
-    use glam::DVec3;
+    use glam::{DVec3, Vec2};
 
     const UP: Vec3 = Vec3::Z;
+
+    fn between(n: Vec3, horizon: Vec3) -> Tilt<f32> {
+        Tilt::between(n.into(), horizon.into())
+    }
+
+    fn facing(n: Vec3, wo: Vec3, up: Vec3) -> Vec3 {
+        super::facing::<f32>(n.into(), wo.into(), up.into()).into()
+    }
+
+    fn fold(tilt: &Tilt<f32>, w: Vec3) -> (Vec3, f32) {
+        let (out, density) = tilt.fold(w.into());
+        (out.into(), density)
+    }
+
+    fn unfold(tilt: &Tilt<f32>, w: Vec3) -> (Vec3, f32) {
+        let (out, density) = tilt.unfold(w.into());
+        (out.into(), density)
+    }
+
+    fn leave(tilt: &Tilt<f32>, w: Vec3, reflects: bool) -> Option<(Vec3, f32)> {
+        let (out, density, exists) = tilt.leave(w.into(), reflects);
+        exists.then_some((out.into(), density))
+    }
 
     fn direction(elevation: f32, azimuth: f32) -> Vec3 {
         let (s, c) = libm::sincosf(elevation.to_radians());
@@ -217,9 +289,9 @@ mod tests {
         Vec3::new(c * x, c * y, s)
     }
 
-    fn tilted(angle: f32) -> (Vec3, Tilt) {
+    fn tilted(angle: f32) -> (Vec3, Tilt<f32>) {
         let n = direction(90.0 - angle, 35.0);
-        (n, Tilt::between(n, UP, false))
+        (n, between(n, UP))
     }
 
     fn on_sphere(rng: &mut Rng) -> Vec3 {
@@ -236,18 +308,18 @@ mod tests {
             for _ in 0..20_000 {
                 let w = on_sphere(&mut rng);
                 let w = if w.dot(n) < 0.0 { -w } else { w };
-                let (out, density) = tilt.fold(w);
+                let (out, density) = fold(&tilt, w);
                 assert!(out.z > -1e-6, "{angle}: {w} goes to {out}");
                 assert!((out.length() - 1.0).abs() < 1e-6);
                 // Close to the horizon of steep tilts ψ decreases as δ², and its inverse magnifies rounding.
-                let (back, same) = tilt.unfold(out);
+                let (back, same) = unfold(&tilt, out);
                 let slack = 2e-6 * density;
                 assert!((back - w).length() < slack, "{angle}: {w}, {out}, {back}");
                 assert!((same / density - 1.0).abs() < 10.0 * slack, "{angle}: {w} {density} {same}");
                 if w.z > (2.0 * angle.to_radians()).sin() {
                     assert!(out == w || angle > 45.0, "well above the surface nothing moves");
                 }
-                let (leaving, reflects) = (tilt.leave(-w, false), tilt.before(-out).2);
+                let (leaving, reflects) = (leave(&tilt, -w, false), tilt.before((-out).into()).2);
                 assert!(leaving.is_none_or(|(w, _)| w == -out && !reflects), "transmission alike");
             }
         }
@@ -265,10 +337,10 @@ mod tests {
                 }
                 let (a, b) = w.any_orthonormal_pair();
                 let h = 2e-3;
-                let at = |d: Vec3| tilt.fold((w + d).normalize()).0.as_dvec3();
+                let at = |d: Vec3| fold(&tilt, (w + d).normalize()).0.as_dvec3();
                 let (da, db) = (at(a * h) - at(a * -h), at(b * h) - at(b * -h));
                 let area = da.cross(db).length() / f64::from(4.0 * h * h);
-                let density = f64::from(tilt.fold(w).1);
+                let density = f64::from(fold(&tilt, w).1);
                 assert!((area * density - 1.0).abs() < 0.02, "{angle}: {w} {area} {density}");
             }
         }
@@ -276,9 +348,9 @@ mod tests {
 
     #[test]
     fn a_tilt_of_rounding_moves_nothing() {
-        let tilt = Tilt::between(Vec3::new(1e-7, 0.0, 1.0), UP, false);
+        let tilt = between(Vec3::new(1e-7, 0.0, 1.0), UP);
         for w in [Vec3::X, Vec3::new(0.8, 0.6, 0.0), Vec3::new(1.0, 0.0, -1e-8)] {
-            assert_eq!((tilt.fold(w), tilt.unfold(w)), ((w, 1.0), (w, 1.0)));
+            assert_eq!((fold(&tilt, w), unfold(&tilt, w)), ((w, 1.0), (w, 1.0)));
         }
     }
 
@@ -304,9 +376,9 @@ mod tests {
     }
 
     /// Value times cosine and density towards `wi`, as in [`crate::vertex`].
-    fn eval(tilt: &Tilt, frame: &Frame, bsdf: &Bsdf, wi: Vec3) -> (Vec3, f32) {
-        let (w, density, reflects) = tilt.before(wi);
-        let local = frame.to_local(w);
+    fn eval(tilt: &Tilt<f32>, frame: &Frame, bsdf: &Bsdf, wi: Vec3) -> (Vec3, f32) {
+        let (w, density, reflects) = tilt.before(wi.into());
+        let local = frame.to_local(w.into());
         if (local.z > 0.0) != reflects {
             return (Vec3::ZERO, 0.0);
         }
@@ -328,12 +400,12 @@ mod tests {
             for (angle, view, azimuth) in cases {
                 let wo = direction(90.0 - view, azimuth);
                 let n = facing(tilted(angle).0, wo, UP);
-                let (tilt, frame) = (Tilt::between(n, UP, false), Frame::from_z(n));
+                let (tilt, frame) = (between(n, UP), Frame::from_z(n));
                 let bsdf = Bsdf::new(&material, frame.to_local(wo));
                 let mut worst = 0.0f32;
                 let sample = |u: Vec2, uc: f32| {
                     let sample = bsdf.sample_f(uc, u, Lobes::ALL)?;
-                    let (wi, density) = tilt.leave(frame.to_world(sample.wi), sample.wi.z > 0.0)?;
+                    let (wi, density) = leave(&tilt, frame.to_world(sample.wi), sample.wi.z > 0.0)?;
                     let (f_cos, pdf) = eval(&tilt, &frame, &bsdf, wi);
                     // Above the limit of total reflection the density is dominated by rounding.
                     if sample.pdf > 1e-3 {
@@ -359,7 +431,7 @@ mod tests {
                 let (given, _) = tilted(angle);
                 let f = |wo: Vec3, wi: Vec3, folds: bool| {
                     let n = if folds { facing(given, wo, UP) } else { given };
-                    let (tilt, frame) = (Tilt::between(n, UP, false), Frame::from_z(n));
+                    let (tilt, frame) = (between(n, UP), Frame::from_z(n));
                     let bsdf = Bsdf::new(material, frame.to_local(wo));
                     let f_cos = if folds {
                         eval(&tilt, &frame, &bsdf, wi).0

@@ -42,12 +42,16 @@ impl Vertex {
     #[inline(never)]
     fn scatter_tilted<V: Visibility>(
         &self,
-        tilt: &Tilt,
+        tilt: &Tilt<f32>,
         mut sample: BsdfSample,
         w: Vec3,
         context: &TraceContext<'_, V>,
     ) -> Option<Scattered> {
-        let (wi, density) = tilt.leave(w, self.reflects(sample.wi))?;
+        let (wi, density, exists) = tilt.leave(w.into(), self.reflects(sample.wi));
+        let wi = wi.into();
+        if !exists {
+            return None;
+        }
         if !sample.lobe.is_delta() {
             sample.pdf *= density;
         }

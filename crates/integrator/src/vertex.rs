@@ -23,7 +23,7 @@ pub(crate) struct Vertex {
     pub along: Vec3,
     pub bsdf: Bsdf,
     /// Tilt of the shading normal, if it deviates from the geometric normal.
-    pub tilt: Option<Tilt>,
+    pub tilt: Option<Tilt<f32>>,
 }
 
 impl Vertex {
@@ -53,9 +53,9 @@ impl Vertex {
         (ray, wo): (&Ray, Vec3),
         (hit, surface): (&Hit, &Surface),
         shading: Shading,
-        (frame, tilt): (Frame, Option<Tilt>),
+        (frame, tilt): (Frame, Option<Tilt<f32>>),
     ) -> Self {
-        let unmapped = tilt.and_then(|tilt| tilt.unmapped);
+        let unmapped = tilt.filter(|tilt| tilt.is_mapped).map(|tilt| tilt.unmapped);
         let mut bsdf = Bsdf::losing_as(&shading.material, frame.to_local(wo), unmapped);
         if !job.sharp.is_empty() {
             bsdf = bsdf.sharp(job.sharp);
@@ -73,7 +73,10 @@ impl Vertex {
     pub fn outward(&self, local: Vec3) -> Vec3 {
         let side = if self.frame.z.dot(self.wo) < 0.0 { -1.0 } else { 1.0 };
         let w = self.frame.to_world(Vec3::new(local.x, local.y, local.z * side)).normalize();
-        self.tilt.and_then(|tilt| tilt.leave(w, true)).map_or(w, |(wi, _)| wi)
+        match self.tilt.map(|tilt| tilt.leave(w.into(), true)) {
+            Some((wi, _, true)) => wi.into(),
+            _ => w,
+        }
     }
 
     /// BSDF value times |cosθ|, and the solid-angle density of `sample_f`. The value is zero where the shading and the
@@ -92,9 +95,9 @@ impl Vertex {
     }
 
     #[inline(never)]
-    fn f_cos_and_pdf_tilted(&self, tilt: &Tilt, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
-        let (w, density, reflects) = tilt.before(wi);
-        let local = self.frame.to_local(w);
+    fn f_cos_and_pdf_tilted(&self, tilt: &Tilt<f32>, wi: Vec3, lobes: Lobes) -> (Vec3, f32) {
+        let (w, density, reflects) = tilt.before(wi.into());
+        let local = self.frame.to_local(w.into());
         if self.reflects(local) != reflects {
             return (Vec3::ZERO, 0.0);
         }
@@ -123,7 +126,7 @@ impl Vertex {
         if self.shading.material.has_transmission() {
             Vec3::ZERO
         } else {
-            self.tilt.map_or_else(|| self.seen_normal(), |tilt| tilt.horizon)
+            self.tilt.map_or_else(|| self.seen_normal(), |tilt| tilt.horizon.into())
         }
     }
 }
@@ -142,7 +145,7 @@ pub(crate) struct Facing<R> {
 impl<R: Real> Facing<R> {
     /// See [`Vertex::reflects`].
     #[inline(always)]
-    fn reflects(&self, local: Vec3x<R>) -> R::Mask {
+    pub fn reflects(&self, local: Vec3x<R>) -> R::Mask {
         (local.z * self.ns.dot(self.wo)).gt(R::splat(0.0))
     }
 
@@ -168,7 +171,7 @@ pub(crate) fn oriented(
     (hit, surface): (&Hit, &Surface),
     wo: Vec3,
     time: f32,
-) -> (Frame, Option<Tilt>) {
+) -> (Frame, Option<Tilt<f32>>) {
     if shading.frame.z == surface.ng {
         (shading.frame, None)
     } else if leans::<f32>(shading.frame.z.into(), surface.ng.into()) {

@@ -4,12 +4,12 @@
 //! World direction d maps to u = ½ + atan2(d.x, −d.z)/2π, v = acos(d.y)/π of the map, v from the top row: the centre of
 //! the map is −Z and u grows towards +X. A texel is a constant patch unless filtering is enabled. `rotation` rotates
 //! the environment about +Y by the right-hand rule: what was at −Z moves towards −X.
-use crate::LightSample;
-use crate::patch::Patch;
+use crate::lat_long::LatLong;
+use crate::{LightSample, lanes};
 use dapple_math::Image;
-use dapple_sampling::Grid2d;
-use glam::{DVec3, Vec2, Vec3};
-use std::f64::consts::{PI, TAU};
+use dapple_math::lanes::{Real, Vec2x, Vec3x};
+use glam::{Vec2, Vec3};
+use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
 
@@ -21,22 +21,6 @@ pub struct Environment(Kind);
 enum Kind {
     Constant(Vec3),
     LatLong(Arc<LatLong>),
-}
-
-#[derive(Debug)]
-struct LatLong {
-    width: usize,
-    height: usize,
-    /// Radiance with the intensity factor applied.
-    pixels: Vec<Vec3>,
-    /// Rotation as a shift of u, in turns, [0, 1).
-    shift: f64,
-    filtered: bool,
-    rows: Rows,
-    mean: Vec3,
-    /// Sampling distribution; None if there is nothing to sample.
-    table: Option<Grid2d>,
-    compensated: bool,
 }
 
 impl Environment {
@@ -66,32 +50,17 @@ impl Environment {
         }
         let turns = rotation as f64 / TAU;
         let shift = if turns.is_finite() { turns - turns.floor() } else { 0.0 };
-        let rows = Rows::new(height);
-        let mut map = LatLong {
-            width,
-            height,
-            pixels,
-            shift,
-            filtered,
-            rows,
-            mean: first,
-            table: None,
-            compensated: true,
-        };
-        map.mean = map.integrate();
-        map.table = map.build_table(true);
-        Ok(Self(Kind::LatLong(Arc::new(map))))
+        Ok(Self(Kind::LatLong(Arc::new(LatLong::new((width, height), &pixels, shift, filtered)))))
     }
 
     /// The same environment, sampled in proportion to its full radiance, so that light sampling alone is an unbiased
     /// estimator. By default only the radiance above the mean is sampled, and the rest is left to BSDF sampling [Karlík
     /// 2019].
     pub fn without_compensation(self) -> Self {
-        let Kind::LatLong(map) = &self.0 else { return self };
-        let table = map.build_table(false);
-        let rows = Rows::new(map.height);
-        let pixels = map.pixels.clone();
-        Self(Kind::LatLong(Arc::new(LatLong { pixels, rows, table, compensated: false, ..**map })))
+        match &self.0 {
+            Kind::Constant(_) => self,
+            Kind::LatLong(map) => Self(Kind::LatLong(Arc::new(map.without_compensation()))),
+        }
     }
 
     /// Radiance from the unit direction `d`.
@@ -99,7 +68,34 @@ impl Environment {
     pub fn radiance(&self, d: Vec3) -> Vec3 {
         match &self.0 {
             Kind::Constant(radiance) => *radiance,
-            Kind::LatLong(map) => map.radiance(d),
+            Kind::LatLong(map) => map.radiance::<f32>(d.into()).into(),
+        }
+    }
+
+    /// Radiance from the unit directions `d`, and [`Environment::pdf`] there.
+    #[inline(always)]
+    pub fn radiance_and_pdf<R: Real>(&self, d: Vec3x<R>) -> (Vec3x<R>, R) {
+        match &self.0 {
+            Kind::Constant(radiance) => (Vec3x::splat(*radiance), R::splat(0.0)),
+            Kind::LatLong(map) => map.radiance_and_pdf(d),
+        }
+    }
+
+    /// Samples per lane, as [`Environment::sample`] does.
+    #[inline(always)]
+    pub(crate) fn sample_lanes<R: Real>(&self, u: Vec2x<R>) -> lanes::Sample<R> {
+        match &self.0 {
+            Kind::Constant(_) => lanes::Sample::none(),
+            Kind::LatLong(map) => map.sample(u),
+        }
+    }
+
+    /// Densities per lane, as [`Environment::pdf`] gives them.
+    #[inline(always)]
+    pub(crate) fn pdf_lanes<R: Real>(&self, wi: Vec3x<R>) -> R {
+        match &self.0 {
+            Kind::Constant(_) => R::splat(0.0),
+            Kind::LatLong(map) => map.pdf(wi),
         }
     }
 
@@ -129,191 +125,29 @@ impl Environment {
 
     /// Samples a direction with `u` in \[0,1)². None if there is nothing to sample.
     pub fn sample(&self, u: Vec2) -> Option<LightSample> {
-        let Kind::LatLong(map) = &self.0 else { return None };
-        map.sample(map.table.as_ref()?, u)
-    }
-
-    /// Solid-angle density of `sample` at the unit direction `wi`; 0 if there is nothing to sample.
-    pub fn pdf(&self, wi: Vec3) -> f32 {
-        let Kind::LatLong(map) = &self.0 else { return 0.0 };
-        let Some(table) = &map.table else { return 0.0 };
-        let (column, row, within) = map.locate(wi);
-        map.density(table, column, row) * map.share(column, row, within.x.into(), wi.y.into())
-    }
-
-    /// Memory use in bytes of texels and tables.
-    pub fn memory_bytes(&self) -> usize {
-        let Kind::LatLong(map) = &self.0 else { return 0 };
-        let table = if map.table.is_some() { size_of::<f64>() } else { 0 };
-        map.pixels.len() * (size_of::<Vec3>() + table)
-    }
-}
-
-/// cosθ of the borders between rows, and the solid angle of the rows.
-#[derive(Debug)]
-struct Rows {
-    /// height + 1 values from 1 to −1.
-    cos: Vec<f64>,
-    /// 2π(cosθ_r − cosθ_{r+1}) = 4π·sin(middle)·sin(half step), per row.
-    solid_angle: Vec<f64>,
-}
-impl Rows {
-    fn new(height: usize) -> Self {
-        let step = PI / height as f64;
-        let border = |r: usize| match r {
-            0 => 1.0,
-            r if r == height => -1.0,
-            r => libm::cos(r as f64 * step),
-        };
-        let angle = |r: usize| 4.0 * PI * libm::sin((r as f64 + 0.5) * step) * libm::sin(0.5 * step);
-        Self { cos: (0..=height).map(border).collect(), solid_angle: (0..height).map(angle).collect() }
-    }
-}
-
-impl LatLong {
-    /// Column, row, and position in texels (x right, y down) of a direction. θ = atan2(√(x² + z²), y): acos(y) would
-    /// lose half of the digits at the poles. Any direction, even NaN, gives a valid texel.
-    #[inline]
-    fn locate(&self, d: Vec3) -> (usize, usize, Vec2) {
-        let turn = 0.5 + libm::atan2f(d.x, -d.z) as f64 / TAU + self.shift;
-        let x = (turn - turn.floor()) * self.width as f64;
-        let theta = libm::atan2f((d.x * d.x + d.z * d.z).sqrt(), d.y) as f64;
-        let y = theta / PI * self.height as f64;
-        let column = (x as usize).min(self.width - 1);
-        let row = (y as usize).min(self.height - 1);
-        (column, row, Vec2::new((x - column as f64) as f32, (y - row as f64) as f32))
-    }
-
-    #[inline]
-    fn texel(&self, column: usize, row: usize) -> Vec3 {
-        self.pixels[row * self.width + column]
-    }
-
-    #[inline]
-    fn radiance(&self, d: Vec3) -> Vec3 {
-        let (column, row, within) = self.locate(d);
-        if self.filtered { self.bilinear(column, row, within) } else { self.texel(column, row) }
-    }
-
-    /// Interpolates between the centres of the four texels around a position.
-    fn bilinear(&self, column: usize, row: usize, within: Vec2) -> Vec3 {
-        let (c0, c1, s) = if within.x < 0.5 {
-            ((column + self.width - 1) % self.width, column, within.x + 0.5)
-        } else {
-            (column, (column + 1) % self.width, within.x - 0.5)
-        };
-        let (r0, r1, t) = if within.y < 0.5 {
-            (row.saturating_sub(1), row, within.y + 0.5)
-        } else {
-            (row, (row + 1).min(self.height - 1), within.y - 0.5)
-        };
-        let top = self.texel(c0, r0).lerp(self.texel(c1, r0), s);
-        let bottom = self.texel(c0, r1).lerp(self.texel(c1, r1), s);
-        top.lerp(bottom, t)
-    }
-
-    /// Mean radiance of a cell: its texel, or with bilinear filtering the weighted mean of the nine texels around it,
-    /// so that no cell with any light counts as dark.
-    fn cell(&self, column: usize, row: usize) -> DVec3 {
-        if !self.filtered {
-            return self.texel(column, row).as_dvec3();
-        }
-        let columns = [(column + self.width - 1) % self.width, column, (column + 1) % self.width];
-        let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
-        let share = [0.125, 0.75, 0.125];
-        let mut sum = DVec3::ZERO;
-        for (r, sr) in rows.iter().zip(share) {
-            for (c, sc) in columns.iter().zip(share) {
-                sum += self.texel(*c, *r).as_dvec3() * (sr * sc);
-            }
-        }
-        sum
-    }
-
-    fn integrate(&self) -> Vec3 {
-        let row = |r: usize| -> DVec3 {
-            let sum: DVec3 = (0..self.width).map(|c| self.cell(c, r)).sum();
-            sum * (self.rows.solid_angle[r] / self.width as f64)
-        };
-        ((0..self.height).map(row).sum::<DVec3>() / (4.0 * PI)).as_vec3()
-    }
-
-    /// Builds the distribution. The weight of a cell is its luminance (minus the mean luminance, if compensated,
-    /// [Karlík 2019, §4]) times its solid angle. None if all weights are 0: everything is then left to BSDF sampling.
-    fn build_table(&self, compensated: bool) -> Option<Grid2d> {
-        let mean = if compensated { luminance(self.mean.as_dvec3()) } else { 0.0 };
-        let mut weights = Vec::with_capacity(self.pixels.len());
-        for r in 0..self.height {
-            let angle = self.rows.solid_angle[r];
-            let weight = |c: usize| (luminance(self.cell(c, r)) - mean).max(0.0) * angle;
-            weights.extend((0..self.width).map(weight));
-        }
-        Grid2d::new(self.width, self.height, &weights)
-    }
-
-    /// Probability of the cell divided by its solid angle.
-    #[inline]
-    fn density(&self, table: &Grid2d, column: usize, row: usize) -> f32 {
-        let probability_times_cells = table.cell_pdf(column as u32, row as u32) as f64;
-        (probability_times_cells / (self.height as f64 * self.rows.solid_angle[row])) as f32
-    }
-
-    /// Luminance of a cell and its neighbours.
-    fn patch(&self, column: usize, row: usize) -> Patch {
-        let columns = [(column + self.width - 1) % self.width, column, (column + 1) % self.width];
-        let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
-        Patch(rows.map(|r| columns.map(|c| luminance(self.texel(c, r).as_dvec3()))))
-    }
-
-    /// Density within a cell relative to the uniform density, at a distance in texels from its left border and a height
-    /// cosθ.
-    fn share(&self, column: usize, row: usize, x: f64, y: f64) -> f32 {
-        if !self.filtered {
-            return 1.0;
-        }
-        let (top, bottom) = (self.rows.cos[row], self.rows.cos[row + 1]);
-        let down = ((top - y) / (top - bottom)).clamp(0.0, 1.0);
-        self.patch(column, row).density((x, down)) as f32
-    }
-
-    /// Samples a direction. Within the cell it is uniform in azimuth and cosθ, that is, in solid angle; with filtering
-    /// it follows the luminance between the texels (in cosθ as if it were θ). Without filtering the radiance is that of
-    /// the selected cell, even if the direction rounds into its neighbour.
-    fn sample(&self, table: &Grid2d, u: Vec2) -> Option<LightSample> {
-        let chosen = table.sample(u);
-        let (column, row) = (chosen.cell.0 as usize, chosen.cell.1 as usize);
-        let mut at = (chosen.within.x as f64, chosen.within.y as f64);
-        if self.filtered {
-            at = self.patch(column, row).sample(at);
-        }
-        let (h, v) = at;
-        let y = self.rows.cos[row] * (1.0 - v) + self.rows.cos[row + 1] * v;
-        let sin = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
-        let phi = TAU * ((column as f64 + h) / self.width as f64 - 0.5 - self.shift);
-        let wi = DVec3::new(sin * libm::sin(phi), y, -sin * libm::cos(phi)).as_vec3();
-        let radiance = if self.filtered { self.radiance(wi) } else { self.texel(column, row) };
-        let mut pdf = self.density(table, column, row);
-        if self.filtered {
-            // Position of the rounded direction, unless it rounds into a neighbour.
-            let (c, r, within) = self.locate(wi);
-            let (x, y) = if (c, r) == (column, row) { (within.x.into(), wi.y.into()) } else { (h, y) };
-            pdf *= self.share(column, row, x, y);
-        }
-        let usable = pdf > 0.0 && pdf.is_finite();
-        usable.then_some(LightSample {
-            wi,
-            pdf,
+        let sample = self.sample_lanes::<f32>(u.into());
+        (sample.pdf > 0.0).then_some(LightSample {
+            wi: sample.wi.into(),
+            pdf: sample.pdf,
             delta: false,
-            radiance,
+            radiance: sample.radiance.into(),
             distance: f32::INFINITY,
             point: None,
         })
     }
-}
 
-/// Rec.709 luminance.
-fn luminance(c: DVec3) -> f64 {
-    c.dot(DVec3::new(0.2126, 0.7152, 0.0722))
+    /// Solid-angle density of `sample` at the unit direction `wi`; 0 if there is nothing to sample.
+    pub fn pdf(&self, wi: Vec3) -> f32 {
+        self.pdf_lanes::<f32>(wi.into())
+    }
+
+    /// Memory use in bytes of texels and tables.
+    pub fn memory_bytes(&self) -> usize {
+        match &self.0 {
+            Kind::Constant(_) => 0,
+            Kind::LatLong(map) => map.memory_bytes(),
+        }
+    }
 }
 
 /// An invalid texel of an environment map: negative, infinite or not a number.
@@ -390,10 +224,21 @@ mod tests {
     #[test]
     fn filtering_meets_the_texels_at_their_centres_and_wraps() {
         let env = Environment::picture(picture(8, 4, |x, y| (x + 8 * y) as f32), 0.0, 1.0, true).unwrap();
-        let Kind::LatLong(map) = &env.0 else { panic!("not an environment map") };
-        assert_eq!(map.bilinear(3, 2, Vec2::splat(0.5)).x, 19.0);
-        assert_eq!(map.bilinear(3, 2, Vec2::new(0.0, 0.5)).x, 18.5);
-        assert_eq!(map.bilinear(0, 2, Vec2::new(0.0, 0.5)).x, 0.5 * (16.0 + 23.0));
-        assert_eq!(map.bilinear(3, 0, Vec2::new(0.5, 0.0)).x, 3.0);
+        let at = |x: f32, y: f32| {
+            let (phi, theta) = (TAU as f32 * (x / 8.0 - 0.5), TAU as f32 * (0.5 * y / 4.0));
+            let sin = libm::sinf(theta);
+            env.radiance(Vec3::new(sin * libm::sinf(phi), libm::cosf(theta), -sin * libm::cosf(phi))).x
+        };
+        let cases = [
+            (3.5, 2.5, 19.0),
+            (3.0, 2.5, 18.5),
+            (0.0, 2.5, 0.5 * (16.0 + 23.0)),
+            (8.0, 2.5, 0.5 * (16.0 + 23.0)),
+            (3.5, 0.2, 3.0),
+            (3.5, 3.0, 0.5 * (19.0 + 27.0)),
+        ];
+        for (x, y, expected) in cases {
+            assert!((at(x, y) - expected).abs() < 2e-5, "{x} {y}: {}", at(x, y));
+        }
     }
 }

@@ -20,6 +20,7 @@ pub mod moving;
 mod octet;
 mod oval;
 mod part;
+mod lat_long;
 mod patch;
 pub mod pattern;
 mod placed;

@@ -1,6 +1,6 @@
 //! Orthonormal frames.
 
-use crate::lanes::Framex;
+use crate::lanes::{Framex, LEAST_SINE_SQUARED};
 use glam::Vec3;
 
 /// An orthonormal basis. It is right-handed unless [`Frame::from_z_tangent`] mirrors it.
@@ -26,14 +26,12 @@ impl Frame {
     pub fn from_z_tangent(z: Vec3, tangent: Vec3, sign: f32) -> Self {
         let x = tangent - z * tangent.dot(z);
         let length2 = x.length_squared();
-        if !(length2 > 1e-12 * tangent.length_squared() && length2.is_finite()) {
+        if !(length2 > LEAST_SINE_SQUARED * tangent.length_squared() && length2.is_finite()) {
             return Self::from_z(z);
         }
-        // Orthogonalised twice because the first subtraction cancels when the tangent is nearly parallel to z.
-        let x = x / length2.sqrt();
-        let x = (x - z * x.dot(z)).normalize_or_zero();
-        let y = z.cross(x);
-        Self { x, y: if sign < 0.0 { -y } else { y }, z }
+        let frame = Framex::<f32>::from_z_tangent(z.into(), tangent.into());
+        let y = Vec3::from(frame.y);
+        Self { x: frame.x.into(), y: if sign < 0.0 { -y } else { y }, z }
     }
 
     /// Returns the components of `v` along x, y and z.

@@ -3,12 +3,13 @@
 
 use super::objects::{Body, Object, Place};
 use crate::barycentric::{shares, test_errors, weighted_sum};
-use crate::surface::{clear_from, facing, winding};
-use dapple_math::lanes::{Double, Real, Vec3x, Word};
+use crate::surface::{bulges, clear_from, facing, is_unit, winding};
+use dapple_math::lanes::{Double, Mask, Real, Vec3x, Word};
 use dapple_math::vector::{unit_or, up};
 use glam::{DVec3, Vec3};
 
-/// Scenes with more triangles have no records: they take 64 bytes per triangle, as much as the tree.
+/// Scenes with more triangles have no records: they take 64 bytes per triangle, as much as the tree, and 48 more per
+/// triangle whose shading normal is interpolated.
 const MOST: usize = 1 << 18;
 
 /// In place of the first triangle of an object that has no records.
@@ -18,11 +19,15 @@ const NOT_FLAT: u32 = u32::MAX;
 #[derive(Debug)]
 pub struct Facets {
     /// Four rows per triangle: the corners, each with a component of the shading normal, and the geometric normal with
-    /// the coordinate from which on points are clear of the edges. That is infinite where the shading normal is not
-    /// constant.
+    /// the coordinate from which on points are clear of the edges. That is infinite where the surface is not known here.
+    /// A shading normal of 0 is interpolated between those of the corners.
     rows: Vec<[f32; 4]>,
     /// The first triangle of each object.
     first: Vec<u32>,
+    /// Three rows per triangle of the objects with shading normals: those of the corners.
+    normals: Vec<[f32; 4]>,
+    /// The first row of each object in `normals`.
+    first_normal: Vec<u32>,
 }
 
 /// Surfaces of hits, one per lane.
@@ -40,29 +45,39 @@ pub struct Surfaces<R: Real> {
     pub ng: Vec3x<R>,
     /// As [`Surface::ns`](crate::Surface::ns).
     pub ns: Vec3x<R>,
+    /// As [`Accel::lift`](crate::Accel::lift), on the side of the viewer.
+    pub lift: Vec3x<R>,
 }
 
 impl Facets {
-    /// The records of all objects in the flat tree, which has `triangles` triangles.
-    pub(super) fn new(objects: &[Object], triangles: usize) -> Option<Self> {
-        if triangles == 0 || triangles > MOST {
-            return None;
+    /// The records of all objects in the flat tree, which has `triangles` triangles; none if these are too many.
+    pub(super) fn new(objects: &[Object], triangles: usize) -> Self {
+        let (mut first, mut first_normal) = (vec![NOT_FLAT; objects.len()], vec![0; objects.len()]);
+        if triangles > MOST {
+            return Self { rows: vec![], first, normals: vec![], first_normal };
         }
-        let (mut rows, mut first) = (Vec::with_capacity(4 * triangles), vec![NOT_FLAT; objects.len()]);
-        for (object, first) in objects.iter().zip(&mut first) {
+        let (mut rows, mut normals) = (Vec::with_capacity(4 * triangles), Vec::new());
+        for ((object, first), first_normal) in objects.iter().zip(&mut first).zip(&mut first_normal) {
             if let (Body::Mesh(mesh), Place::World) = (&object.body, &object.place) {
-                *first = object.first;
+                (*first, *first_normal) = (object.first, normals.len() as u32);
                 for primitive in 0..mesh.triangles.len() as u32 {
-                    rows.extend(record(mesh.corners(primitive), mesh.values(&mesh.normals, primitive)));
+                    let corner_normals = mesh.values(&mesh.normals, primitive);
+                    rows.extend(record(mesh.corners(primitive), corner_normals));
+                    normals.extend(corner_normals.into_iter().flatten().map(|n| n.extend(0.0).to_array()));
                 }
             }
         }
-        Some(Self { rows, first })
+        Self { rows, first, normals, first_normal }
     }
 
-    /// The surfaces at the hits of a primitive of an object at (u, v).
+    /// The surfaces at the hits of a primitive of an object at (u, v), seen from the unit directions `wo`.
     #[inline(always)]
-    pub fn surfaces<R: Real>(&self, (object, primitive): (R::Word, R::Word), u: R, v: R) -> Surfaces<R> {
+    pub fn surfaces<R: Real>(
+        &self,
+        (object, primitive): (R::Word, R::Word),
+        (u, v): (R, R),
+        wo: Vec3x<R>,
+    ) -> Surfaces<R> {
         let first = R::Word::gather(&self.first, object);
         let row = first.wrapping_add(primitive) << 2;
         // Not by a closure: that would be compiled without the instruction set.
@@ -79,12 +94,37 @@ impl Facets {
         let [ex, ey, ez] = test_errors([x.1, y.1, z.1], 7);
         let p_error = Vec3x::new(up(ex), up(ey), up(ez));
         // A point that is not moved is a sum with 0, which has no negative zeros.
-        let start = p + Vec3x::splat(Vec3::ZERO);
-        Surfaces { known, p, start, p_error, ng: Vec3x::new(gx, gy, gz), ns: Vec3x::new(nx, ny, nz) }
+        let (start, none) = (p + Vec3x::splat(Vec3::ZERO), Vec3x::splat(Vec3::ZERO));
+        let (ng, ns) = (Vec3x::new(gx, gy, gz), Vec3x::new(nx, ny, nz));
+        let flat = Surfaces { known, p, start, p_error, ng, ns, lift: none };
+        let zero = R::splat(0.0);
+        let varies = known & nx.eq(zero) & ny.eq(zero) & nz.eq(zero);
+        if !varies.any() {
+            return flat;
+        }
+        let row = R::Word::gather(&self.first_normal, object);
+        let row = row.wrapping_add(primitive).wrapping_add(primitive << 1);
+        let a = R::gather_rows(&self.normals, row);
+        let b = R::gather_rows(&self.normals, row.wrapping_add(one));
+        let c = R::gather_rows(&self.normals, row.wrapping_add(two));
+        let corners = [wide([ax, ay, az]), wide([bx, by, bz]), wide([cx, cy, cz])];
+        let normals = [wide([a[0], a[1], a[2]]), wide([b[0], b[1], b[2]]), wide([c[0], c[1], c[2]])];
+        let (interpolated, given) = round(corners, normals, shares);
+        let side = R::splat(1.0).copysign(ng.dot(wo));
+        let up = ng * side;
+        let lift = lift((corners, [x.0, y.0, z.0]), (normals, given), shares, up);
+        let is_given = varies & interpolated.is_finite();
+        Surfaces {
+            known: known & (is_given | !varies),
+            ns: Vec3x::select(varies, interpolated, ns),
+            lift: Vec3x::select(varies, lift, none),
+            ..flat
+        }
     }
 
     pub(super) fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.rows) + size_of_val(&*self.first)
+        let rows = size_of_val(&*self.rows) + size_of_val(&*self.normals);
+        rows + size_of_val(&*self.first) + size_of_val(&*self.first_normal)
     }
 }
 
@@ -95,14 +135,88 @@ fn axis<R: Real>(x: [R; 3], shares: [R::Double; 3]) -> (R::Double, R::Double) {
     weighted_sum([R::Double::from_real(a), R::Double::from_real(b), R::Double::from_real(c)], shares)
 }
 
+/// A vector in f64, per lane.
+type Wide<R> = [<R as Real>::Double; 3];
+
+#[inline(always)]
+fn wide<R: Real>([x, y, z]: [R; 3]) -> Wide<R> {
+    [R::Double::from_real(x), R::Double::from_real(y), R::Double::from_real(z)]
+}
+
+#[inline(always)]
+fn dot<D: Double>(a: [D; 3], b: [D; 3]) -> D {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn minus<D: Double>(a: [D; 3], b: [D; 3]) -> [D; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn cross<D: Double>(a: [D; 3], b: [D; 3]) -> [D; 3] {
+    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
+}
+
+/// Unit normals interpolated between those of the corners, on the side of the winding, not finite where they cancel;
+/// and the sums that they are the directions of.
+#[inline(always)]
+fn round<R: Real>(corners: [Wide<R>; 3], normals: [Wide<R>; 3], shares: [R::Double; 3]) -> (Vec3x<R>, Wide<R>) {
+    let [a, b, c] = normals;
+    let sum = [
+        weighted_sum([a[0], b[0], c[0]], shares).0,
+        weighted_sum([a[1], b[1], c[1]], shares).0,
+        weighted_sum([a[2], b[2], c[2]], shares).0,
+    ];
+    let largest = sum[0].abs().max(sum[1].abs()).max(sum[2].abs());
+    let scaled = [sum[0] / largest, sum[1] / largest, sum[2] / largest];
+    let length = dot(scaled, scaled).sqrt();
+    let n = [scaled[0] / length, scaled[1] / length, scaled[2] / length];
+    let winding = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
+    let is_back = dot(n, winding).lt(R::Double::splat(0.0));
+    let side = R::select(is_back, R::splat(-1.0), R::splat(1.0));
+    (Vec3x::new(n[0].to_real(), n[1].to_real(), n[2].to_real()) * side, sum)
+}
+
+/// [`crate::surface::lift`] per lane, for normals that are unit vectors; `sum` is their weighted sum, and `p` that of
+/// the corners.
+#[inline(always)]
+fn lift<R: Real>(
+    (corners, p): ([Wide<R>; 3], Wide<R>),
+    (normals, sum): ([Wide<R>; 3], Wide<R>),
+    shares: [R::Double; 3],
+    up: Vec3x<R>,
+) -> Vec3x<R> {
+    let zero = R::Double::splat(0.0);
+    let is_below = dot(sum, wide([up.x, up.y, up.z])).lt(zero);
+    let side = R::Double::from_real(R::select(is_below, R::splat(-1.0), R::splat(1.0)));
+    let (mut lift, mut bulge, mut size) = ([zero; 3], zero, zero);
+    for i in 0..3 {
+        let n = [normals[i][0] * side, normals[i][1] * side, normals[i][2] * side];
+        let way = minus(corners[i], p);
+        let height = dot(way, n);
+        let share = shares[i] * height.max(zero);
+        for axis in 0..3 {
+            lift[axis] = lift[axis] + n[axis] * share;
+        }
+        bulge = bulge + shares[i] * height;
+        size = size + shares[i] * dot(way, way).sqrt();
+    }
+    let spans = bulges(bulge, size);
+    let lift = Vec3x::new(lift[0].to_real(), lift[1].to_real(), lift[2].to_real());
+    Vec3x::select(spans, lift, Vec3x::splat(Vec3::ZERO))
+}
+
 /// The four rows of a triangle.
 fn record(corners: [Vec3; 3], normals: Option<[Vec3; 3]>) -> [[f32; 4]; 4] {
-    let ng = unit_or(winding(corners), DVec3::Z);
+    let winding = winding(corners);
+    let ng = unit_or(winding, DVec3::Z);
     let ns = match normals {
         None => Some(ng.as_vec3()),
         Some(normals) => constant(normals, ng),
     };
-    let clear = if ns.is_some() { clear_from(corners) } else { f32::INFINITY };
+    let is_known = ns.is_some() || normals.is_some_and(|normals| normals.into_iter().all(is_unit));
+    let clear = if is_known { clear_from(corners) } else { f32::INFINITY };
     let (ns, [a, b, c]) = (ns.unwrap_or_default(), corners);
     let row = |v: Vec3, w| v.extend(w).to_array();
     [row(a, ns.x), row(b, ns.y), row(c, ns.z), row(ng.as_vec3(), clear)]

@@ -15,7 +15,7 @@ pub struct Accel {
     /// The object of each triangle of the flat tree.
     pub(super) object_of: Vec<u32>,
     pub(super) objects: Vec<Object>,
-    pub(super) facets: Option<Facets>,
+    pub(super) facets: Facets,
     pub(super) second: Option<Box<SecondLevel>>,
     pub(super) shutter: (f32, f32),
     pub(super) triangles: usize,
@@ -131,8 +131,8 @@ impl Accel {
 
     /// The records from which the surfaces of many hits are computed at a time; None if there are none, as for very large
     /// scenes.
-    pub fn facets(&self) -> Option<&Facets> {
-        self.facets.as_ref()
+    pub fn facets(&self) -> &Facets {
+        &self.facets
     }
 
     /// Whether there is no geometry on either side of the edge from which the ray origin was moved, as at the diagonal
@@ -303,7 +303,7 @@ impl Accel {
         self.tree.memory_bytes()
             + size_of_val(&*self.object_of)
             + size_of_val(&*self.objects)
-            + self.facets.as_ref().map_or(0, Facets::memory_bytes)
+            + self.facets.memory_bytes()
             + meshes.iter().map(|m| m.memory_bytes()).sum::<usize>()
             + self.second.as_ref().map_or(0, |s| s.memory_bytes())
     }

@@ -66,8 +66,8 @@ impl<V: Visibility> Arrival<'_, V> {
 
     /// Computes the odd rows.
     pub fn vertices(&mut self, hits: &Hits, vertices: &mut Vertices) {
-        for k in 0..vertices.odd {
-            let i = vertices.odd_rows.get(k) as usize;
+        for k in 0..vertices.odd.len {
+            let i = vertices.odd.row.get(k) as usize;
             let is_live = self.vertex(i, hits.get(i), vertices);
             vertices.live.set(i, u32::from(is_live));
         }
@@ -109,8 +109,7 @@ impl<V: Visibility> Arrival<'_, V> {
             return false;
         }
         let (frame, tilt) = oriented(job, &shading, seen, wo, time);
-        let is_odd = tilt.is_some() || shading.material.is_mirror();
-        if is_odd || !self.state.paths.beta.get(i).is_finite() {
+        if shading.material.is_mirror() || !self.state.paths.beta.get(i).is_finite() {
             let vertex = Vertex::of(job, (&ray, wo), seen, shading, (frame, tilt));
             self.leave(i, &vertex, at.distance);
             return false;
@@ -121,6 +120,7 @@ impl<V: Visibility> Arrival<'_, V> {
         vertices.p_error.set(i, surface.p_error);
         vertices.ng.set(i, surface.ng);
         vertices.store_frame::<f32>(i, &frame.into());
+        vertices.tilts.set(i, tilt.as_ref());
         vertices.materials.set(i, &shading.material);
         true
     }
@@ -180,6 +180,16 @@ impl<V: Visibility> Arrival<'_, V> {
         let (end, mut rays) = (End { distance, boundary: None }, 0);
         let next = state.leave(&context, vertex, end, &sample, depth, &mut self.watch(place), &mut rays);
         self.go_on(place, &sample, (state, next), rays);
+    }
+
+    /// Scatters a path alone whose vertex is known, and whose emission is added.
+    #[inline(never)]
+    pub fn alone(&mut self, i: usize, hit: Option<Hit>) {
+        let Some(hit) = hit else { return };
+        let (ray, time, job) = (self.state.paths.ray(i), self.time(i), self.job);
+        let surface = job.scene.accel.surface(&ray, time, &hit);
+        let vertex = Vertex::new(job, (&ray, away(ray.d)), (&hit, &surface), (time, None));
+        self.leave(i, &vertex, hit.t * ray.d.length());
     }
 
     /// Follows a path alone from its origin on.

@@ -90,6 +90,12 @@ impl Words {
         x.store(&mut self.0[i..]);
     }
 
+    /// As [`Numbers::gather`].
+    #[inline(always)]
+    pub fn gather<W: Word>(&self, i: W) -> W {
+        W::gather(&*self.0, i)
+    }
+
     /// As [`Numbers::pack`]; returns the number of lanes.
     #[inline(always)]
     pub fn pack<W: Word>(&mut self, i: usize, mask: W::Mask, x: W) -> usize {
@@ -131,6 +137,13 @@ impl Vectors {
     pub fn store<R: Real>(&mut self, i: usize, v: Vec3x<R>) {
         let [x, y, z] = &mut self.0;
         v.store([&mut x[i..], &mut y[i..], &mut z[i..]]);
+    }
+
+    /// As [`Numbers::gather`].
+    #[inline(always)]
+    pub fn gather<R: Real>(&self, i: R::Word) -> Vec3x<R> {
+        let [x, y, z] = &self.0;
+        Vec3x::gather([&**x, &**y, &**z], i)
     }
 
     /// As [`Numbers::pack`].

@@ -18,12 +18,14 @@
 mod arrive;
 mod camera;
 mod columns;
+mod escapes;
 mod lights;
 mod points;
 mod rows;
 mod shade;
 mod state;
 mod surfaces;
+mod tilts;
 mod trace;
 
 use crate::job::Job;

@@ -1,6 +1,7 @@
 //! Rows of a batch: paths between vertices, their vertices, shadow rays, and the results by place.
 
 use super::columns::{Numbers, ROWS, Vectors, Words};
+use super::tilts::Tilts;
 use crate::bias_report::{BiasReport, Truncation};
 use crate::emission::{CompetingStrategy, MisContext};
 use crate::first_hit_sums::FirstHit;
@@ -12,7 +13,7 @@ use crate::vertex::Vertex;
 use dapple_geometry::{Hit, Surface};
 use dapple_materials::lanes::Columns;
 use dapple_math::Ray;
-use dapple_math::lanes::{Framex, Real};
+use dapple_math::lanes::{Framex, Real, Word};
 use dapple_sampling::Key;
 use glam::Vec3;
 
@@ -218,21 +219,42 @@ impl Hits {
     }
 }
 
+/// A list of rows.
+pub(super) struct Rows {
+    pub len: usize,
+    pub row: Words,
+}
+
+impl Rows {
+    pub fn new() -> Self {
+        Self { len: 0, row: Words::new() }
+    }
+
+    /// Adds the rows of the lanes of `mask` from row `i` on.
+    #[inline(always)]
+    pub fn pack<W: Word>(&mut self, i: usize, mask: W::Mask) {
+        let rows = W::splat(i as u32).wrapping_add(W::lane_index());
+        self.len += self.row.pack(self.len, mask, rows);
+    }
+}
+
 /// Vertices, by the rows of the paths that arrive there.
 pub(super) struct Vertices {
     /// 1 where lanes scatter the path, else 0.
     pub live: Words,
     /// 1 where lanes have computed the surface, else 0.
     pub known: Words,
-    /// The rows that are computed one by one, and their number.
-    pub odd_rows: Words,
-    pub odd: usize,
+    /// The rows that are computed one by one.
+    pub odd: Rows,
+    /// The rows of plain paths that leave the scene, if it has an environment.
+    pub escaped: Rows,
     pub p: Vectors,
     pub start: Vectors,
     pub p_error: Vectors,
     pub ng: Vectors,
     /// Shading frame.
     pub frame: [Vectors; 3],
+    pub tilts: Tilts,
     pub materials: Columns,
 }
 
@@ -242,24 +264,25 @@ impl Vertices {
         Self {
             live: Words::new(),
             known: Words::new(),
-            odd_rows: Words::new(),
-            odd: 0,
+            odd: Rows::new(),
+            escaped: Rows::new(),
             p: vectors(),
             start: vectors(),
             p_error: vectors(),
             ng: vectors(),
             frame: [vectors(), vectors(), vectors()],
+            tilts: Tilts::new(),
             materials: Columns::new(ROWS),
         }
     }
 
     /// Lists all of `n` rows to be computed one by one.
     pub fn all_odd(&mut self, n: usize) {
-        self.odd = n;
+        (self.odd.len, self.escaped.len) = (0, 0);
         for i in 0..n {
             self.live.set(i, 0);
             self.known.set(i, 0);
-            self.odd_rows.set(i, i as u32);
+            self.odd.pack::<u32>(i, true);
         }
     }
 

@@ -8,6 +8,7 @@ use crate::Dimension;
 use crate::bias_report::Truncation;
 use crate::direct::light_weight;
 use crate::job::Job;
+use crate::normals::Tilt;
 use crate::path::{backward, is_faint, roulette};
 use crate::scatter::onward;
 use crate::settings::ROULETTE_FROM;
@@ -33,6 +34,8 @@ pub(super) struct Shading<'a> {
     pub next: &'a mut Paths,
     pub shadows: &'a mut Shadows,
     pub cuts: &'a mut Cuts,
+    /// Receives the rows that are scattered alone, because one of their rays passes over its facet.
+    pub over: &'a mut Vec<u32>,
 }
 
 /// Vertices of one step.
@@ -47,6 +50,26 @@ struct At<R: Real> {
     beta: Vec3x<R>,
     /// Normal for the choice of lights.
     n: Vec3x<R>,
+    /// The tilts, and the lanes that have one.
+    tilt: Option<(Tilt<R>, R::Mask)>,
+}
+
+/// Directions of light samples, as the BSDF sees them.
+#[derive(Clone, Copy)]
+struct Towards<R: Real> {
+    local: Vec3x<R>,
+    /// Density of the direction over that of the local one.
+    density: R,
+    /// The shading normal and the surface agree on reflection or transmission.
+    agrees: R::Mask,
+}
+
+/// Directions in which paths go on.
+#[derive(Clone, Copy)]
+struct Away<R: Real> {
+    wi: Vec3x<R>,
+    pdf: R,
+    exists: R::Mask,
 }
 
 /// What the BSDF makes of a light sample and of the numbers of a direction.
@@ -86,14 +109,30 @@ impl Shading<'_> {
         let facing = Facing { ng: vertices.ng.load(row), ns: frame.z, wo };
         let material = vertices.materials.load::<R>(row);
         let transmits = material.has_transmission();
-        let n = Vec3x::select(transmits, Vec3x::splat(Vec3::ZERO), facing.seen_normal());
+        let mut n = facing.seen_normal();
+        let tilt = match vertices.tilts.any {
+            true => Some(vertices.tilts.load::<R>(row)),
+            false => None,
+        };
+        if let Some((tilt, tilted)) = &tilt {
+            n = Vec3x::select(*tilted, tilt.horizon, n);
+        }
+        let n = Vec3x::select(transmits, Vec3x::splat(Vec3::ZERO), n);
         let (p, beta) = (vertices.p.load(row), paths.beta.load(row));
-        let at = At { row, active, samples, p, frame, facing, beta, n };
+        let mut at = At { row, active, samples, p, frame, facing, beta, n, tilt };
         let lit = self.lit(&at);
-        let local = frame.to_local(lit.sample.wi);
-        let scattered = self.scattered(&at, &material, local);
-        self.light(&at, &lit, local, &scattered);
-        self.go_on(&at, along, &scattered);
+        let towards = at.towards(lit.sample.wi);
+        let scattered = self.scattered(&at, &material, towards.local);
+        let away = at.away(along, &scattered);
+        let f_cos = self.received(&lit, &towards, &scattered);
+        let reached = active & lit.sample.pdf.gt(R::splat(0.0)) & towards.agrees & differs(f_cos);
+        let over = at.over((lit.sample.wi, reached), (away.wi, active & away.exists));
+        if over.any() {
+            at.active = active & !over;
+            note_rows(self.over, row, over.bitmask());
+        }
+        self.light(&at, &lit, f_cos, reached & at.active);
+        self.go_on(&at, &away, &scattered);
     }
 
     /// A light sample per lane.
@@ -133,19 +172,32 @@ impl Shading<'_> {
         if (material.is_lambert() | !at.active).all() {
             return Scattered::by(&Bsdf::new((wo, side), Lambert::new(material)), local, uc, u);
         }
-        if !(material.is_transmissive() & at.active).any() {
-            return Scattered::by(&Bsdf::new((wo, side), Layers::opaque(material, wo, None)), local, uc, u);
+        let mut losing_as = None;
+        if let Some((tilt, tilted)) = &at.tilt {
+            let mapped = *tilted & tilt.is_mapped;
+            if (mapped & at.active).any() {
+                losing_as = Some(R::select(mapped, tilt.unmapped, wo.z));
+            }
         }
-        Scattered::by(&Bsdf::new((wo, side), Layers::new(material, wo, side, None)), local, uc, u)
+        if !(material.is_transmissive() & at.active).any() {
+            let layers = Layers::opaque(material, wo, losing_as);
+            return Scattered::by(&Bsdf::new((wo, side), layers), local, uc, u);
+        }
+        Scattered::by(&Bsdf::new((wo, side), Layers::new(material, wo, side, losing_as)), local, uc, u)
+    }
+
+    /// f·cosθ of the light samples, weighted against BSDF sampling.
+    #[inline(always)]
+    fn received<R: Real>(&self, lit: &Lit<R>, towards: &Towards<R>, scattered: &Scattered<R>) -> Vec3x<R> {
+        let pdf = scattered.pdf * towards.density;
+        let weight = light_weight(self.job.settings.strategy, lit.sample.delta, lit.pdf, pdf);
+        scattered.f * (towards.local.z.abs() * towards.density) * weight
     }
 
     /// Adds the shadow rays of the light samples that carry light.
     #[inline(always)]
-    fn light<R: Real>(&mut self, at: &At<R>, lit: &Lit<R>, local: Vec3x<R>, scattered: &Scattered<R>) {
-        let (zero, wi, vertices) = (R::splat(0.0), lit.sample.wi, self.vertices);
-        let weight = light_weight(self.job.settings.strategy, lit.sample.delta, lit.pdf, scattered.pdf);
-        let f_cos = scattered.f * local.z.abs() * weight;
-        let reached = at.active & lit.sample.pdf.gt(zero) & !at.facing.leaks(wi, local) & differs(f_cos);
+    fn light<R: Real>(&mut self, at: &At<R>, lit: &Lit<R>, f_cos: Vec3x<R>, reached: R::Mask) {
+        let (wi, vertices) = (lit.sample.wi, self.vertices);
         if !reached.any() {
             return;
         }
@@ -169,10 +221,9 @@ impl Shading<'_> {
 
     /// Adds the paths that go on.
     #[inline(always)]
-    fn go_on<R: Real>(&mut self, at: &At<R>, along: Vec3x<R>, scattered: &Scattered<R>) {
-        let (sample, vertices, row) = (&scattered.sample, self.vertices, at.row);
-        let wi = onward(&at.frame, scattered.passes, along, sample.wi);
-        let go = at.active & sample.exists() & differs(sample.weight) & !at.facing.leaks(wi, sample.wi);
+    fn go_on<R: Real>(&mut self, at: &At<R>, away: &Away<R>, scattered: &Scattered<R>) {
+        let (sample, vertices, row, wi) = (&scattered.sample, self.vertices, at.row, away.wi);
+        let go = at.active & away.exists;
         let mut beta = at.beta * sample.weight;
         let eta = self.paths.eta.load::<R>(row) * sample.eta;
         let faint = go & is_faint(beta);
@@ -198,7 +249,7 @@ impl Shading<'_> {
         next.eta.pack(i, go, eta);
         next.p.pack(i, go, at.p);
         next.n.pack(i, go, at.n);
-        next.pdf.pack(i, go, sample.pdf);
+        next.pdf.pack(i, go, away.pdf);
         next.t_max.pack(i, go, R::splat(f32::INFINITY));
         next.flags.pack(i, go, R::Word::select(is_delta, flags, competes));
         next.key[0].pack(i, go, paths.key[0].load::<R::Word>(row));
@@ -219,9 +270,59 @@ impl Shading<'_> {
 
 #[cold]
 #[inline(never)]
+fn note_rows(rows: &mut Vec<u32>, first: usize, mask: u32) {
+    rows.extend((0..MAX_LANES as u32).filter(|i| mask >> i & 1 == 1).map(|i| first as u32 + i));
+}
+
+#[cold]
+#[inline(never)]
 fn note_cuts(cuts: &mut Cuts, mask: u32, paths: &Paths, row: usize, [x, y, z]: &[[f32; MAX_LANES]; 3]) {
     for i in (0..MAX_LANES).filter(|i| mask >> i & 1 == 1) {
         cuts.add(paths.place.get(row + i) as usize, Truncation::Faint, Vec3::new(x[i], y[i], z[i]));
+    }
+}
+
+impl<R: Real> At<R> {
+    #[inline(always)]
+    fn towards(&self, wi: Vec3x<R>) -> Towards<R> {
+        let one = R::splat(1.0);
+        let Some((tilt, tilted)) = &self.tilt else {
+            let local = self.frame.to_local(wi);
+            return Towards { local, density: one, agrees: !self.facing.leaks(wi, local) };
+        };
+        let (w, density, reflects) = tilt.before(wi);
+        let local = self.frame.to_local(Vec3x::select(*tilted, w, wi));
+        let agrees = !(self.facing.reflects(local) ^ reflects);
+        let agrees = (*tilted & agrees) | (!*tilted & !self.facing.leaks(wi, local));
+        Towards { local, density: R::select(*tilted, density, one), agrees }
+    }
+
+    #[inline(always)]
+    fn away(&self, along: Vec3x<R>, scattered: &Scattered<R>) -> Away<R> {
+        let sample = &scattered.sample;
+        let wi = onward(&self.frame, scattered.passes, along, sample.wi);
+        let exists = sample.exists() & differs(sample.weight);
+        let stays = !self.facing.leaks(wi, sample.wi);
+        let Some((tilt, tilted)) = &self.tilt else {
+            return Away { wi, pdf: sample.pdf, exists: exists & stays };
+        };
+        let tilted = *tilted & !scattered.passes;
+        let (turned, density, leaves) = tilt.leave(wi, self.facing.reflects(sample.wi));
+        let is_delta = meets(sample.lobe, Lobes::DELTA);
+        Away {
+            wi: Vec3x::select(tilted, turned, wi),
+            pdf: R::select(tilted & !is_delta, sample.pdf * density, sample.pdf),
+            exists: exists & ((tilted & leaves) | (!tilted & stays)),
+        }
+    }
+
+    /// Whether a ray along one of the directions in the lanes of its mask passes over the facet.
+    #[inline(always)]
+    fn over(&self, lit: (Vec3x<R>, R::Mask), away: (Vec3x<R>, R::Mask)) -> R::Mask {
+        let Some((tilt, tilted)) = &self.tilt else { return R::Mask::splat(false) };
+        let (up, zero) = (self.facing.seen_normal(), R::splat(0.0));
+        let below = (lit.1 & lit.0.dot(up).le(zero)) | (away.1 & away.0.dot(up).le(zero));
+        *tilted & tilt.is_over & below
     }
 }
 

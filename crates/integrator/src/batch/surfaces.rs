@@ -2,12 +2,13 @@
 
 use super::rows::{HOLDS, Hits, Paths, Vertices};
 use crate::job::Job;
+use crate::normals::{Tilt, facing, leans, may_pass_over};
 use crate::path::backward;
 use crate::vertex::is_upright;
 use dapple_geometry::Facets;
 use dapple_materials::lanes::Palette;
 use dapple_materials::{Lobe, Material};
-use dapple_math::lanes::{Framex, Kernel, Mask, Real, Word};
+use dapple_math::lanes::{Framex, Kernel, Mask, Real, Vec3x, Word};
 use dapple_scene::AlphaMode;
 
 /// In place of the material of objects that have none for all of their surface.
@@ -79,7 +80,7 @@ impl Kernel for Surfaces<'_> {
 
     #[inline(always)]
     fn run<R: Real>(mut self) {
-        self.vertices.odd = 0;
+        (self.vertices.odd.len, self.vertices.escaped.len) = (0, 0);
         for i in (0..self.paths.len).step_by(R::LANES) {
             self.step::<R>(i, R::Mask::first(self.paths.len - i));
         }
@@ -94,27 +95,67 @@ impl Surfaces<'_> {
         let is_hit = object.ne(R::Word::splat(u32::MAX));
         let (wo, _) = backward(d);
         let (u, v) = (hits.u.load(i), hits.v.load(i));
-        let at = self.facets.surfaces::<R>((object, hits.primitive.load(i)), u, v);
-        let material = R::Word::gather(&self.materials.of_object, object);
-        let is_plain = at.known & material.ne(R::Word::splat(VARIES)) & is_upright(at.ns, at.ng, wo);
+        let at = self.facets.surfaces::<R>((object, hits.primitive.load(i)), (u, v), wo);
+        let index = R::Word::gather(&self.materials.of_object, object);
+        let material = self.materials.palette.gather::<R>(index);
+        let height = at.ng.dot(wo);
+        let leaning = leans(at.ns, at.ng) & height.abs().gt(R::splat(0.0));
+        let is_plain =
+            at.known & index.ne(R::Word::splat(VARIES)) & (leaning | is_upright(at.ns, at.ng, wo));
         let holds = (paths.flags.load::<R::Word>(i) & R::Word::splat(HOLDS)).ne(R::Word::splat(0));
         let is_usual = paths.beta.load::<R>(i).is_finite() & !holds;
-        let mut live = within & is_hit & is_plain & is_usual;
+        // At the last depth, paths end one by one.
+        let goes_on = R::Mask::splat(self.depth < self.job.bounces);
+        let mut live = within & is_hit & is_plain & is_usual & goes_on;
         if self.depth == 0 {
             live = live & !self.job.may_pass_first(hits.t.load(i), at.ng, d);
         }
-        let is_lost = !is_hit & is_usual & R::Mask::splat(self.job.scene.environment.is_none());
-        let (one, zero, row) = (R::Word::splat(1), R::Word::splat(0), R::Word::splat(i as u32));
+        let is_lost = within & !is_hit & is_usual;
+        if self.job.scene.environment.is_some() {
+            vertices.escaped.pack::<R::Word>(i, is_lost);
+        }
+        vertices.odd.pack::<R::Word>(i, within & !live & !is_lost);
+        let (one, zero) = (R::Word::splat(1), R::Word::splat(0));
         vertices.live.store(i, R::Word::select(live, one, zero));
         vertices.known.store(i, R::Word::select(at.known, one, zero));
-        let odd = within & !live & !is_lost;
-        vertices.odd += vertices.odd_rows.pack(vertices.odd, odd, row.wrapping_add(R::Word::lane_index()));
-        let frame = Framex::from_z(at.ns);
+        let mut frame = Framex::from_z(at.ns);
+        match (leaning & live).any() {
+            true => {
+                let (about, tilt) = tilted(self.job, &at, wo, material.has_transmission());
+                frame = Framex::select(leaning, about, frame);
+                vertices.tilts.store(i, leaning, &tilt);
+            }
+            false => vertices.tilts.store_none::<R::Word>(i),
+        }
         vertices.p.store(i, at.p);
         vertices.start.store(i, at.start);
         vertices.p_error.store(i, at.p_error);
         vertices.ng.store(i, at.ng);
         vertices.store_frame(i, &frame);
-        vertices.materials.store(i, &self.materials.palette.gather::<R>(material));
+        vertices.materials.store(i, &material);
     }
+}
+
+/// The frames about leaning normals, and their tilts: see [`Tilt::new`].
+#[inline(always)]
+fn tilted<R: Real>(
+    job: &Job<'_>,
+    at: &dapple_geometry::Surfaces<R>,
+    wo: Vec3x<R>,
+    transmits: R::Mask,
+) -> (Framex<R>, Tilt<R>) {
+    let (zero, side) = (R::splat(0.0), R::splat(1.0).copysign(at.ng.dot(wo)));
+    let (up, round) = (at.ng * side, at.ns * side);
+    let n = facing(round, wo, up);
+    let (given, moved) = (Framex::from_z(at.ns), n.x.ne(round.x) | n.y.ne(round.y) | n.z.ne(round.z));
+    let frame = match moved.any() {
+        true => Framex::select(moved, Framex::from_z_tangent(n * side, given.x), given),
+        false => given,
+    };
+    let is_over = R::Mask::splat(may_pass_over(job))
+        & !transmits
+        & n.dot(round).gt(zero)
+        & at.lift.dot(up).gt(up.abs().dot(at.p_error));
+    let tilt = Tilt::between(n, Vec3x::select(is_over, round, up));
+    (frame, Tilt { is_over, ..tilt })
 }

@@ -2,6 +2,7 @@
 
 use super::arrive::Arrival;
 use super::camera::{self, CameraRays};
+use super::escapes::Escapes;
 use super::lights::Lights;
 use super::points::PointSet;
 use super::rows::{Hits, Shadows, Vertices};
@@ -32,6 +33,8 @@ pub(crate) struct Batch {
     shadows: Shadows,
     /// Shadow rays that are tested once more.
     again: Vec<u32>,
+    /// Rows whose rays pass over facets.
+    over: Vec<u32>,
     state: State,
 }
 
@@ -67,6 +70,7 @@ impl Batch {
             vertices: Vertices::new(),
             shadows: Shadows::new(),
             again: Vec::new(),
+            over: Vec::new(),
             state: State::new(rows, job, shared.watched),
         }
     }
@@ -132,7 +136,7 @@ impl Batch {
                 return false;
             }
             self.arrive(at, shared, (depth, points));
-            self.shade(job, shared, set, depth);
+            self.shade(at, shared, set, (depth, points));
             self.occlude(at, shared, (depth, points));
             let State { paths, next, .. } = &mut self.state;
             std::mem::swap(paths, next);
@@ -148,23 +152,35 @@ impl Batch {
         (depth, points): (u32, (Pattern, u32)),
     ) {
         self.state.next.len = 0;
+        self.vertices.tilts.any = false;
         let (materials, state) = (&shared.materials, &mut self.state);
         let mut arrival = Arrival { job, visibility, materials, depth, points, state };
         arrival.intersect(&mut self.hits);
         let (paths, hits, vertices) = (&arrival.state.paths, &self.hits, &mut self.vertices);
         let is_special = depth == 0 && materials.first_is_special;
-        match job.scene.accel.facets().filter(|_| !is_special) {
-            // At the last depth, paths end one by one.
-            Some(facets) if depth < job.bounces => {
-                dispatch(shared.isa, Surfaces { job, facets, materials, depth, paths, hits, vertices });
-            }
-            _ => vertices.all_odd(paths.len),
+        if is_special {
+            vertices.all_odd(paths.len);
+        } else {
+            let facets = job.scene.accel.facets();
+            dispatch(shared.isa, Surfaces { job, facets, materials, depth, paths, hits, vertices });
         }
         arrival.vertices(&self.hits, &mut self.vertices);
+        let State { paths, results, .. } = &mut self.state;
+        if self.vertices.escaped.len > 0 {
+            let (lights, rows) = (&shared.lights, &self.vertices.escaped);
+            dispatch(shared.isa, Escapes { job, lights, rows, paths, results });
+        }
     }
 
-    fn shade(&mut self, job: &Job<'_>, shared: &Shared, set: PointSet, depth: u32) {
+    fn shade<V: Visibility>(
+        &mut self,
+        (job, visibility): (&Job<'_>, V),
+        shared: &Shared,
+        set: PointSet,
+        (depth, points): (u32, (Pattern, u32)),
+    ) {
         self.shadows.len = 0;
+        self.over.clear();
         let State { asked, paths, next, cuts, .. } = &mut self.state;
         let shading = Shading {
             job,
@@ -177,8 +193,14 @@ impl Batch {
             next,
             shadows: &mut self.shadows,
             cuts,
+            over: &mut self.over,
         };
         dispatch(shared.isa, shading);
+        let (materials, state) = (&shared.materials, &mut self.state);
+        let mut arrival = Arrival { job, visibility, materials, depth, points, state };
+        for row in self.over.iter().map(|row| *row as usize) {
+            arrival.alone(row, self.hits.get(row));
+        }
     }
 
     /// Adds the light of the shadow rays that nothing occludes, or whose occluders let it pass.

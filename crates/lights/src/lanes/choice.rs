@@ -44,6 +44,10 @@ pub fn probabilities<R: Real>(
     n: Vec3x<R>,
     index: R::Word,
 ) -> R {
+    if let Some(light) = sampler.only() {
+        let is_it = active & index.eq(R::Word::splat(light));
+        return R::select(is_it, R::splat(1.0), R::splat(0.0));
+    }
     let (p, n, mut numbers) = (three(p), three(n), [0; MAX_LANES]);
     index.store(&mut numbers);
     let mut pmf = [0.0; MAX_LANES];

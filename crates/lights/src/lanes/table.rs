@@ -9,7 +9,7 @@ use super::sample::Sample;
 use super::sphere::Sphere;
 use super::triangle::Triangle;
 use crate::area::Prepared;
-use crate::{Area, Light};
+use crate::{Area, Environment, Light};
 use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x, Word};
 use glam::Vec3;
 
@@ -31,7 +31,9 @@ pub enum Kind {
     Spot,
     /// A distant light.
     Distant,
-    /// Any other light: moving or textured, a skewed quad, or an environment. Its lanes are computed one by one.
+    /// The environment.
+    Environment,
+    /// Any other light: moving or textured, or a skewed quad. Its lanes are computed one by one.
     Other,
 }
 
@@ -42,6 +44,8 @@ const ROWS: u32 = 5;
 #[derive(Clone, Debug)]
 pub struct Table {
     rows: Vec<[f32; 4]>,
+    /// Index of the environment.
+    environment: Option<usize>,
     /// Bit k is set if a light has kind k.
     kinds: u32,
 }
@@ -49,7 +53,9 @@ pub struct Table {
 impl Table {
     /// Computes the records of `lights`.
     pub fn new(lights: &[Light]) -> Self {
-        let mut this = Self { rows: Vec::with_capacity(lights.len() * ROWS as usize), kinds: 0 };
+        let environment = lights.iter().position(|light| matches!(light, Light::Environment(_)));
+        let rows = Vec::with_capacity(lights.len() * ROWS as usize);
+        let mut this = Self { rows, environment, kinds: 0 };
         for light in lights {
             let (kind, record, emission) = described(light);
             this.kinds |= 1 << kind as u32;
@@ -68,6 +74,14 @@ impl Table {
     #[inline(always)]
     fn has(&self, kind: Kind) -> bool {
         self.kinds >> kind as u32 & 1 == 1
+    }
+
+    #[inline(always)]
+    fn environment<'a>(&self, lights: &'a [Light]) -> Option<&'a Environment> {
+        match lights.get(self.environment?) {
+            Some(Light::Environment(environment)) => Some(environment),
+            _ => None,
+        }
     }
 
     #[inline(always)]
@@ -123,6 +137,9 @@ impl Table {
             sample = Sample::select(of.mask(Kind::Disk), Sample::area(aimed, [zero; 3], emission), sample);
         }
         sample = self.delta(of, index, p, emission, sample);
+        if let (true, Some(environment)) = (of.any(self, Kind::Environment), self.environment(lights)) {
+            sample = Sample::select(of.mask(Kind::Environment), environment.sample_lanes(u), sample);
+        }
         let other = of.mask(Kind::Other);
         if self.has(Kind::Other) && other.any() {
             sample = sampled(lights, other, index, from, u, sample);
@@ -193,6 +210,9 @@ impl Table {
         if of.any(self, Kind::Disk) {
             pdf = R::select(of.mask(Kind::Disk), Disk(self.flat(index)).pdf(p, distance), pdf);
         }
+        if let (true, Some(environment)) = (of.any(self, Kind::Environment), self.environment(lights)) {
+            pdf = R::select(of.mask(Kind::Environment), environment.pdf_lanes(hit.wi), pdf);
+        }
         let other = of.mask(Kind::Other);
         if self.has(Kind::Other) && other.any() {
             pdf = densities(lights, other, index, from, hit, pdf);
@@ -236,9 +256,8 @@ fn described(light: &Light) -> (Kind, Record, Vec3) {
             (Kind::Spot, rows, l.intensity)
         }
         Light::Distant(l) => (Kind::Distant, [row(l.towards.into(), 0.0), rest, rest, rest], l.irradiance),
-        Light::Patterned(_) | Light::Environment(_) | Light::Moving(_) => {
-            (Kind::Other, [rest; 4], Vec3::ZERO)
-        }
+        Light::Environment(_) => (Kind::Environment, [rest; 4], Vec3::ZERO),
+        Light::Patterned(_) | Light::Moving(_) => (Kind::Other, [rest; 4], Vec3::ZERO),
     }
 }
 

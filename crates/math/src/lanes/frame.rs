@@ -2,6 +2,10 @@
 
 use super::real::Real;
 use super::vec3::Vec3x;
+use glam::Vec3;
+
+/// Tangents closer to the normal than this have no direction: the square of the sine of their angle.
+pub(crate) const LEAST_SINE_SQUARED: f32 = 1e-12;
 
 /// One orthonormal, right-handed basis per lane; [`Frame`](crate::Frame) holds a single one.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +29,34 @@ impl<R: Real> Framex<R> {
         let x = Vec3x::new(one + sign * z.x * z.x * a, sign * b, -sign * z.x);
         let y = Vec3x::new(b, sign + z.y * z.y * a, -z.y);
         Self { x, y, z }
+    }
+
+    /// Builds the frame whose x is `tangent` made orthogonal to unit `z`, as
+    /// [`Frame::from_z_tangent`](crate::Frame::from_z_tangent) does.
+    #[inline(always)]
+    pub fn from_z_tangent(z: Vec3x<R>, tangent: Vec3x<R>) -> Self {
+        let (one, zero) = (R::splat(1.0), R::splat(0.0));
+        let x = tangent - z * tangent.dot(z);
+        let square = x.length_squared();
+        let is_usable = square.gt(R::splat(LEAST_SINE_SQUARED) * tangent.length_squared()) & square.is_finite();
+        // Orthogonalised twice because the first subtraction cancels when the tangent is nearly parallel to z.
+        let x = x / square.sqrt();
+        let x = x - z * x.dot(z);
+        let inverse = one / x.length();
+        let x = Vec3x::select(inverse.is_finite() & inverse.gt(zero), x * inverse, Vec3x::splat(Vec3::ZERO));
+        let any = Self::from_z(z);
+        let (x, y) = (Vec3x::select(is_usable, x, any.x), Vec3x::select(is_usable, z.cross(x), any.y));
+        Self { x, y, z }
+    }
+
+    /// Returns `yes` in the lanes of `mask` and `no` in the others.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            x: Vec3x::select(mask, yes.x, no.x),
+            y: Vec3x::select(mask, yes.y, no.y),
+            z: Vec3x::select(mask, yes.z, no.z),
+        }
     }
 
     /// Returns the components of `v` along x, y and z.

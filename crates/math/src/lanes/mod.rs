@@ -40,6 +40,7 @@ mod vec3;
 pub use dispatch::{Kernel, dispatch};
 pub use exponential::{exp, exp2};
 pub use frame::Framex;
+pub(crate) use frame::LEAST_SINE_SQUARED;
 pub use inverse::{acos, asin, atan2};
 pub use isa::Isa;
 pub use logarithm::{ln, log2};
