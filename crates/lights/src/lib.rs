@@ -9,6 +9,7 @@ mod aimed;
 pub mod aiming;
 pub mod area;
 mod cluster;
+mod descent;
 mod disk;
 pub mod distant;
 pub mod environment;

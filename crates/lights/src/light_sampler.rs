@@ -6,9 +6,10 @@
 //! selected often enough even if a bright light is occluded.
 use crate::Light;
 use crate::cluster::{Bounds, mean};
+use crate::descent::{Aim, Receivers, Rows};
 use crate::octet::{LANES, Weights};
 use crate::tree::Tree;
-use dapple_math::lanes::Real;
+use dapple_math::lanes::{Double, Real, Vec3x, Word};
 use dapple_sampling::discrete::Choice;
 use glam::Vec3;
 
@@ -25,12 +26,17 @@ pub struct LightSampler {
     slots: Vec<u32>,
     far: Vec<Far>,
     near: Option<Tree>,
+    /// The tree for lanes, if there are no infinite lights.
+    rows: Option<Rows>,
     /// Share of the total power that comes from `far`.
     far_power: f64,
     /// Share of selections that is uniform over all lights.
     even: f64,
 }
 const NEVER: u32 = u32::MAX;
+
+/// More lights are selected one by one: their slots would not be exact in f32.
+const MOST: usize = 1 << 24;
 
 /// An infinite light: its irradiance on a facing surface, and its direction, or `None` if it arrives from all
 /// directions.
@@ -65,7 +71,9 @@ impl LightSampler {
         let mut slots = vec![NEVER; lights.len()];
         numbers.iter().enumerate().for_each(|(slot, &light)| slots[light as usize] = slot as u32);
         let far_power = if power[0] > 0.0 { power[0] / (power[0] + power[1]) } else { 0.0 };
-        (!numbers.is_empty()).then_some(Self { lights: numbers, slots, far, near, far_power, even })
+        let is_fit = far.is_empty() && (2..MOST).contains(&numbers.len());
+        let rows = near.as_ref().filter(|_| is_fit).map(Rows::new);
+        (!numbers.is_empty()).then_some(Self { lights: numbers, slots, far, near, rows, far_power, even })
     }
 
     /// Selects a light for a receiver at `p` with normal `n` on the side from which light is received (zero: no normal,
@@ -119,6 +127,60 @@ impl LightSampler {
         }
     }
 
+    /// [`LightSampler::chosen`] for a receiver per lane: the light, its probability, and u; `None` if lanes have to be
+    /// computed one by one.
+    #[inline(always)]
+    pub(crate) fn chosen_lanes<R: Real>(
+        &self,
+        active: R::Mask,
+        at: &Receivers<R>,
+        uc: R,
+    ) -> Option<(R::Word, R, R)> {
+        let (rows, one) = (self.rows.as_ref()?, R::Double::splat(1.0));
+        let (uc, even) = (refined_lanes(uc, at.p), R::Double::splat(self.even));
+        let count = self.lights.len();
+        let given = uc.lt(even);
+        let x = uc / even * R::Double::splat(count as f64);
+        let (near, last) = (x.to_real().to_int(), R::Word::splat(count as u32 - 1));
+        // Rounding to f32 can reach the next whole number.
+        let is_beyond = x.lt(R::Double::from_real(near.int_to_real()));
+        let near = R::Word::select(is_beyond, near.wrapping_sub(R::Word::splat(1)), near);
+        let item = R::Word::select(given & near.lt(last), near, last);
+        let u = (uc - even) / (one - even);
+        let most = R::Double::splat(1.0 - f64::EPSILON);
+        let u = R::Double::select(u.lt(most), u, most);
+        let found = rows.descend::<R>(active, at, &Aim { u, item, given });
+        let u = R::Double::select(given, x - R::Double::from_real(item.int_to_real()), found.u).to_real();
+        let u = u.max(R::splat(0.0)).min(R::splat(1.0 - f32::EPSILON / 2.0));
+        let pmf = self.mixed_pmf::<R>(found.probability);
+        Some((R::Word::gather(&self.lights, found.item), R::select(active, pmf, R::splat(0.0)), u))
+    }
+
+    /// [`LightSampler::probability`] for a receiver per lane.
+    #[inline(always)]
+    pub(crate) fn probability_lanes<R: Real>(
+        &self,
+        active: R::Mask,
+        at: &Receivers<R>,
+        light: R::Word,
+    ) -> Option<R> {
+        let rows = self.rows.as_ref()?;
+        let slot = R::Word::gather(&self.slots, light);
+        let has_slot = light.lt(R::Word::splat(self.slots.len() as u32));
+        let active = active & has_slot & slot.ne(R::Word::splat(NEVER));
+        let item = R::Word::select(active, slot, R::Word::splat(0));
+        let aim = Aim { u: R::Double::splat(0.0), item, given: active };
+        let pmf = self.mixed_pmf::<R>(rows.descend::<R>(active, at, &aim).probability);
+        Some(R::select(active, pmf, R::splat(0.0)))
+    }
+
+    /// The probability of a light with the uniform share.
+    #[inline(always)]
+    fn mixed_pmf<R: Real>(&self, by_importance: R::Double) -> R {
+        let uniform = R::Double::splat(self.even / self.lights.len() as f64);
+        (uniform + R::Double::splat(1.0 - self.even) * by_importance).to_real()
+    }
+
     /// Whether `light` (its scene index) is ever selected.
     pub fn contains(&self, light: usize) -> bool {
         self.slots.get(light).is_some_and(|&slot| slot != NEVER)
@@ -127,7 +189,8 @@ impl LightSampler {
     /// Memory use in bytes.
     pub fn memory_bytes(&self) -> usize {
         let near = self.near.as_ref().map_or(0, Tree::memory_bytes);
-        size_of_val(&*self.lights) + size_of_val(&*self.slots) + size_of_val(&*self.far) + near
+        let rows = self.rows.as_ref().map_or(0, Rows::memory_bytes);
+        size_of_val(&*self.lights) + size_of_val(&*self.slots) + size_of_val(&*self.far) + near + rows
     }
 
     /// Values shared by `sample` and `pmf`: the importance of the infinite lights, their probability, and the weights
@@ -212,17 +275,28 @@ struct Receiver {
 /// tree. The order of values is preserved.
 #[inline(always)]
 fn refined(uc: f32, p: Vec3) -> f64 {
-    const STEPS: f64 = (1 << 24) as f64;
-    let u = f64::from(uc).clamp(0.0, 1.0 - 1.0 / STEPS);
-    let bits = [p.x, p.y, p.z].iter().fold(uc.to_bits(), |hash, x| mixed(hash ^ x.to_bits()));
-    ((u * STEPS).floor() + f64::from(bits) / 4_294_967_296.0) / STEPS
+    refined_lanes::<f32>(uc, p.into())
+}
+
+/// [`refined`] per lane.
+#[inline(always)]
+fn refined_lanes<R: Real>(uc: R, p: Vec3x<R>) -> R::Double {
+    const STEPS: f32 = (1 << 24) as f32;
+    let hash = mixed(uc.to_bits() ^ p.x.to_bits());
+    let hash = mixed(mixed(hash ^ p.y.to_bits()) ^ p.z.to_bits());
+    let u = uc.max(R::splat(0.0)).min(R::splat(1.0 - 1.0 / STEPS));
+    let whole = R::Double::from_real((u * R::splat(STEPS)).floor());
+    let upper = R::Double::from_real((hash >> 16).int_to_real());
+    let lower = R::Double::from_real((hash & R::Word::splat(0xffff)).int_to_real());
+    let rest = upper * R::Double::splat(1.0 / 65_536.0) + lower * R::Double::splat(1.0 / 4_294_967_296.0);
+    (whole + rest) * R::Double::splat(1.0 / f64::from(STEPS))
 }
 
 /// A bijection of 32 bits of which every bit depends on all others, by two multiplications.
 #[inline(always)]
-fn mixed(mut x: u32) -> u32 {
-    x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
-    x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
+fn mixed<W: Word>(x: W) -> W {
+    let x = (x ^ (x >> 16)).wrapping_mul(W::splat(0x7feb_352d));
+    let x = (x ^ (x >> 15)).wrapping_mul(W::splat(0x846c_a68b));
     x ^ (x >> 16)
 }
 

@@ -1,7 +1,7 @@
 //! Importance of eight clusters at once, over lanes: a lane is a cluster, and all lanes have the same receiver. With one
 //! lane the compiler vectorises the loop over the clusters.
 use crate::cluster::Bounds;
-use dapple_math::lanes::{Real, Word};
+use dapple_math::lanes::{Mask, Real, Vec3x, Word};
 use glam::Vec3;
 use std::f64::consts::PI;
 
@@ -86,49 +86,101 @@ impl Lanes {
 
     #[inline(always)]
     fn weights<R: Real, const NORMAL: bool>(&self, p: Vec3, n: Vec3) -> [f32; LANES] {
+        let (p, n) = (Vec3x::<R>::splat(p), Vec3x::splat(n));
         let mut weights = [0.0; LANES];
         for k in 0..LANES.div_ceil(R::LANES) {
             let i = k * R::LANES;
-            self.weights_from::<R, NORMAL>(i, p, n).store(&mut weights[i..]);
+            self.from::<R>(i).weight::<NORMAL>(p, n, R::Mask::splat(true)).store(&mut weights[i..]);
         }
         weights
     }
 
-    /// Weights of the clusters from number `i` on. Angles at the light and at the receiver are held as their cosines
-    /// and sines times the distance d, so that no length has to be divided by.
+    /// The clusters from number `i` on.
     #[inline(always)]
-    fn weights_from<R: Real, const NORMAL: bool>(&self, i: usize, p: Vec3, n: Vec3) -> R {
-        let zero = R::splat(0.0);
-        let (px, py, pz) = (R::splat(p.x), R::splat(p.y), R::splat(p.z));
-        let (x, y, z): (R, R, R) = (at(&self.x, i), at(&self.y, i), at(&self.z, i));
-        let (x, y, z) = (x - px, y - py, z - pz);
+    fn from<R: Real>(&self, i: usize) -> Cluster<R> {
+        Cluster {
+            centre: Vec3x::new(at(&self.x, i), at(&self.y, i), at(&self.z, i)),
+            radius: at(&self.radius, i),
+            axis: Vec3x::new(at(&self.axis_x, i), at(&self.axis_y, i), at(&self.axis_z, i)),
+            cos_o: at(&self.cos_o, i),
+            sin_o: at(&self.sin_o, i),
+            cos_e: at(&self.cos_e, i),
+            intensity: at(&self.intensity, i),
+            sign_mask: R::Word::load(&self.sign_mask[i..]),
+        }
+    }
+
+    /// The rows of a cluster for [`Cluster::of_rows`].
+    pub fn rows(&self, lane: usize) -> [[f32; 4]; 3] {
+        let two_sided = if self.sign_mask[lane] == u32::MAX { 0.0 } else { 1.0 };
+        [
+            [self.x[lane], self.y[lane], self.z[lane], self.radius[lane]],
+            [self.axis_x[lane], self.axis_y[lane], self.axis_z[lane], self.cos_o[lane]],
+            [self.sin_o[lane], self.cos_e[lane], self.intensity[lane], two_sided],
+        ]
+    }
+}
+
+/// One cluster per lane, as [`Lanes`] holds them.
+pub(crate) struct Cluster<R: Real> {
+    centre: Vec3x<R>,
+    radius: R,
+    axis: Vec3x<R>,
+    cos_o: R,
+    sin_o: R,
+    cos_e: R,
+    pub intensity: R,
+    sign_mask: R::Word,
+}
+
+impl<R: Real> Cluster<R> {
+    #[inline(always)]
+    pub fn of_rows([a, b, c]: [[R; 4]; 3]) -> Self {
+        let two_sided = c[3].gt(R::splat(0.0));
+        Self {
+            centre: Vec3x::new(a[0], a[1], a[2]),
+            radius: a[3],
+            axis: Vec3x::new(b[0], b[1], b[2]),
+            cos_o: b[3],
+            sin_o: c[0],
+            cos_e: c[1],
+            intensity: c[2],
+            sign_mask: R::Word::select(two_sided, R::Word::splat(u32::MAX >> 1), R::Word::splat(u32::MAX)),
+        }
+    }
+
+    /// Weights for receivers at `p` with normals `n` in the lanes of `has_normal`, where `NORMAL` allows for any: see
+    /// [`Lanes::weigh`]. Angles at the light and at the receiver are held as their cosines and sines times the distance
+    /// d, so that no length has to be divided by.
+    #[inline(always)]
+    pub fn weight<const NORMAL: bool>(&self, p: Vec3x<R>, n: Vec3x<R>, has_normal: R::Mask) -> R {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let Vec3x { x, y, z } = self.centre - p;
         let d2 = (x * x + y * y + z * z).max(R::splat(LEAST));
-        let radius: R = at(&self.radius, i);
+        let radius = self.radius;
         let r2 = radius * radius;
         let outside = r2.lt(d2);
         let cos_u = (d2 - r2).max(zero).sqrt();
-        let along =
-            at::<R>(&self.axis_x, i) * x + at::<R>(&self.axis_y, i) * y + at::<R>(&self.axis_z, i) * z;
-        let cos = R::from_bits(along.to_bits() & R::Word::load(&self.sign_mask[i..]));
+        let along = self.axis.x * x + self.axis.y * y + self.axis.z * z;
+        let cos = R::from_bits(along.to_bits() & self.sign_mask);
         let sin = (d2 - cos * cos).max(zero).sqrt();
         // θ − θ_o, then minus θ_u. Each is 0 instead of negative.
-        let (cos_o, sin_o): (R, R) = (at(&self.cos_o, i), at(&self.sin_o, i));
+        let (cos_o, sin_o) = (self.cos_o, self.sin_o);
         let (cos, sin) = (cos * cos_o + sin * sin_o, sin * cos_o - cos * sin_o);
         let within = sin.le(zero) | cos_u.le(cos);
         let emitted = R::select(within, d2, cos * cos_u + sin * radius);
-        let emits = (at::<R>(&self.cos_e, i) * d2).le(emitted);
+        let emits = (self.cos_e * d2).le(emitted);
         let emitted = R::select(emits, emitted.max(zero), zero);
-        let mut share = R::splat(1.0) / d2.max(r2);
-        let per = share;
-        share = at::<R>(&self.intensity, i) * share;
+        let per = one / d2.max(r2);
+        let share = self.intensity * per;
         let mut cosines = emitted * per;
         if NORMAL {
-            let cos = R::splat(n.x) * x + R::splat(n.y) * y + R::splat(n.z) * z;
+            let cos = n.x * x + n.y * y + n.z * z;
             let sin = (d2 - cos * cos).max(zero).sqrt();
             let received = R::select(cos_u.le(cos), d2, (cos * cos_u + sin * radius).max(zero));
-            cosines *= received * per;
+            cosines *= R::select(has_normal, received * per, one);
         }
-        share * R::select(outside, cosines, R::splat(1.0))
+        share * R::select(outside, cosines, one)
     }
 }
 

@@ -22,7 +22,8 @@ struct Node {
     /// Node index of each child; for a leaf, the item index with [`LEAF`] set.
     links: [u32; LANES],
 }
-const LEAF: u32 = 1 << 31;
+/// The bit of links that are items.
+pub(crate) const LEAF: u32 = 1 << 31;
 
 /// Depth from which sets are divided into parts of equal size: 10 + log8(2³¹) levels fit the trail.
 const BALANCED_FROM: u32 = 10;
@@ -83,6 +84,16 @@ impl Tree {
             probability *= self.nodes[at].lanes.weigh::<R>(p, n).share(lane);
         }
         probability
+    }
+
+    /// Per node, its clusters and links.
+    pub fn nodes(&self) -> impl Iterator<Item = (&Lanes, &[u32; LANES])> {
+        self.nodes.iter().map(|node| (&node.lanes, &node.links))
+    }
+
+    /// Per item: the path to its leaf, three bits per level from the lowest.
+    pub fn trails(&self) -> impl Iterator<Item = u64> {
+        self.trails.iter().map(|(trail, _)| *trail)
     }
 
     /// Memory use in bytes.

@@ -266,7 +266,7 @@ fn operations_are_those_of_rust_with_every_instruction_set() {
     }
 }
 
-const DOUBLES: [&str; 8] = ["+", "-", "*", "/", "max", "abs", "sqrt", "lt"];
+const DOUBLES: [&str; 9] = ["+", "-", "*", "/", "max", "abs", "sqrt", "select", "lt"];
 
 /// The result of an operation in f64, rounded to f32, and what was rounded off.
 #[inline(always)]
@@ -281,6 +281,7 @@ fn double<D: Double>(operation: usize, x: D, y: D) -> (D::Real, D::Real) {
         "max" => x.max(y),
         "abs" => x.abs(),
         "sqrt" => x.sqrt(),
+        "select" => D::select(x.lt(y), x, y * third),
         _ => {
             let (zero, one) = (D::Real::splat(0.0), D::Real::splat(1.0));
             return (D::Real::select(x.lt(y), one, zero), zero);
@@ -301,6 +302,7 @@ fn double_in_rust(operation: usize, x: f32, y: f32) -> (f32, f32) {
         "max" => [y, x][usize::from(x > y)],
         "abs" => f64::abs(x),
         "sqrt" => f64::sqrt(x),
+        "select" => [y * third, x][usize::from(x < y)],
         _ => return (f32::from(u8::from(x < y)), 0.0),
     };
     (result as f32, (result - f64::from(result as f32)) as f32)

@@ -1,6 +1,7 @@
 //! Selection of one light per lane.
 use super::columns::{lane, lanes_of, stored, three};
 use crate::LightSampler;
+use crate::descent::Receivers;
 use dapple_math::lanes::{MAX_LANES, Mask, Real, Vec3x, Word};
 
 /// One selected light per lane.
@@ -16,13 +17,18 @@ pub struct Chosen<R: Real> {
 
 impl<R: Real> Chosen<R> {
     /// Selects a light for receivers at `p` with normals `n` by the numbers `uc` in \[0, 1), as [`LightSampler::sample`]
-    /// does, in the lanes of `active`. Receivers are taken one by one, and the lanes weigh the lights, or the children
-    /// of a node of the light tree, of one receiver.
+    /// does, in the lanes of `active`. In scenes with infinite lights, receivers are taken one by one, and the lanes
+    /// weigh the lights, or the children of a node of the light tree, of one receiver.
     #[inline(always)]
     pub fn new(sampler: &LightSampler, active: R::Mask, p: Vec3x<R>, n: Vec3x<R>, uc: R) -> Self {
         if let Some(light) = sampler.only() {
             let pmf = R::select(active, R::splat(1.0), R::splat(0.0));
             return Self { index: R::Word::splat(light), pmf, u: uc };
+        }
+        if R::LANES > 1
+            && let Some((index, pmf, u)) = sampler.chosen_lanes(active, &Receivers { p, n }, uc)
+        {
+            return Self { index, pmf, u };
         }
         let (p, n, [uc]) = (three(p), three(n), stored([uc]));
         let (mut index, mut pmf, mut u) = ([0; MAX_LANES], [0.0; MAX_LANES], [0.0; MAX_LANES]);
@@ -47,6 +53,11 @@ pub fn probabilities<R: Real>(
     if let Some(light) = sampler.only() {
         let is_it = active & index.eq(R::Word::splat(light));
         return R::select(is_it, R::splat(1.0), R::splat(0.0));
+    }
+    if R::LANES > 1
+        && let Some(pmf) = sampler.probability_lanes(active, &Receivers { p, n }, index)
+    {
+        return pmf;
     }
     let (p, n, mut numbers) = (three(p), three(n), [0; MAX_LANES]);
     index.store(&mut numbers);

@@ -77,4 +77,14 @@ impl Avx2Double {
             _mm256_castpd_ps(_mm256_permute4x64_pd::<0xd8>(both))
         }
     }
+    #[inline(always)]
+    pub fn select(mask: __m256, yes: Self, no: Self) -> Self {
+        // SAFETY: see the head of the file.
+        unsafe {
+            let mask = _mm256_castps_si256(mask);
+            let low = _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm256_castsi256_si128(mask)));
+            let high = _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm256_extracti128_si256::<1>(mask)));
+            Self(_mm256_blendv_pd(no.0, yes.0, low), _mm256_blendv_pd(no.1, yes.1, high))
+        }
+    }
 }

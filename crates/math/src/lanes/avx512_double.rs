@@ -75,4 +75,12 @@ impl Avx512Double {
             u16::from(low) | u16::from(high) << 8
         }
     }
+    #[inline(always)]
+    pub fn select(mask: __mmask16, yes: Self, no: Self) -> Self {
+        // SAFETY: see the head of the file.
+        unsafe {
+            let (low, high) = (mask as u8, (mask >> 8) as u8);
+            Self(_mm512_mask_blend_pd(low, no.0, yes.0), _mm512_mask_blend_pd(high, no.1, yes.1))
+        }
+    }
 }

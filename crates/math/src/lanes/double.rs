@@ -35,6 +35,10 @@ macro_rules! double {
             fn lt(self, other: Self) -> $mask {
                 $mask(self.lt(other))
             }
+            #[inline(always)]
+            fn select(mask: $mask, yes: Self, no: Self) -> Self {
+                Self::select(mask.0, yes, no)
+            }
         }
     };
 }

@@ -271,4 +271,7 @@ pub trait Double:
 
     /// Whether `self < other`; false for NaN.
     fn lt(self, other: Self) -> Self::Mask;
+
+    /// Returns `yes` in the lanes of `mask` and `no` in the others.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 }

@@ -240,4 +240,8 @@ impl Double for f64 {
     fn lt(self, other: Self) -> bool {
         self < other
     }
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
 }
