@@ -178,8 +178,7 @@ fn instances_and_absent_objects_are_not_known() {
     builder.add_instance(mesh, DAffine3::from_translation(DVec3::Y));
     let accel = builder.build();
     let hit = |object| Hit { t: 1.0, u: 0.3, v: 0.4, primitive: 3, object };
-    let found =
-        dispatch(Isa::Portable, Look(accel.facets(), &[hit(0), hit(1), hit(2), hit(u32::MAX)]));
+    let found = dispatch(Isa::Portable, Look(accel.facets(), &[hit(0), hit(1), hit(2), hit(u32::MAX)]));
     assert_eq!(found.iter().map(|(known, _)| *known).collect::<Vec<_>>(), [true, false, false, false]);
     let nothing = accel_of(Mesh::default());
     assert!(!dispatch(Isa::Portable, Look(nothing.facets(), &[hit(0)]))[0].0);

@@ -8,4 +8,5 @@
 /// | 1 | the first version |
 /// | 2 | Russian roulette from the third reflection on, with four times the throughput as survival probability; sample points, BSDFs, lights and camera rays by formulas over lanes |
 /// | 3 | sums of samples along a tree over their indices, so that parts of a render merge to the bits of the whole |
-pub const BITS: i32 = 3;
+/// | 4 | tilted shading normals and environment maps by formulas over lanes |
+pub const BITS: i32 = 4;

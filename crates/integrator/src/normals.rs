@@ -239,11 +239,7 @@ pub(crate) fn facing<R: Real>(n: Vec3x<R>, wo: Vec3x<R>, up: Vec3x<R>) -> Vec3x<
         return n;
     }
     let (missing, room) = (knee - p, knee - least);
-    let cos = R::select(
-        missing.ge(two * room),
-        least,
-        p + missing * missing / (R::splat(4.0) * room),
-    );
+    let cos = R::select(missing.ge(two * room), least, p + missing * missing / (R::splat(4.0) * room));
     let across = n - wo * p;
     let length = across.length();
     let turned = (across / length * ((one - cos) * (one + cos)).sqrt() + wo * cos).normalize();

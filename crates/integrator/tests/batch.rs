@@ -70,6 +70,16 @@ fn every_scene_has_the_bits_of_single_samples() {
     }
 }
 
+#[test]
+fn environment_maps_and_smooth_bodies_have_the_bits_of_single_samples() {
+    let scene = outdoors();
+    check(&scene, &settings().with_spp(16));
+    for strategy in [Strategy::BsdfOnly, Strategy::LightOnly] {
+        check(&scene, &Settings { strategy, ..settings() });
+    }
+    check(&scene, &Settings { max_bounces: 1, soft_terminator: false, ..settings() });
+}
+
 /// A room with lights and surfaces of all kinds that batches treat differently: coated, metallic and diffuse materials,
 /// a mirror, smooth normals that lean, lights of several kinds.
 fn room() -> Scene {

@@ -161,7 +161,11 @@ fn cross<D: Double>(a: [D; 3], b: [D; 3]) -> [D; 3] {
 /// Unit normals interpolated between those of the corners, on the side of the winding, not finite where they cancel;
 /// and the sums that they are the directions of.
 #[inline(always)]
-fn round<R: Real>(corners: [Wide<R>; 3], normals: [Wide<R>; 3], shares: [R::Double; 3]) -> (Vec3x<R>, Wide<R>) {
+fn round<R: Real>(
+    corners: [Wide<R>; 3],
+    normals: [Wide<R>; 3],
+    shares: [R::Double; 3],
+) -> (Vec3x<R>, Wide<R>) {
     let [a, b, c] = normals;
     let sum = [
         weighted_sum([a[0], b[0], c[0]], shares).0,

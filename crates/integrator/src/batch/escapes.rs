@@ -58,8 +58,7 @@ impl Escapes<'_> {
         if self.job.settings.strategy == Strategy::BsdfOnly {
             return one;
         }
-        let competes =
-            (paths.flags.gather::<R::Word>(rows) & R::Word::splat(COMPETES)).ne(R::Word::splat(0));
+        let competes = (paths.flags.gather::<R::Word>(rows) & R::Word::splat(COMPETES)).ne(R::Word::splat(0));
         let (p, n) = (paths.p.gather::<R>(rows), paths.n.gather::<R>(rows));
         let pdf = self.lights.probability::<R>(sampler, competes, (p, n), index) * pdf;
         let zero = R::splat(0.0);

@@ -100,8 +100,7 @@ impl Surfaces<'_> {
         let material = self.materials.palette.gather::<R>(index);
         let height = at.ng.dot(wo);
         let leaning = leans(at.ns, at.ng) & height.abs().gt(R::splat(0.0));
-        let is_plain =
-            at.known & index.ne(R::Word::splat(VARIES)) & (leaning | is_upright(at.ns, at.ng, wo));
+        let is_plain = at.known & index.ne(R::Word::splat(VARIES)) & (leaning | is_upright(at.ns, at.ng, wo));
         let holds = (paths.flags.load::<R::Word>(i) & R::Word::splat(HOLDS)).ne(R::Word::splat(0));
         let is_usual = paths.beta.load::<R>(i).is_finite() & !holds;
         // At the last depth, paths end one by one.

@@ -6,6 +6,7 @@ pub mod moving;
 pub mod tracers;
 
 use dapple_geometry::Mesh;
+use dapple_imaging::Image;
 use dapple_integrator::camera::{Aperture, Camera, Lens, Projection};
 use dapple_integrator::{Outcome, Settings, render};
 use dapple_lights::Environment;
@@ -199,4 +200,28 @@ pub fn sphere_lit_from(light: DVec3) -> (Scene, f64) {
     let to = light + DVec3::Z;
     let exact = inside_of_sphere(0.5, 1.0, to.length(), to.normalize().z);
     (builder.build().unwrap(), exact)
+}
+
+/// A smooth body over a floor, a lamp of many triangles, and an environment map.
+pub fn outdoors() -> Scene {
+    let mut builder = seen(DVec3::new(0.0, 1.0, 5.0), DVec3::ZERO, 0.8);
+    let sky = |i: usize| if i == 21 { Vec3::splat(60.0) } else { Vec3::new(0.2, 0.3, 0.1 * (i % 7) as f32) };
+    let sky = Image { width: 16, height: 8, pixels: (0..128).map(sky).collect() };
+    builder.environment(Environment::picture(sky, 0.3, 1.0, true).unwrap());
+    let base = Material { roughness: 0.4, ..Material::default() };
+    let metal = builder.material(TexturedMaterial { base, ..matte(0.6, 0.0) });
+    let grey = builder.material(matte(0.6, 0.0));
+    let lamp = builder.material(matte(0.0, 8.0));
+    let corners = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+    let faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    let body = |r: f32, at: Vec3, normals: &[Vec3]| Mesh {
+        positions: corners.iter().map(|p| *p * r + at).collect(),
+        normals: normals.to_vec(),
+        triangles: faces.to_vec(),
+        ..Mesh::default()
+    };
+    builder.mesh("ball", body(1.0, Vec3::ZERO, &corners), DAffine3::IDENTITY, metal);
+    builder.mesh("lamp", body(0.2, Vec3::new(1.5, 1.0, 0.5), &[]), DAffine3::IDENTITY, lamp);
+    builder.mesh("floor", body(9.0, Vec3::new(0.0, -10.0, 0.0), &[]), DAffine3::IDENTITY, grey);
+    builder.build().unwrap()
 }

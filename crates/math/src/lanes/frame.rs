@@ -38,7 +38,8 @@ impl<R: Real> Framex<R> {
         let (one, zero) = (R::splat(1.0), R::splat(0.0));
         let x = tangent - z * tangent.dot(z);
         let square = x.length_squared();
-        let is_usable = square.gt(R::splat(LEAST_SINE_SQUARED) * tangent.length_squared()) & square.is_finite();
+        let is_usable =
+            square.gt(R::splat(LEAST_SINE_SQUARED) * tangent.length_squared()) & square.is_finite();
         // Orthogonalised twice because the first subtraction cancels when the tangent is nearly parallel to z.
         let x = x / square.sqrt();
         let x = x - z * x.dot(z);
