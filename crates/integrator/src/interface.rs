@@ -46,7 +46,7 @@ pub(crate) fn meet<V: Visibility>(
     context: &TraceContext<'_, V>,
     ray: &Ray,
     stack: &MediumStack,
-    mut known: Option<Hit>,
+    mut known: Option<(Hit, Option<Surface>)>,
 ) -> Met {
     let (scene, bodies) = (context.scene, context.job.media.bodies);
     let mut ray = *ray;
@@ -60,12 +60,12 @@ pub(crate) fn meet<V: Visibility>(
         overflows: false,
     };
     for passed in 0.. {
-        let next = || context.visibility.intersect(scene, &ray, context.time, context.key);
-        let Some(mut hit) = known.take().or_else(next) else {
+        let next = || Some((context.visibility.intersect(scene, &ray, context.time, context.key)?, None));
+        let Some((mut hit, surface)) = known.take().or_else(next) else {
             met.transmittance *= met.stack.transmittance(bodies, f32::INFINITY);
             break;
         };
-        let mut surface = scene.accel.surface(&ray, context.time, &hit);
+        let mut surface = surface.unwrap_or_else(|| scene.accel.surface(&ray, context.time, &hit));
         if let Some(places) = shared_place::of(scene) {
             shared_place::resolve_shared(places, &ray, (&mut hit, &mut surface), context);
         }

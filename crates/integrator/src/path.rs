@@ -155,6 +155,9 @@ pub(crate) struct End<'a> {
     pub boundary: Option<&'a Boundary>,
 }
 
+/// The nearest hit of a ray, and its surface, if that is known too.
+pub(crate) type Known = (Hit, Option<Surface>);
+
 /// State of a path between vertices.
 pub(crate) struct PathState {
     /// Radiance found so far.
@@ -202,7 +205,7 @@ impl PathState {
     pub fn step<V: Visibility, O: PathObserver>(
         &mut self,
         context: &TraceContext<'_, V>,
-        (ray, near, known): (&mut Ray, f32, Option<Hit>),
+        (ray, near, known): (&mut Ray, f32, Option<Known>),
         sample: &Sample,
         depth: u32,
         observer: &mut O,
@@ -289,15 +292,15 @@ impl PathState {
         &self,
         context: &TraceContext<'_, V>,
         ray: &Ray,
-        (near, known): (f32, Option<Hit>),
+        (near, known): (f32, Option<Known>),
         depth: u32,
     ) -> Option<Place> {
-        let hit = match known {
-            Some(hit) => hit,
-            None => context.visibility.intersect(context.scene, ray, context.time, context.key)?,
+        let (hit, surface) = match known {
+            Some(known) => known,
+            None => (context.visibility.intersect(context.scene, ray, context.time, context.key)?, None),
         };
         let is_camera = if V::PLAIN { depth == 0 } else { self.arrival.is_camera() };
-        let surface = context.scene.accel.surface(ray, context.time, &hit);
+        let surface = surface.unwrap_or_else(|| context.scene.accel.surface(ray, context.time, &hit));
         Self::place(context, ray, (hit, surface), near, is_camera)
     }
 
@@ -327,7 +330,7 @@ impl PathState {
         &mut self,
         context: &TraceContext<'_, V>,
         ray: &mut Ray,
-        (near, known): (f32, Option<Hit>),
+        (near, known): (f32, Option<Known>),
         observer: &mut O,
     ) -> Option<Place> {
         let (job, time) = (context.job, context.time);

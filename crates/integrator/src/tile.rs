@@ -243,12 +243,12 @@ impl Tile {
 
     /// Adds the samples of a batch, and empties it; returns how many.
     fn add_batch(&mut self, job: &Job<'_>, batch: &mut Batch) -> u64 {
-        let nothing = FirstHit::default();
-        for Done { pixel, index, value, weight, bias, first, rays } in batch.done() {
+        for Done { pixel, index, value, weight, mut bias, first, rays } in batch.done() {
             self.count_rays(pixel.0, pixel.1, rays);
-            let mut first = first.unwrap_or(&nothing).clone();
-            first.bias = bias;
-            self.add(job, pixel, index, (value, weight), &mut first);
+            self.add_value(job, pixel, index, (value, weight), &mut bias);
+            if let Some(first) = first {
+                self.first_hits.add(self.pixel(pixel), first, index, weight);
+            }
         }
         let samples = batch.len() as u64;
         batch.clear();
@@ -268,20 +268,34 @@ impl Tile {
     fn add(
         &mut self,
         job: &Job<'_>,
+        pixel: (u32, u32),
+        index: u32,
+        (value, weight): (Vec3, f32),
+        first: &mut FirstHit,
+    ) {
+        self.add_value(job, pixel, index, (value, weight), &mut first.bias);
+        self.first_hits.add(self.pixel(pixel), first, index, weight);
+    }
+
+    /// Adds a sample without its first hit.
+    #[inline(always)]
+    fn add_value(
+        &mut self,
+        job: &Job<'_>,
         (x, y): (u32, u32),
         index: u32,
         (mut value, weight): (Vec3, f32),
-        first: &mut FirstHit,
+        bias: &mut BiasReport,
     ) {
         if !job.settings.picture {
             // The image is not rendered, so that nothing was removed from it.
-            (value, first.bias) = (Vec3::ZERO, BiasReport::default());
+            (value, *bias) = (Vec3::ZERO, BiasReport::default());
         }
         if let Some(most) = job.settings.clamp.filter(|_| cfg!(not(without = "clamp"))) {
-            value = first.bias.clamp(value, most);
+            value = bias.clamp(value, most);
         }
-        if !first.bias.is_clean() {
-            self.bias.add(&first.bias);
+        if !bias.is_clean() {
+            self.bias.add(bias);
         }
         let (finite, squared) = self.film.add_measured(x, y, value, weight);
         self.tail.add(squared);
@@ -291,11 +305,16 @@ impl Tile {
                 self.bad.push(BadSample { x, y, sample: index });
             }
         }
-        let pixel = ((y - self.rect.y0) * (self.rect.x1 - self.rect.x0) + (x - self.rect.x0)) as usize;
+        let pixel = self.pixel((x, y));
         if let Some(removed) = self.removed.get_mut(pixel) {
-            removed.add(&first.bias, finite);
+            removed.add(bias, finite);
         }
-        self.first_hits.add(pixel, first, index, weight);
+    }
+
+    /// Number of a pixel in the tile.
+    #[inline(always)]
+    fn pixel(&self, (x, y): (u32, u32)) -> usize {
+        ((y - self.rect.y0) * (self.rect.x1 - self.rect.x0) + (x - self.rect.x0)) as usize
     }
 }
 

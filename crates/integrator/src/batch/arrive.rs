@@ -10,7 +10,7 @@ use crate::emission::escaped;
 use crate::job::Job;
 use crate::medium::MediumStack;
 use crate::observer::cut_short;
-use crate::path::{End, PathState, Place, away, direct};
+use crate::path::{End, Known, PathState, Place, away, direct};
 use crate::sample::Sample;
 use crate::shadow::Passage;
 use crate::trace_context::TraceContext;
@@ -84,7 +84,7 @@ impl<V: Visibility> Arrival<'_, V> {
     #[inline(always)]
     fn vertex(&mut self, i: usize, hit: Option<Hit>, vertices: &mut Vertices) -> bool {
         if self.is_special(i, hit) {
-            self.step(i, hit);
+            self.step(i, hit.map(|hit| (hit, vertices.surface(i))));
             return false;
         }
         let (ray, time, job) = (self.state.paths.ray(i), self.time(i), self.job);
@@ -95,7 +95,7 @@ impl<V: Visibility> Arrival<'_, V> {
         let known = vertices.surface(i);
         let surface = known.unwrap_or_else(|| job.scene.accel.surface_inline(&ray, time, &hit));
         if self.depth == 0 && job.passes(&ray, (&hit, &surface), job.near_most, time) {
-            self.step(i, Some(hit));
+            self.step(i, Some((hit, Some(surface))));
             return false;
         }
         let wo = away(ray.d);
@@ -194,7 +194,7 @@ impl<V: Visibility> Arrival<'_, V> {
 
     /// Follows a path alone from its origin on.
     #[inline(never)]
-    fn step(&mut self, i: usize, hit: Option<Hit>) {
+    fn step(&mut self, i: usize, known: Option<Known>) {
         let (place, sample) = (self.state.place(i), self.sample(i));
         let (job, depth, visibility) = (self.job, self.depth, self.visibility);
         let key = sample.alpha_key(depth, Dimension::Alpha);
@@ -205,7 +205,7 @@ impl<V: Visibility> Arrival<'_, V> {
                 let (state, ray, near) = PathState::begin::<V>(job, self.state.paths.ray(i), sample.time);
                 (state, ray, near, None)
             }
-            _ => (self.path(i), self.state.paths.ray(i), 0.0, hit.filter(|_| V::OPAQUE)),
+            _ => (self.path(i), self.state.paths.ray(i), 0.0, known.filter(|_| V::OPAQUE)),
         };
         let (way, mut rays) = ((&mut ray, near, known), 0);
         let next = state.step(&context, way, &sample, depth, &mut self.watch(place), &mut rays);

@@ -44,6 +44,8 @@ const ROWS: u32 = 5;
 #[derive(Clone, Debug)]
 pub struct Table {
     rows: Vec<[f32; 4]>,
+    /// The rows of the light, if there is only one.
+    only: Option<[[f32; 4]; ROWS as usize]>,
     /// Index of the environment.
     environment: Option<usize>,
     /// Bit k is set if a light has kind k.
@@ -55,13 +57,14 @@ impl Table {
     pub fn new(lights: &[Light]) -> Self {
         let environment = lights.iter().position(|light| matches!(light, Light::Environment(_)));
         let rows = Vec::with_capacity(lights.len() * ROWS as usize);
-        let mut this = Self { rows, environment, kinds: 0 };
+        let mut this = Self { rows, only: None, environment, kinds: 0 };
         for light in lights {
             let (kind, record, emission) = described(light);
             this.kinds |= 1 << kind as u32;
             this.rows.extend(record);
             this.rows.push([emission.x, emission.y, emission.z, f32::from(kind as u8)]);
         }
+        this.only = (&*this.rows).try_into().ok();
         this
     }
 
@@ -86,6 +89,10 @@ impl Table {
 
     #[inline(always)]
     fn row<R: Real>(&self, index: R::Word, row: u32) -> [R; 4] {
+        if let Some(rows) = &self.only {
+            let [a, b, c, d] = rows[row as usize % ROWS as usize];
+            return [R::splat(a), R::splat(b), R::splat(c), R::splat(d)];
+        }
         let index = index.wrapping_mul(R::Word::splat(ROWS)).wrapping_add(R::Word::splat(row));
         R::gather_rows(&self.rows, index)
     }
