@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 const DIMENSIONLESS: [(&str, &str, &str); 33] = [
     ("camera/src/camera.rs", "1e-6", "sine of an angle"),
     ("camera/src/view.rs", "1e-4", "slope at which f64 takes over"),
-    ("math/src/frame.rs", "1e-12", "squared sine"),
+    ("math/src/lanes/frame.rs", "1e-12", "squared sine"),
     ("math/src/motion/chain.rs", "1e-6", "ratio of scales"),
     ("math/src/motion/pose.rs", "1e-12", "volume over the product of the edges"),
     ("math/src/motion/pose.rs", "1e-14", "normal over the square of the size"),
