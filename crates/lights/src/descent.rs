@@ -70,16 +70,16 @@ impl Rows {
         let mut is_root = true;
         while open.any() {
             let mut weights = [R::splat(0.0); LANES];
-            for k in 0..LANES {
-                weights[k] = self.cluster::<R>(is_root, node, k).weighted(at);
+            for (k, weight) in weights.iter_mut().enumerate() {
+                *weight = self.cluster::<R>(is_root, node, k).weighted(at);
             }
             let mut sums = sums(&weights);
             let is_finite = sums[LANES].lt(R::Double::splat(f64::INFINITY));
             let unreached = open & !(none.lt(sums[LANES]) & is_finite);
             if unreached.any() {
-                for k in 0..LANES {
+                for (k, weight) in weights.iter_mut().enumerate() {
                     let intensity = self.cluster::<R>(is_root, node, k).intensity;
-                    weights[k] = R::select(unreached, intensity, weights[k]);
+                    *weight = R::select(unreached, intensity, *weight);
                 }
                 sums = self::sums(&weights);
             }
@@ -95,9 +95,9 @@ impl Rows {
             }
             if (aim.given & open).any() {
                 lane = R::Word::select(aim.given, trail[0] & R::Word::splat(LANES as u32 - 1), lane);
-                for k in 0..LANES {
+                for (k, of_lane) in weights.iter().enumerate() {
                     let is_it = aim.given & lane.eq(R::Word::splat(k as u32));
-                    weight = R::select(is_it, weights[k], weight);
+                    weight = R::select(is_it, *of_lane, weight);
                 }
                 trail[0] = trail[0] >> 3 | trail[1] << 29;
                 trail[1] = trail[1] >> 3;

@@ -299,7 +299,7 @@ impl LatLong {
                 let is_same = found.column.eq(column) & found.row.eq(row);
                 let x = R::select(is_same, found.within.x, at.x);
                 let y = R::select(is_same, down::<R>([top, bottom], wi.y), at.y);
-                pdf = pdf * patch.density(Vec2x::new(x, y));
+                pdf *= patch.density(Vec2x::new(x, y));
                 self.bilinear(&found)
             }
         };

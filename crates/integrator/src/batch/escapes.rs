@@ -43,9 +43,15 @@ impl Escapes<'_> {
         let mut columns = [[0.0; MAX_LANES]; 3];
         let [x, y, z] = &mut columns;
         light.store([x, y, z]);
-        for lane in 0..R::LANES.min(self.rows.len - i) {
-            let place = paths.place.get(self.rows.row.get(i + lane) as usize) as usize;
-            let light = Vec3::new(columns[0][lane], columns[1][lane], columns[2][lane]);
+        self.add(i, R::LANES, &columns);
+    }
+
+    /// Adds the light of the lanes from row `i` of the list on.
+    #[inline(never)]
+    fn add(&mut self, i: usize, lanes: usize, [x, y, z]: &[[f32; MAX_LANES]; 3]) {
+        let light = x.iter().zip(y).zip(z).map(|((x, y), z)| Vec3::new(*x, *y, *z));
+        for (lane, light) in light.take(lanes.min(self.rows.len - i)).enumerate() {
+            let place = self.paths.place.get(self.rows.row.get(i + lane) as usize) as usize;
             self.results[place].radiance += light;
         }
     }
