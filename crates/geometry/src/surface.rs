@@ -55,7 +55,7 @@ impl Surface {
         let (p, size) = weighted(corners, u, v);
         let winding = winding(corners);
         let ng = unit_or(winding, DVec3::Z);
-        let ns = normals.map_or(ng, |n| facing(unit_or(weighted(n, u, v).0, ng), winding));
+        let ns = normals.map_or(ng, |n| facing(interpolated(n, u, v).unwrap_or(ng), winding));
         let error = test_error(size, 7);
         let start = p + clear_of_edges(corners.map(|c| c.as_dvec3()), winding, u, v, error);
         Self {
@@ -130,7 +130,7 @@ pub fn geometric_normal(corners: &[Vec3; 3]) -> Vec3 {
 /// Offset from the point with barycentric coordinates (u, v) of a facet to the smooth surface that the normals of its
 /// corners span above it: Σ bᵢ·max(0, (vᵢ − p)·nᵢ)·nᵢ [Hanika 2021]. It is zero where the normals span nothing above
 /// the facet, as on a flat or concave one, and where they are tilted together without diverging: Σ bᵢ(vᵢ − p)·nᵢ, which
-/// a common tilt does not change, must exceed the rounding of f32 normals. `up` is a normal of the facet on the side of
+/// a common tilt does not change, must exceed the rounding of f32 normals; distances are sums over the axes. `up` is a normal of the facet on the side of
 /// interest.
 pub(crate) fn lift(corners: [DVec3; 3], normals: [DVec3; 3], u: f32, v: f32, up: DVec3) -> DVec3 {
     let (u, v) = (f64::from(u), f64::from(v));
@@ -143,9 +143,17 @@ pub(crate) fn lift(corners: [DVec3; 3], normals: [DVec3; 3], u: f32, v: f32, up:
         let (n, way) = (n * side, corners[i] - p);
         lift += n * (b[i] * way.dot(n).max(0.0));
         bulge += b[i] * way.dot(n);
-        size += b[i] * way.length();
+        size += b[i] * way.abs().element_sum();
     }
     if bulges::<f64>(bulge, size) { lift } else { DVec3::ZERO }
+}
+
+/// The direction of the weighted sum of three normals; `None` where they cancel.
+fn interpolated(normals: [Vec3; 3], u: f32, v: f32) -> Option<DVec3> {
+    let sum = weighted(normals, u, v).0;
+    let n =
+        if normals.into_iter().all(is_unit) { sum * (1.0 / sum.length()) } else { unit_or(sum, DVec3::NAN) };
+    n.is_finite().then_some(n)
 }
 
 /// Whether a mean height over a facet exceeds the rounding of f32 normals, for a mean distance from the corners.

@@ -29,9 +29,8 @@ impl Frame {
         if !(length2 > LEAST_SINE_SQUARED * tangent.length_squared() && length2.is_finite()) {
             return Self::from_z(z);
         }
-        let frame = Framex::<f32>::from_z_tangent(z.into(), tangent.into());
-        let y = Vec3::from(frame.y);
-        Self { x: frame.x.into(), y: if sign < 0.0 { -y } else { y }, z }
+        let frame = Framex::<f32>::from_z_tangent(z.into(), tangent.into(), sign);
+        Self { x: frame.x.into(), y: frame.y.into(), z }
     }
 
     /// Returns the components of `v` along x, y and z.

@@ -38,6 +38,7 @@ pub mod space;
 pub mod studio;
 pub mod survey;
 mod tangent;
+mod texels;
 pub mod view;
 mod warnings;
 pub use bodies::{Bodies, Body};
@@ -51,6 +52,7 @@ pub use reads::Reads;
 pub use scene::{NamedCamera, Scene, Shading};
 pub use space::{Placement, Space, WorldPoint};
 pub use survey::{Survey, Unread};
+pub use texels::Texels;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -104,7 +104,7 @@ impl Scene {
 
     /// The material of an object, and whether it looks up textures.
     #[inline]
-    fn material_of(&self, object: u32) -> (&TexturedMaterial, bool) {
+    pub(crate) fn material_of(&self, object: u32) -> (&TexturedMaterial, bool) {
         let object = &self.objects[object as usize];
         let textured = cfg!(not(without = "textures")) && object.textured;
         (&self.materials[object.material as usize], textured)

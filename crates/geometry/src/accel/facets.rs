@@ -172,10 +172,8 @@ fn round<R: Real>(
         weighted_sum([a[1], b[1], c[1]], shares).0,
         weighted_sum([a[2], b[2], c[2]], shares).0,
     ];
-    let largest = sum[0].abs().max(sum[1].abs()).max(sum[2].abs());
-    let scaled = [sum[0] / largest, sum[1] / largest, sum[2] / largest];
-    let length = dot(scaled, scaled).sqrt();
-    let n = [scaled[0] / length, scaled[1] / length, scaled[2] / length];
+    let inverse = R::Double::splat(1.0) / dot(sum, sum).sqrt();
+    let n = [sum[0] * inverse, sum[1] * inverse, sum[2] * inverse];
     let winding = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
     let is_back = dot(n, winding).lt(R::Double::splat(0.0));
     let side = R::select(is_back, R::splat(-1.0), R::splat(1.0));
@@ -204,7 +202,7 @@ fn lift<R: Real>(
             lift[axis] = lift[axis] + n[axis] * share;
         }
         bulge = bulge + shares[i] * height;
-        size = size + shares[i] * dot(way, way).sqrt();
+        size = size + shares[i] * (way[0].abs() + way[1].abs() + way[2].abs());
     }
     let spans = bulges(bulge, size);
     let lift = Vec3x::new(lift[0].to_real(), lift[1].to_real(), lift[2].to_real());

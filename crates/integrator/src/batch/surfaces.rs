@@ -1,22 +1,26 @@
-//! Vertices over lanes: surfaces, shading frames and materials of the hits whose data do not vary over a triangle.
+//! Vertices over lanes: surfaces, shading frames and materials of hits.
 
+use super::camera::Asked;
 use super::rows::{HOLDS, Hits, Paths, Vertices};
+use super::textured::Looked;
 use crate::job::Job;
 use crate::normals::{Tilt, facing, leans, may_pass_over};
 use crate::path::backward;
 use crate::vertex::is_upright;
 use dapple_geometry::Facets;
+use dapple_materials::Lobe;
 use dapple_materials::lanes::Palette;
-use dapple_materials::{Lobe, Material};
 use dapple_math::lanes::{Framex, Kernel, Mask, Real, Vec3x, Word};
 use dapple_scene::AlphaMode;
 
-/// In place of the material of objects that have none for all of their surface.
-const VARIES: u32 = u32::MAX;
+/// In place of the material of objects whose vertices are computed one by one.
+const ALONE: u32 = u32::MAX;
+/// In place of the material of objects whose materials vary over the surface, or emit light.
+const VARIES: u32 = u32::MAX - 1;
 
-/// The materials of objects that do not vary.
+/// The materials of objects.
 pub(super) struct Materials {
-    /// Per object: index into the palette.
+    /// Per object: index into the palette, [`VARIES`] or [`ALONE`].
     of_object: Vec<u32>,
     palette: Palette,
     /// Objects at which paths pass surfaces straight, enter bodies, or ask for alpha; empty if there are none.
@@ -29,14 +33,15 @@ impl Materials {
     /// `watched`: first hits are recorded.
     pub fn new(job: &Job<'_>, watched: bool) -> Self {
         let scene = job.scene;
-        let lanes_scatter = |material: &&Material| !material.is_mirror();
         let objects = 0..scene.objects.len() as u32;
         let mut special: Vec<bool> = objects.map(|object| is_special(job, object)).collect();
         let mut materials = Vec::new();
         let mut index = |object: u32| {
-            let material = scene.uniform_material(object).filter(lanes_scatter);
-            let material = material.filter(|_| !special[object as usize]);
-            material.map_or(VARIES, |material| {
+            let of = scene.material(object);
+            if special[object as usize] || of.unlit || of.base.is_mirror() {
+                return ALONE;
+            }
+            scene.uniform_material(object).map_or(VARIES, |material| {
                 materials.push(material);
                 materials.len() as u32 - 1
             })
@@ -70,6 +75,7 @@ pub(super) struct Surfaces<'a> {
     pub facets: &'a Facets,
     pub materials: &'a Materials,
     pub depth: u32,
+    pub asked: &'a Asked,
     pub paths: &'a Paths,
     pub hits: &'a Hits,
     pub vertices: &'a mut Vertices,
@@ -90,7 +96,7 @@ impl Kernel for Surfaces<'_> {
 impl Surfaces<'_> {
     #[inline(always)]
     fn step<R: Real>(&mut self, i: usize, within: R::Mask) {
-        let (paths, hits, vertices) = (self.paths, self.hits, &mut *self.vertices);
+        let (job, paths, hits, vertices) = (self.job, self.paths, self.hits, &mut *self.vertices);
         let (object, d) = (hits.object.load::<R::Word>(i), paths.d.load::<R>(i));
         let is_hit = object.ne(R::Word::splat(u32::MAX));
         let (wo, _) = backward(d);
@@ -98,29 +104,41 @@ impl Surfaces<'_> {
         let at = self.facets.surfaces::<R>((object, hits.primitive.load(i)), (u, v), wo);
         let index = R::Word::gather(&self.materials.of_object, object);
         let material = self.materials.palette.gather::<R>(index);
-        let height = at.ng.dot(wo);
-        let leaning = leans(at.ns, at.ng) & height.abs().gt(R::splat(0.0));
-        let is_plain = at.known & index.ne(R::Word::splat(VARIES)) & (leaning | is_upright(at.ns, at.ng, wo));
         let holds = (paths.flags.load::<R::Word>(i) & R::Word::splat(HOLDS)).ne(R::Word::splat(0));
         let is_usual = paths.beta.load::<R>(i).is_finite() & !holds;
-        // At the last depth, paths end one by one.
-        let goes_on = R::Mask::splat(self.depth < self.job.bounces);
-        let mut live = within & is_hit & is_plain & is_usual & goes_on;
-        if self.depth == 0 {
-            live = live & !self.job.may_pass_first(hits.t.load(i), at.ng, d);
-        }
         let is_lost = within & !is_hit & is_usual;
-        if self.job.scene.environment.is_some() {
+        if job.scene.environment.is_some() {
             vertices.escaped.pack::<R::Word>(i, is_lost);
         }
+        // At the last depth, paths end one by one.
+        let goes_on = R::Mask::splat(self.depth < job.bounces);
+        let mut live = within & is_hit & at.known & is_usual & goes_on & index.ne(R::Word::splat(ALONE));
+        if self.depth == 0 {
+            live = live & !job.may_pass_first(hits.t.load(i), at.ng, d);
+        }
+        vertices.materials.store(i, &material);
+        let (mut frame, mut transmits) = (Framex::from_z(at.ns), material.has_transmission());
+        let varies = live & index.eq(R::Word::splat(VARIES));
+        let height = at.ng.dot(wo);
+        if varies.any() {
+            let front = height.gt(R::splat(0.0)).bitmask();
+            let (asked, place) = (self.asked, &paths.place);
+            let time = |i: usize| if job.needs.time { asked.time.get(place.get(i) as usize) } else { 0.0 };
+            let what = (varies.bitmask(), front);
+            let looked = Looked::up(job.scene, what, (i, time), hits, &mut vertices.materials);
+            live = live & !looked.lit::<R>();
+            frame = Framex::select(varies, looked.frames(at.ns, at.ng), frame);
+            transmits = vertices.materials.load::<R>(i).has_transmission();
+        }
+        let leaning = leans(frame.z, at.ng) & height.abs().gt(R::splat(0.0));
+        let live = live & (leaning | is_upright(frame.z, at.ng, wo));
         vertices.odd.pack::<R::Word>(i, within & !live & !is_lost);
         let (one, zero) = (R::Word::splat(1), R::Word::splat(0));
         vertices.live.store(i, R::Word::select(live, one, zero));
         vertices.known.store(i, R::Word::select(at.known, one, zero));
-        let mut frame = Framex::from_z(at.ns);
         match (leaning & live).any() {
             true => {
-                let (about, tilt) = tilted(self.job, &at, wo, material.has_transmission());
+                let (about, tilt) = tilted(job, &at, (&frame, varies.any()), wo, transmits);
                 frame = Framex::select(leaning, about, frame);
                 vertices.tilts.store(i, leaning, &tilt);
             }
@@ -131,30 +149,41 @@ impl Surfaces<'_> {
         vertices.p_error.store(i, at.p_error);
         vertices.ng.store(i, at.ng);
         vertices.store_frame(i, &frame);
-        vertices.materials.store(i, &material);
     }
 }
 
-/// The frames about leaning normals, and their tilts: see [`Tilt::new`].
+/// Shading frames about leaning normals, facing the viewer, and their tilts: see [`Tilt::new`]. `is_mapped`: the given
+/// frames may be others than those about the normals of the surfaces.
 #[inline(always)]
 fn tilted<R: Real>(
     job: &Job<'_>,
     at: &dapple_geometry::Surfaces<R>,
+    (given, is_mapped): (&Framex<R>, bool),
     wo: Vec3x<R>,
     transmits: R::Mask,
 ) -> (Framex<R>, Tilt<R>) {
-    let (zero, side) = (R::splat(0.0), R::splat(1.0).copysign(at.ng.dot(wo)));
-    let (up, round) = (at.ng * side, at.ns * side);
-    let n = facing(round, wo, up);
-    let (given, moved) = (Framex::from_z(at.ns), n.x.ne(round.x) | n.y.ne(round.y) | n.z.ne(round.z));
+    let (zero, one, side) = (R::splat(0.0), R::splat(1.0), R::splat(1.0).copysign(at.ng.dot(wo)));
+    let (up, round, leaning) = (at.ng * side, at.ns * side, given.z * side);
+    let n = facing(leaning, wo, up);
+    let moved = differs(n, leaning);
     let frame = match moved.any() {
-        true => Framex::select(moved, Framex::from_z_tangent(n * side, given.x), given),
-        false => given,
+        true => Framex::select(moved, Framex::from_z_tangent(n * side, given.x, one), *given),
+        false => *given,
     };
     let is_over = R::Mask::splat(may_pass_over(job))
         & !transmits
+        & leans(at.ns, at.ng)
         & n.dot(round).gt(zero)
         & at.lift.dot(up).gt(up.abs().dot(at.p_error));
     let tilt = Tilt::between(n, Vec3x::select(is_over, round, up));
-    (frame, Tilt { is_over, ..tilt })
+    if !is_mapped {
+        return (frame, Tilt { is_over, ..tilt });
+    }
+    let flat = facing(round, wo, up);
+    (frame, Tilt { is_over, is_mapped: differs(flat, n), unmapped: flat.dot(wo), ..tilt })
+}
+
+#[inline(always)]
+fn differs<R: Real>(a: Vec3x<R>, b: Vec3x<R>) -> R::Mask {
+    a.x.ne(b.x) | a.y.ne(b.y) | a.z.ne(b.z)
 }

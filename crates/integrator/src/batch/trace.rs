@@ -156,13 +156,14 @@ impl Batch {
         let (materials, state) = (&shared.materials, &mut self.state);
         let mut arrival = Arrival { job, visibility, materials, depth, points, state };
         arrival.intersect(&mut self.hits);
-        let (paths, hits, vertices) = (&arrival.state.paths, &self.hits, &mut self.vertices);
+        let (asked, paths) = (&arrival.state.asked, &arrival.state.paths);
+        let (hits, vertices) = (&self.hits, &mut self.vertices);
         let is_special = depth == 0 && materials.first_is_special;
         if is_special {
             vertices.all_odd(paths.len);
         } else {
             let facets = job.scene.accel.facets();
-            dispatch(shared.isa, Surfaces { job, facets, materials, depth, paths, hits, vertices });
+            dispatch(shared.isa, Surfaces { job, facets, materials, depth, asked, paths, hits, vertices });
         }
         arrival.vertices(&self.hits, &mut self.vertices);
         let State { paths, results, .. } = &mut self.state;

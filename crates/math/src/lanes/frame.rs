@@ -31,10 +31,10 @@ impl<R: Real> Framex<R> {
         Self { x, y, z }
     }
 
-    /// Builds the frame whose x is `tangent` made orthogonal to unit `z`, as
-    /// [`Frame::from_z_tangent`](crate::Frame::from_z_tangent) does.
+    /// Builds the frame whose x is `tangent` made orthogonal to unit `z`, and whose y is mirrored where `sign` is
+    /// negative, as [`Frame::from_z_tangent`](crate::Frame::from_z_tangent) does.
     #[inline(always)]
-    pub fn from_z_tangent(z: Vec3x<R>, tangent: Vec3x<R>) -> Self {
+    pub fn from_z_tangent(z: Vec3x<R>, tangent: Vec3x<R>, sign: R) -> Self {
         let (one, zero) = (R::splat(1.0), R::splat(0.0));
         let x = tangent - z * tangent.dot(z);
         let square = x.length_squared();
@@ -45,8 +45,9 @@ impl<R: Real> Framex<R> {
         let x = x - z * x.dot(z);
         let inverse = one / x.length();
         let x = Vec3x::select(inverse.is_finite() & inverse.gt(zero), x * inverse, Vec3x::splat(Vec3::ZERO));
-        let any = Self::from_z(z);
-        let (x, y) = (Vec3x::select(is_usable, x, any.x), Vec3x::select(is_usable, z.cross(x), any.y));
+        let (any, y) = (Self::from_z(z), z.cross(x));
+        let y = Vec3x::select(sign.lt(zero), -y, y);
+        let (x, y) = (Vec3x::select(is_usable, x, any.x), Vec3x::select(is_usable, y, any.y));
         Self { x, y, z }
     }
 
