@@ -110,6 +110,11 @@ impl Default for TexturedMaterial {
 }
 
 impl TexturedMaterial {
+    /// Whether the surface is a perfect or blurred mirror, see [`Material::is_mirror`].
+    pub fn is_mirror(&self) -> bool {
+        self.base.is_mirror()
+    }
+
     /// A Lambertian material with albedo `albedo`, without a specular lobe.
     pub fn lambert(name: &str, albedo: Vec3) -> Self {
         let base = Material { base_color: albedo, metallic: 0.0, specular: 0.0, ..Material::default() };

@@ -38,7 +38,7 @@ impl Materials {
         let mut materials = Vec::new();
         let mut index = |object: u32| {
             let of = scene.material(object);
-            if special[object as usize] || of.unlit || of.base.is_mirror() {
+            if special[object as usize] || of.unlit || of.is_mirror() {
                 return ALONE;
             }
             scene.uniform_material(object).map_or(VARIES, |material| {
