@@ -13,6 +13,7 @@ pub mod hit;
 pub mod mesh;
 pub mod rays;
 pub mod shapes;
+mod smooth;
 pub mod surface;
 
 pub use accel::{Accel, AccelBuilder, Coincident, Facets, PlacePoint, Surfaces};

@@ -2,9 +2,9 @@
 //!
 //! A position is never computed as `o + t·d`. It is reconstructed from the surface, so that its error does not grow
 //! with the length or the grazing angle of the ray.
-use crate::barycentric::{MIXED, test_error, weighted};
+use crate::barycentric::{MIXED, shares, test_error, weighted};
+use crate::smooth::{Rounded, is_unit};
 use dapple_math::Ray;
-use dapple_math::lanes::Double;
 use dapple_math::motion::Pose;
 use dapple_math::offset::{UNIT_ROUNDOFF, gamma, offset_origin};
 use dapple_math::vector::{round_up, unit_or};
@@ -55,7 +55,7 @@ impl Surface {
         let (p, size) = weighted(corners, u, v);
         let winding = winding(corners);
         let ng = unit_or(winding, DVec3::Z);
-        let ns = normals.map_or(ng, |n| facing(interpolated(n, u, v).unwrap_or(ng), winding));
+        let ns = normals.map_or(ng, |n| interpolated(corners, n, (u, v), ng));
         let error = test_error(size, 7);
         let start = p + clear_of_edges(corners.map(|c| c.as_dvec3()), winding, u, v, error);
         Self {
@@ -127,44 +127,28 @@ pub fn geometric_normal(corners: &[Vec3; 3]) -> Vec3 {
     unit_or(winding(*corners), DVec3::ZERO).as_vec3()
 }
 
-/// Offset from the point with barycentric coordinates (u, v) of a facet to the smooth surface that the normals of its
-/// corners span above it: Σ bᵢ·max(0, (vᵢ − p)·nᵢ)·nᵢ [Hanika 2021]. It is zero where the normals span nothing above
-/// the facet, as on a flat or concave one, and where they are tilted together without diverging: Σ bᵢ(vᵢ − p)·nᵢ, which
-/// a common tilt does not change, must exceed the rounding of f32 normals; distances are sums over the axes. `up` is a normal of the facet on the side of
-/// interest.
+/// [`Rounded::lift`] of the facet at barycentric coordinates (u, v), for normals of any length.
 pub(crate) fn lift(corners: [DVec3; 3], normals: [DVec3; 3], u: f32, v: f32, up: DVec3) -> DVec3 {
-    let (u, v) = (f64::from(u), f64::from(v));
-    let b = [1.0 - u - v, u, v];
-    let sum = |x: [DVec3; 3]| x[0] * b[0] + x[1] * b[1] + x[2] * b[2];
-    let (p, side) = (sum(corners), if sum(normals).dot(up) < 0.0 { -1.0 } else { 1.0 });
-    let (mut lift, mut bulge, mut size) = (DVec3::ZERO, 0.0, 0.0);
-    for i in 0..3 {
-        let n = if is_unit(normals[i].as_vec3()) { normals[i] } else { unit_or(normals[i], DVec3::ZERO) };
-        let (n, way) = (n * side, corners[i] - p);
-        lift += n * (b[i] * way.dot(n).max(0.0));
-        bulge += b[i] * way.dot(n);
-        size += b[i] * way.abs().element_sum();
+    let unit = |n: DVec3| if is_unit(n.as_vec3()) { n } else { unit_or(n, DVec3::ZERO) };
+    let rounded = Rounded {
+        corners: corners.map(|c| c.to_array()),
+        normals: normals.map(|n| unit(n).to_array()),
+        shares: shares(f64::from(u), f64::from(v)),
+    };
+    DVec3::from_array(rounded.lift(up.to_array()))
+}
+
+/// The unit normal interpolated between those of the corners of a triangle, in the hemisphere of its normal `ng`, which
+/// it is where the normals cancel.
+fn interpolated(corners: [Vec3; 3], normals: [Vec3; 3], (u, v): (f32, f32), ng: DVec3) -> DVec3 {
+    if !normals.into_iter().all(is_unit) {
+        return facing(unit_or(weighted(normals, u, v).0, ng), ng);
     }
-    if bulges::<f64>(bulge, size) { lift } else { DVec3::ZERO }
-}
-
-/// The direction of the weighted sum of three normals; `None` where they cancel.
-fn interpolated(normals: [Vec3; 3], u: f32, v: f32) -> Option<DVec3> {
-    let sum = weighted(normals, u, v).0;
-    let n =
-        if normals.into_iter().all(is_unit) { sum * (1.0 / sum.length()) } else { unit_or(sum, DVec3::NAN) };
-    n.is_finite().then_some(n)
-}
-
-/// Whether a mean height over a facet exceeds the rounding of f32 normals, for a mean distance from the corners.
-#[inline(always)]
-pub(crate) fn bulges<D: Double>(height: D, distance: D) -> D::Mask {
-    (D::splat(f64::from(gamma(8))) * distance).lt(height)
-}
-
-/// Whether a vector is of unit length, but for the rounding of f32.
-pub(crate) fn is_unit(n: Vec3) -> bool {
-    (n.length_squared() - 1.0).abs() <= gamma(16)
+    let wide = |v: [Vec3; 3]| v.map(|v| v.as_dvec3().to_array());
+    let shares = shares(f64::from(u), f64::from(v));
+    let rounded = Rounded { corners: wide(corners), normals: wide(normals), shares };
+    let n = DVec3::from_array(rounded.normal());
+    if n.is_finite() { n } else { ng }
 }
 
 /// Cross product of two edges: along the normal of the counter-clockwise side.

@@ -3,7 +3,8 @@
 
 use super::objects::{Body, Object, Place};
 use crate::barycentric::{shares, test_errors, weighted_sum};
-use crate::surface::{bulges, clear_from, facing, is_unit, winding};
+use crate::smooth::{Rounded, Vector, is_unit, vector};
+use crate::surface::{clear_from, facing, winding};
 use dapple_math::lanes::{Double, Mask, Real, Vec3x, Word};
 use dapple_math::vector::{unit_or, up};
 use glam::{DVec3, Vec3};
@@ -107,12 +108,14 @@ impl Facets {
         let a = R::gather_rows(&self.normals, row);
         let b = R::gather_rows(&self.normals, row.wrapping_add(one));
         let c = R::gather_rows(&self.normals, row.wrapping_add(two));
-        let corners = [wide([ax, ay, az]), wide([bx, by, bz]), wide([cx, cy, cz])];
-        let normals = [wide([a[0], a[1], a[2]]), wide([b[0], b[1], b[2]]), wide([c[0], c[1], c[2]])];
-        let (interpolated, given) = round(corners, normals, shares);
-        let side = R::splat(1.0).copysign(ng.dot(wo));
-        let up = ng * side;
-        let lift = lift((corners, [x.0, y.0, z.0]), (normals, given), shares, up);
+        let rounded = Rounded {
+            corners: [vector([ax, ay, az]), vector([bx, by, bz]), vector([cx, cy, cz])],
+            normals: [vector([a[0], a[1], a[2]]), vector([b[0], b[1], b[2]]), vector([c[0], c[1], c[2]])],
+            shares,
+        };
+        let interpolated = narrow::<R>(rounded.normal());
+        let up = ng * R::splat(1.0).copysign(ng.dot(wo));
+        let lift = narrow::<R>(rounded.lift(vector([up.x, up.y, up.z])));
         let is_given = varies & interpolated.is_finite();
         Surfaces {
             known: known & (is_given | !varies),
@@ -135,78 +138,10 @@ fn axis<R: Real>(x: [R; 3], shares: [R::Double; 3]) -> (R::Double, R::Double) {
     weighted_sum([R::Double::from_real(a), R::Double::from_real(b), R::Double::from_real(c)], shares)
 }
 
-/// A vector in f64, per lane.
-type Wide<R> = [<R as Real>::Double; 3];
-
+/// Rounds to f32.
 #[inline(always)]
-fn wide<R: Real>([x, y, z]: [R; 3]) -> Wide<R> {
-    [R::Double::from_real(x), R::Double::from_real(y), R::Double::from_real(z)]
-}
-
-#[inline(always)]
-fn dot<D: Double>(a: [D; 3], b: [D; 3]) -> D {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn minus<D: Double>(a: [D; 3], b: [D; 3]) -> [D; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn cross<D: Double>(a: [D; 3], b: [D; 3]) -> [D; 3] {
-    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
-}
-
-/// Unit normals interpolated between those of the corners, on the side of the winding, not finite where they cancel;
-/// and the sums that they are the directions of.
-#[inline(always)]
-fn round<R: Real>(
-    corners: [Wide<R>; 3],
-    normals: [Wide<R>; 3],
-    shares: [R::Double; 3],
-) -> (Vec3x<R>, Wide<R>) {
-    let [a, b, c] = normals;
-    let sum = [
-        weighted_sum([a[0], b[0], c[0]], shares).0,
-        weighted_sum([a[1], b[1], c[1]], shares).0,
-        weighted_sum([a[2], b[2], c[2]], shares).0,
-    ];
-    let inverse = R::Double::splat(1.0) / dot(sum, sum).sqrt();
-    let n = [sum[0] * inverse, sum[1] * inverse, sum[2] * inverse];
-    let winding = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
-    let is_back = dot(n, winding).lt(R::Double::splat(0.0));
-    let side = R::select(is_back, R::splat(-1.0), R::splat(1.0));
-    (Vec3x::new(n[0].to_real(), n[1].to_real(), n[2].to_real()) * side, sum)
-}
-
-/// [`crate::surface::lift`] per lane, for normals that are unit vectors; `sum` is their weighted sum, and `p` that of
-/// the corners.
-#[inline(always)]
-fn lift<R: Real>(
-    (corners, p): ([Wide<R>; 3], Wide<R>),
-    (normals, sum): ([Wide<R>; 3], Wide<R>),
-    shares: [R::Double; 3],
-    up: Vec3x<R>,
-) -> Vec3x<R> {
-    let zero = R::Double::splat(0.0);
-    let is_below = dot(sum, wide([up.x, up.y, up.z])).lt(zero);
-    let side = R::Double::from_real(R::select(is_below, R::splat(-1.0), R::splat(1.0)));
-    let (mut lift, mut bulge, mut size) = ([zero; 3], zero, zero);
-    for i in 0..3 {
-        let n = [normals[i][0] * side, normals[i][1] * side, normals[i][2] * side];
-        let way = minus(corners[i], p);
-        let height = dot(way, n);
-        let share = shares[i] * height.max(zero);
-        for axis in 0..3 {
-            lift[axis] = lift[axis] + n[axis] * share;
-        }
-        bulge = bulge + shares[i] * height;
-        size = size + shares[i] * (way[0].abs() + way[1].abs() + way[2].abs());
-    }
-    let spans = bulges(bulge, size);
-    let lift = Vec3x::new(lift[0].to_real(), lift[1].to_real(), lift[2].to_real());
-    Vec3x::select(spans, lift, Vec3x::splat(Vec3::ZERO))
+fn narrow<R: Real>([x, y, z]: Vector<R::Double>) -> Vec3x<R> {
+    Vec3x::new(x.to_real(), y.to_real(), z.to_real())
 }
 
 /// The four rows of a triangle.
