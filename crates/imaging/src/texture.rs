@@ -5,7 +5,6 @@
 //! (docs/science.md, "Skies": the other convention, i/(n−1), changes the energy of a sun of one texel by 3.65 % at
 //! 64×32). sRGB is decoded before filtering; alpha is always linear. Only the finest level is used: prefiltering would
 //! cause bias, and averaging many rays per pixel has the same effect.
-//! and averaging many rays per pixel has the same effect.
 //!
 //! Lookups are total: any uv, including NaN and ±∞, gives a colour of the texture.
 

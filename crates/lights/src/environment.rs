@@ -50,7 +50,7 @@ impl Environment {
         }
         let turns = rotation as f64 / TAU;
         let shift = if turns.is_finite() { turns - turns.floor() } else { 0.0 };
-        Ok(Self(Kind::LatLong(Arc::new(LatLong::new((width, height), &pixels, shift, filtered)))))
+        Ok(Self(Kind::LatLong(Arc::new(LatLong::new((width, height), pixels, shift, filtered)))))
     }
 
     /// The same environment, sampled in proportion to its full radiance, so that light sampling alone is an unbiased

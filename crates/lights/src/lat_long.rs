@@ -65,10 +65,11 @@ struct Place<R: Real> {
 
 impl LatLong {
     /// The map of `pixels`, which has at least one, with a distribution of the radiance above the mean.
-    pub fn new((width, height): (usize, usize), pixels: &[Vec3], shift: f64, filtered: bool) -> Self {
+    pub fn new((width, height): (usize, usize), pixels: Vec<Vec3>, shift: f64, filtered: bool) -> Self {
         let brightest = pixels.iter().map(|p| luminance(p.as_dvec3())).fold(0.0, f64::max);
         let relative = |p: &Vec3| if brightest > 0.0 { luminance(p.as_dvec3()) / brightest } else { 0.0 };
         let texels = pixels.iter().map(|p| p.extend(relative(p) as f32).to_array()).collect();
+        drop(pixels);
         let (rows, mean) = (Rows::new(height), Vec3::ZERO);
         let mut map =
             Self { width, height, texels, shift, filtered, rows, mean, table: None, compensated: true };
