@@ -5,7 +5,8 @@ use crate::settings::Strategy;
 use dapple_geometry::{Hit, Surface};
 use dapple_lights::{Aiming, Light, Reached};
 use dapple_math::Ray;
-use dapple_sampling::mis;
+use dapple_math::lanes::Real;
+use dapple_sampling::lanes;
 use dapple_scene::Scene;
 use glam::{Vec2, Vec3};
 
@@ -141,9 +142,16 @@ fn bsdf_weight(
             points * of.pdf_at(aiming, arrival.p, reached, arrival.time)
         }
     };
+    if arrival.bent && pdf > 0.0 { 0.0 } else { found_weight::<f32>(strategy, arrival.pdf, pdf) }
+}
+
+/// MIS weight of directions that BSDF sampling found with density `pdf`, and light sampling finds with density `light`.
+#[inline(always)]
+pub(crate) fn found_weight<R: Real>(strategy: Strategy, pdf: R, light: R) -> R {
+    let (zero, weight) = (R::splat(0.0), lanes::mis::power(pdf, light));
     match strategy {
-        _ if arrival.bent && pdf > 0.0 => 0.0,
-        Strategy::LightOnly if pdf > 0.0 => 0.0,
-        _ => mis::power(arrival.pdf, pdf),
+        Strategy::Both => weight,
+        Strategy::LightOnly => R::select(light.gt(zero), zero, weight),
+        Strategy::BsdfOnly => R::splat(1.0),
     }
 }

@@ -35,7 +35,7 @@
 use crate::job::Job;
 use crate::terminator;
 use dapple_geometry::{Hit, Surface};
-use dapple_math::lanes::{Mask, Real, Vec2x, Vec3x, atan2, sin_cos};
+use dapple_math::lanes::{Framex, Mask, Real, Vec2x, Vec3x, atan2, sin_cos};
 use dapple_math::{Frame, offset::gamma};
 use dapple_scene::Shading;
 use glam::Vec3;
@@ -89,28 +89,68 @@ impl Tilt<f32> {
         if height == 0.0 || height.is_nan() {
             return (shading.frame, None);
         }
-        let (side, up) = (height.signum(), surface.ng * height.signum());
-        let given = shading.frame.z * side;
-        let turned = |n: Vec3| Vec3::from(facing::<f32>(n.into(), wo.into(), up.into()));
-        let n = turned(given);
-        let frame =
-            if n == given { shading.frame } else { Frame::from_z_tangent(n * side, shading.frame.x, 1.0) };
-        let round = surface.ns * side;
-        let is_over = may_pass_over(job)
-            && !shading.material.has_transmission()
-            && surface.is_smooth()
-            && n.dot(round) > 0.0
-            && terminator::lift(&job.scene.accel, (hit, surface), up, time).is_some();
-        let flat = turned(round);
-        let tilt = Self::between(n.into(), if is_over { round } else { up }.into());
-        (frame, Some(Self { is_over, is_mapped: flat != n, unmapped: flat.dot(wo), ..tilt }))
+        let normals = (surface.ng.into(), surface.ns.into());
+        let turned = Turned::<f32>::new(&shading.frame.into(), normals, wo.into(), true);
+        let is_over = turned.may_pass_over(job, normals, shading.material.has_transmission())
+            && terminator::lift(&job.scene.accel, (hit, surface), turned.up.into(), time).is_some();
+        (turned.frame.into(), Some(turned.tilt(wo.into(), is_over)))
     }
 }
 
-/// Whether reflected light may pass over the facets of smooth surfaces.
+/// Leaning shading normals, turned towards the viewer where they lean away, per lane.
+#[derive(Clone, Copy)]
+pub(crate) struct Turned<R: Real> {
+    /// Frame about the shading normal.
+    pub frame: Framex<R>,
+    /// Geometric normal on the side of the viewer.
+    pub up: Vec3x<R>,
+    /// Shading normal on the side of the viewer.
+    n: Vec3x<R>,
+    /// Interpolated normal on the side of the viewer, before it is turned and after.
+    round: Vec3x<R>,
+    flat: Vec3x<R>,
+}
+
+impl<R: Real> Turned<R> {
+    /// Turns the frames `given` of surfaces with the normals `ng` and `ns`, seen from `wo`. `is_mapped`: the frames may
+    /// be about other normals than `ns`.
+    #[inline(always)]
+    pub fn new(given: &Framex<R>, (ng, ns): (Vec3x<R>, Vec3x<R>), wo: Vec3x<R>, is_mapped: bool) -> Self {
+        let (one, side) = (R::splat(1.0), R::splat(1.0).copysign(ng.dot(wo)));
+        let (up, round, leaning) = (ng * side, ns * side, given.z * side);
+        let n = facing(leaning, wo, up);
+        let moved = differs(n, leaning);
+        let frame = match moved.any() {
+            true => Framex::select(moved, Framex::from_z_tangent(n * side, given.x, one), *given),
+            false => *given,
+        };
+        let flat = if is_mapped { facing(round, wo, up) } else { n };
+        Self { frame, up, n, round, flat }
+    }
+
+    /// Whether reflected light may pass over the facet, if the normals of its corners span a surface above it.
+    #[inline(always)]
+    pub fn may_pass_over(
+        &self,
+        job: &Job<'_>,
+        (ng, ns): (Vec3x<R>, Vec3x<R>),
+        transmits: R::Mask,
+    ) -> R::Mask {
+        let is_above = self.n.dot(self.round).gt(R::splat(0.0));
+        R::Mask::splat(job.settings.soft_terminator) & !transmits & leans(ns, ng) & is_above
+    }
+
+    /// The tilts; in the lanes of `is_over`, reflected light may pass over the facet.
+    #[inline(always)]
+    pub fn tilt(&self, wo: Vec3x<R>, is_over: R::Mask) -> Tilt<R> {
+        let tilt = Tilt::between(self.n, Vec3x::select(is_over, self.round, self.up));
+        Tilt { is_over, is_mapped: differs(self.flat, self.n), unmapped: self.flat.dot(wo), ..tilt }
+    }
+}
+
 #[inline(always)]
-pub(crate) fn may_pass_over(job: &Job<'_>) -> bool {
-    job.settings.soft_terminator
+fn differs<R: Real>(a: Vec3x<R>, b: Vec3x<R>) -> R::Mask {
+    a.x.ne(b.x) | a.y.ne(b.y) | a.z.ne(b.z)
 }
 
 impl<R: Real> Tilt<R> {

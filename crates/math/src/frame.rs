@@ -51,6 +51,13 @@ impl From<Frame> for Framex<f32> {
     }
 }
 
+impl From<Framex<f32>> for Frame {
+    #[inline(always)]
+    fn from(frame: Framex<f32>) -> Self {
+        Self { x: frame.x.into(), y: frame.y.into(), z: frame.z.into() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

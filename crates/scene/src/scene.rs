@@ -1,4 +1,5 @@
 //! The validated scene: everything that a ray tracer reads, in render space (see [`crate::space`]).
+use crate::mapped_frame::MappedNormal;
 use crate::{
     AlphaMode, Bodies, Object, SharedPlaces, Space, Survey, TexturedMaterial, Warning, emission::AreaLights,
     emitter::Emitter,
@@ -138,23 +139,20 @@ impl Scene {
         }
     }
 
-    /// Frame about the shading normal. The mapped normal is x·T + y·B + z·N with T the tangent made orthogonal to N and
-    /// B = w·(N × T), as in the glTF specification. A mapped normal that points below the surface is reflected to the
-    /// upper side (z·ng > 0 always); a degenerate one is replaced by the interpolated normal.
+    /// Frame about the shading normal; see [`MappedNormal::frame`].
     fn frame(&self, material: &TexturedMaterial, hit: &Hit, surface: &Surface, time: f32) -> Frame {
         if material.normal_texture.is_none() {
             return Frame::from_z(surface.ns);
         }
         let Some(tangent) = self.accel.tangent_at(hit, time) else { return Frame::from_z(surface.ns) };
-        let base = Frame::from_z_tangent(surface.ns, tangent.truncate(), tangent.w);
-        let Some(mapped) = material.normal(&self.accel, &self.textures, hit) else { return base };
-        let n = base.to_world(mapped);
-        let height = n.dot(surface.ng);
-        let n = if height < 0.0 { n - surface.ng * (2.0 * height) } else { n };
-        match n.try_normalize() {
-            Some(n) if n.dot(surface.ng) > 0.0 => Frame::from_z_tangent(n, tangent.truncate(), tangent.w),
-            _ => base,
-        }
+        let normal = material.normal(&self.accel, &self.textures, hit);
+        let mapped = MappedNormal::<f32> {
+            tangent: tangent.truncate().into(),
+            sign: tangent.w,
+            normal: normal.unwrap_or(Vec3::Z).into(),
+            is_sound: normal.is_some(),
+        };
+        mapped.frame(surface.ns.into(), surface.ng.into()).into()
     }
 
     /// Radiance (W·m⁻²·sr⁻¹) emitted at a hit towards the unit vector `wo`: from the front side, and from both if the
@@ -175,6 +173,11 @@ impl Scene {
         let (material, textured) = self.material_of(object);
         let is_dark = material.emission == Vec3::ZERO && !material.unlit;
         (is_dark && !textured && !self.accel.has_colors(object)).then_some(&material.base)
+    }
+
+    /// Whether the material of an object is looked up at every hit: it has textures or vertex colours.
+    pub fn has_varying_material(&self, object: u32) -> bool {
+        self.material_of(object).1 || self.accel.has_colors(object)
     }
 
     /// Object and first primitive of an area light's surface.

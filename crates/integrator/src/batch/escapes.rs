@@ -1,18 +1,17 @@
 //! Paths that leave the scene: the environment, over lanes.
 
-use super::lights::Lights;
 use super::rows::{COMPETES, Paths, Result, Rows};
+use crate::emission::found_weight;
 use crate::job::Job;
 use crate::settings::Strategy;
+use dapple_lights::lanes::probabilities;
 use dapple_lights::{Environment, Light};
 use dapple_math::lanes::{Kernel, MAX_LANES, Real, Word};
-use dapple_sampling::lanes::mis;
 use glam::Vec3;
 
 /// Adds the environment to the paths of some rows.
 pub(super) struct Escapes<'a> {
     pub job: &'a Job<'a>,
-    pub lights: &'a Lights,
     pub rows: &'a Rows,
     pub paths: &'a Paths,
     pub results: &'a mut [Result],
@@ -66,12 +65,8 @@ impl Escapes<'_> {
         }
         let competes = (paths.flags.gather::<R::Word>(rows) & R::Word::splat(COMPETES)).ne(R::Word::splat(0));
         let (p, n) = (paths.p.gather::<R>(rows), paths.n.gather::<R>(rows));
-        let pdf = self.lights.probability::<R>(sampler, competes, (p, n), index) * pdf;
-        let zero = R::splat(0.0);
-        let weight = match self.job.settings.strategy {
-            Strategy::LightOnly => R::select(pdf.gt(zero), zero, mis::power(paths.pdf.gather(rows), pdf)),
-            _ => mis::power(paths.pdf.gather(rows), pdf),
-        };
+        let pmf = probabilities::<R>(sampler, competes, p, n, R::Word::splat(index));
+        let weight = found_weight(self.job.settings.strategy, paths.pdf.gather(rows), pmf * pdf);
         R::select(competes, weight, one)
     }
 }

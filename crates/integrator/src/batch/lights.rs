@@ -1,6 +1,6 @@
 //! Lights over lanes: the table of a scene, and light samples with the radiance of the sampled points.
 
-use dapple_lights::lanes::{Chosen, Receiver, Sample, Table, probabilities};
+use dapple_lights::lanes::{Chosen, Receiver, Sample, Table};
 use dapple_lights::{LightPoint, LightSampler};
 use dapple_math::lanes::{MAX_LANES, Mask, Real, Vec2x, Vec3x, Word};
 use dapple_scene::Scene;
@@ -52,18 +52,6 @@ impl Lights {
         let Chosen { index, pmf, .. } = Chosen::new(sampler, active, receiver.p, n, uc);
         let sample = self.table.sample(&scene.lights, active, index, receiver, u);
         Lit { sample, index, pdf: sample.pdf * pmf }
-    }
-
-    /// Probability of selecting the light `index` for receivers at `p` with normals `n`, in the lanes of `active`.
-    #[inline(always)]
-    pub fn probability<R: Real>(
-        &self,
-        sampler: &LightSampler,
-        active: R::Mask,
-        (p, n): (Vec3x<R>, Vec3x<R>),
-        index: u32,
-    ) -> R {
-        probabilities(sampler, active, p, n, R::Word::splat(index))
     }
 
     /// Radiance of the samples in the lanes of `mask`.

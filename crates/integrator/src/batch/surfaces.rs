@@ -4,18 +4,18 @@ use super::camera::Asked;
 use super::rows::{HOLDS, Hits, Paths, Vertices};
 use super::textured::Looked;
 use crate::job::Job;
-use crate::normals::{Tilt, facing, leans, may_pass_over};
+use crate::normals::{Turned, leans};
 use crate::path::backward;
 use crate::vertex::is_upright;
 use dapple_geometry::Facets;
 use dapple_materials::Lobe;
 use dapple_materials::lanes::Palette;
-use dapple_math::lanes::{Framex, Kernel, Mask, Real, Vec3x, Word};
+use dapple_math::lanes::{Framex, Kernel, Mask, Real, Word};
 use dapple_scene::AlphaMode;
 
 /// In place of the material of objects whose vertices are computed one by one.
 const ALONE: u32 = u32::MAX;
-/// In place of the material of objects whose materials vary over the surface, or emit light.
+/// In place of the material of objects whose materials vary over the surface.
 const VARIES: u32 = u32::MAX - 1;
 
 /// The materials of objects.
@@ -41,7 +41,11 @@ impl Materials {
             if special[object as usize] || of.unlit || of.is_mirror() {
                 return ALONE;
             }
-            scene.uniform_material(object).map_or(VARIES, |material| {
+            if scene.has_varying_material(object) {
+                return VARIES;
+            }
+            // What is left has one material, or emits light.
+            scene.uniform_material(object).map_or(ALONE, |material| {
                 materials.push(material);
                 materials.len() as u32 - 1
             })
@@ -138,9 +142,11 @@ impl Surfaces<'_> {
         vertices.known.store(i, R::Word::select(at.known, one, zero));
         match (leaning & live).any() {
             true => {
-                let (about, tilt) = tilted(job, &at, (&frame, varies.any()), wo, transmits);
-                frame = Framex::select(leaning, about, frame);
-                vertices.tilts.store(i, leaning, &tilt);
+                let turned = Turned::new(&frame, (at.ng, at.ns), wo, varies.any());
+                let is_lifted = at.lift.dot(turned.up).gt(turned.up.abs().dot(at.p_error));
+                let is_over = is_lifted & turned.may_pass_over(job, (at.ng, at.ns), transmits);
+                frame = Framex::select(leaning, turned.frame, frame);
+                vertices.tilts.store(i, leaning, &turned.tilt(wo, is_over));
             }
             false => vertices.tilts.store_none::<R::Word>(i),
         }
@@ -150,40 +156,4 @@ impl Surfaces<'_> {
         vertices.ng.store(i, at.ng);
         vertices.store_frame(i, &frame);
     }
-}
-
-/// Shading frames about leaning normals, facing the viewer, and their tilts: see [`Tilt::new`]. `is_mapped`: the given
-/// frames may be others than those about the normals of the surfaces.
-#[inline(always)]
-fn tilted<R: Real>(
-    job: &Job<'_>,
-    at: &dapple_geometry::Surfaces<R>,
-    (given, is_mapped): (&Framex<R>, bool),
-    wo: Vec3x<R>,
-    transmits: R::Mask,
-) -> (Framex<R>, Tilt<R>) {
-    let (zero, one, side) = (R::splat(0.0), R::splat(1.0), R::splat(1.0).copysign(at.ng.dot(wo)));
-    let (up, round, leaning) = (at.ng * side, at.ns * side, given.z * side);
-    let n = facing(leaning, wo, up);
-    let moved = differs(n, leaning);
-    let frame = match moved.any() {
-        true => Framex::select(moved, Framex::from_z_tangent(n * side, given.x, one), *given),
-        false => *given,
-    };
-    let is_over = R::Mask::splat(may_pass_over(job))
-        & !transmits
-        & leans(at.ns, at.ng)
-        & n.dot(round).gt(zero)
-        & at.lift.dot(up).gt(up.abs().dot(at.p_error));
-    let tilt = Tilt::between(n, Vec3x::select(is_over, round, up));
-    if !is_mapped {
-        return (frame, Tilt { is_over, ..tilt });
-    }
-    let flat = facing(round, wo, up);
-    (frame, Tilt { is_over, is_mapped: differs(flat, n), unmapped: flat.dot(wo), ..tilt })
-}
-
-#[inline(always)]
-fn differs<R: Real>(a: Vec3x<R>, b: Vec3x<R>) -> R::Mask {
-    a.x.ne(b.x) | a.y.ne(b.y) | a.z.ne(b.z)
 }

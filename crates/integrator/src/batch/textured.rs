@@ -4,7 +4,7 @@
 use super::rows::Hits;
 use dapple_materials::lanes::Columns;
 use dapple_math::lanes::{Framex, MAX_LANES, Mask, Real, Vec3x};
-use dapple_scene::Scene;
+use dapple_scene::{MappedNormal, Scene};
 use glam::Vec3;
 
 /// What the textures of some lanes say, apart from the parameters of the materials.
@@ -58,27 +58,21 @@ impl Looked {
         R::Mask::from_bitmask(self.lit)
     }
 
-    /// The shading frames about interpolated normals `ns` of surfaces with normals `ng`, as
-    /// [`Scene::shading`](dapple_scene::Scene::shading) has them.
+    /// The shading frames of surfaces with interpolated normals `ns` and geometric normals `ng`.
     #[inline(always)]
     pub fn frames<R: Real>(&self, ns: Vec3x<R>, ng: Vec3x<R>) -> Framex<R> {
         let plain = Framex::from_z(ns);
         if self.has_tangent == 0 {
             return plain;
         }
-        let (zero, one, two) = (R::splat(0.0), R::splat(1.0), R::splat(2.0));
-        let [x, y, z, sign] = &self.tangent;
-        let (tangent, sign) = (Vec3x::load([x, y, z]), R::load(sign));
-        let base = Framex::from_z_tangent(ns, tangent, sign);
-        let [x, y, z] = &self.normal;
-        let n = base.to_world(Vec3x::load([x, y, z]));
-        let height = n.dot(ng);
-        let n = Vec3x::select(height.lt(zero), n - ng * (two * height), n);
-        let inverse = one / n.length();
-        let n = n * inverse;
-        let is_sound = inverse.is_finite() & inverse.gt(zero) & n.dot(ng).gt(zero);
-        let is_mapped = R::Mask::from_bitmask(self.has_normal) & is_sound;
-        let frame = Framex::select(is_mapped, Framex::from_z_tangent(n, tangent, sign), base);
+        let ([tx, ty, tz, sign], [x, y, z]) = (&self.tangent, &self.normal);
+        let mapped = MappedNormal {
+            tangent: Vec3x::load([tx, ty, tz]),
+            sign: R::load(sign),
+            normal: Vec3x::load([x, y, z]),
+            is_sound: R::Mask::from_bitmask(self.has_normal),
+        };
+        let frame = mapped.frame(ns, ng);
         Framex::select(R::Mask::from_bitmask(self.has_tangent), frame, plain)
     }
 }

@@ -168,8 +168,7 @@ impl Batch {
         arrival.vertices(&self.hits, &mut self.vertices);
         let State { paths, results, .. } = &mut self.state;
         if self.vertices.escaped.len > 0 {
-            let (lights, rows) = (&shared.lights, &self.vertices.escaped);
-            dispatch(shared.isa, Escapes { job, lights, rows, paths, results });
+            dispatch(shared.isa, Escapes { job, rows: &self.vertices.escaped, paths, results });
         }
     }
 
