@@ -19,10 +19,10 @@ import subprocess
 import sys
 
 # Parts of the names that a kernel may refer to: functions that it may call, and the table by which AVX2 packs lanes.
-ALLOWED = ["by_lane13replace_lanes", "4core9panicking", "slice_index_fail", "slice5index", "memset", "memcpy", "4avx26PACKED",
+ALLOWED = ["by_lane13replace_lanes", "4core9panicking", "slice_index_fail", "slice5index", "memset", "memcpy", "packed6PACKED",
            # Rare lanes of lights, which are computed in f64, and lights of which none reaches the receiver.
            "flat12sample_lanes", "flat9pdf_lanes", "sphere12sample_lanes", "sphere9pdf_lanes", "disk12sample_lanes",
-           "disk9pdf_lanes", "point13falloff_lanes", "others12sample_lanes", "others9pdf_lanes", "by_intensity",
+           "disk9pdf_lanes", "point13falloff_lanes", "point11share_lanes", "others12sample_lanes", "others9pdf_lanes", "by_intensity",
            "far_importance", "sample_far"]
 # Tables of directional albedos.
 ALLOWED += ["albedo5NODES", "albedo5MEANS"]
@@ -30,8 +30,10 @@ ALLOWED += ["albedo5NODES", "albedo5MEANS"]
 ALLOWED += ["integer13replace_lanes", "sobol8PRODUCTS", "10exact_rays"]
 # Rays of a packet that are traced alone, and triangles that f64 decides.
 ALLOWED += ["8triangle12barycentrics", "3bvh4simd"]
-# Rows of the path tracer's batches that are computed one by one.
-ALLOWED += ["shade9note_cuts", "lights7look_up"]
+# Rays that packets leave for later, in a list that grows.
+ALLOWED += ["alloc7raw_vec"]
+# Rows of the path tracer's batches that are computed one by one, and their textures.
+ALLOWED += ["shade9note_cuts", "shade9note_rows", "lights7look_up", "textured6Looked2up", "escapes7Escapes3add"]
 ENTRIES = {"run_avx2": "%ymm", "run_avx512": "%zmm"}
 CALL = re.compile(r"^\s+(?:callq?|jmpq?)\s+\*?(\S+)")
 MOVES = re.compile(r"^\s+v?mov")

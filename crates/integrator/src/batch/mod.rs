@@ -3,8 +3,8 @@
 //! A batch holds all samples of some pixels in columns, one row per path. All of its paths are at the same depth: their
 //! rays are intersected together, then surfaces, the environment, direct light and scattering are computed over lanes,
 //! then shadow rays are tested. Paths that go on are packed into the rows of the next depth. What lanes do not cover is
-//! computed row by row, by the functions of the path tracer: vertices with emission or near an edge; and
-//! scattering at mirrors, of infinite throughput, and over the facets of smooth surfaces.
+//! computed row by row, by the functions of the path tracer: vertices with emission or near an edge; and scattering at
+//! mirrors, of infinite throughput, and over the facets of smooth surfaces.
 //!
 //! Paths within bodies, at surfaces that they may pass straight, and at first hits that are recorded are followed by
 //! [`PathState::step`](crate::path::PathState::step), as in the loop of single samples. The rays of all rows are first
