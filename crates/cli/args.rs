@@ -7,8 +7,11 @@ pub mod study;
 
 use crate::help;
 use crate::options::RenderOptions;
-use crate::values::Pixel;
+use crate::values::{self, Pixel};
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use dapple_integrator::imaging::Tone;
+use dapple_integrator::imaging::write::PngDepth;
+use std::path::PathBuf;
 
 /// Renders glTF 2.0 scenes on the CPU. `dapple FILE` is short for `dapple render FILE`.
 #[derive(Debug, Parser)]
@@ -41,6 +44,10 @@ pub enum Command {
     Info(InfoArgs),
     /// Print which features a render of a scene uses and omits, with reasons
     Plan(PlanArgs),
+    /// Merge the parts of a render, which `render --samples BEGIN:END -o NAME.part` writes, to its image
+    ///
+    /// The image has the same bytes as one render of all samples. The scene is not needed. Parts may also be crops.
+    Merge(MergeArgs),
     /// Trace one sample again and print the vertices of its path
     Replay(ReplayArgs),
     /// Print the number of rays per pixel, by effect and depth, without rendering
@@ -81,6 +88,40 @@ pub struct PlanArgs {
     pub measure: bool,
     #[command(flatten)]
     pub options: RenderOptions,
+}
+
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// Parts of one render, in any order
+    #[arg(required = true, value_name = "PART")]
+    pub parts: Vec<PathBuf>,
+    /// Output file: .exr, .png or .hdr, or .part for a larger part; can be repeated
+    #[arg(short, long, required = true, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Merge although samples are missing; the image is then that of the others
+    #[arg(long)]
+    pub allow_gaps: bool,
+    /// Write EXR with 16-bit floats instead of 32-bit floats
+    #[arg(long)]
+    pub half: bool,
+    /// Exposure of PNG output, in stops [default: that of the whole image, which the parts have]
+    #[arg(long, value_name = "EV", allow_hyphen_values = true, value_parser = values::finite)]
+    pub exposure: Option<f32>,
+    /// Tone curve of PNG output: srgb, agx, aces or neutral [default: srgb]
+    #[arg(long, value_parser = values::tone, value_name = "NAME")]
+    pub tone: Option<Tone>,
+    /// Bits per channel of PNG output: 8 or 16 [default: 8]
+    #[arg(long, value_name = "BITS", value_parser = values::png_depth)]
+    pub png_depth: Option<PngDepth>,
+    /// Confidence level of the reported error bound [default: 0.95]
+    #[arg(long, value_name = "P", value_parser = values::confidence)]
+    pub confidence: Option<f64>,
+    /// Print one JSON object as the last line of standard output
+    #[arg(long)]
+    pub json: bool,
+    /// Print no summary
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 #[derive(Debug, Args)]

@@ -3,8 +3,8 @@
 //! A checkpoint is written to a temporary file, synced and renamed, so that the file under its name is always complete.
 //! It describes what it belongs to, and a render of anything else does not resume from it.
 
-mod file;
-mod identity;
+pub mod file;
+pub mod identity;
 mod lock;
 
 use crate::error::{self, Failure};
@@ -14,7 +14,7 @@ use crate::say::say;
 use dapple_integrator::imaging::write;
 use dapple_integrator::scene::Scene;
 use dapple_integrator::{RenderState, Renderer, Settings};
-use file::Contents;
+use file::{Contents, Kind};
 use lock::Lock;
 use std::collections::BTreeMap;
 use std::fs;
@@ -117,7 +117,7 @@ fn refused(path: &Path, why: &str) -> Failure {
 
 fn read(path: &Path) -> Result<Contents, Failure> {
     let bytes = fs::read(path).map_err(|e| refused(path, &format!("cannot be read: {e}")))?;
-    Contents::decode(&bytes).map_err(|why| refused(path, &why))
+    Contents::decode(Kind::Checkpoint, &bytes).map_err(|why| refused(path, &why))
 }
 
 fn decode(
@@ -184,17 +184,9 @@ impl Checkpoint {
 
     fn write(&self, renderer: &Renderer<'_>, errors: &Saved) -> Result<(), String> {
         let start = Instant::now();
-        let film = renderer.snapshot().film();
-        let (rect, image) = (film.rect(), film.mean());
-        let pixels = (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (x, y)));
-        let contents = Contents {
-            about: self.about.clone(),
-            size: [rect.width() as usize, rect.height() as usize],
-            mean: image.pixels.iter().flat_map(|pixel| pixel.to_array()).collect(),
-            samples: pixels.map(|(x, y)| film.count(x, y)).collect(),
-            state: postcard::to_stdvec(&(renderer.saved(), errors)).map_err(|e| e.to_string())?,
-        };
-        let bytes = contents.encode()?;
+        let state = postcard::to_stdvec(&(renderer.saved(), errors)).map_err(|e| e.to_string())?;
+        let contents = Contents::of(&renderer.snapshot().film(), self.about.clone(), state);
+        let bytes = contents.encode(Kind::Checkpoint)?;
         write::replace(&self.path, &bytes).map_err(|e| error::one_line(&e.to_string()))?;
         tracing::debug!(bytes = bytes.len(), seconds = start.elapsed().as_secs_f64(), "checkpoint written");
         Ok(())

@@ -38,7 +38,8 @@ impl Ending {
                 above(limit, known)
             )),
             _ if stats.stopped || (stats.timed_out && settings.samples().is_some()) => {
-                let of = settings.samples().map_or(String::new(), |asked| format!(" of {asked}"));
+                let start = settings.sample_range().start;
+                let of = settings.samples().map_or(String::new(), |end| format!(" of {}", end - start));
                 Some(format!("{by}: the image has {}{of} samples in every pixel", stats.spp))
             }
             _ => None,

@@ -32,7 +32,11 @@ pub fn of_outputs(options: &RenderOptions) -> Idle {
         }
     };
     say(RenderOptions::is(options.half) && !writes("exr"), "--half", "no EXR is written");
-    say(options.aov.is_some() && !writes("exr"), "--aov", "layers are written to EXR, and none is written");
+    say(
+        options.aov.is_some() && !writes("exr") && !writes("part"),
+        "--aov",
+        "layers are written to EXR, and none is written",
+    );
     say(options.exposure.is_some() && !writes("png"), "--exposure", "no PNG is written");
     say(options.tone.is_some() && !writes("png"), "--tone", "no PNG is written");
     say(options.png_depth.is_some() && !writes("png"), "--png-depth", "no PNG is written");

@@ -1,5 +1,8 @@
 //! Estimated error of a finished image.
 
+/// Confidence level of error bounds, unless another is requested.
+pub const CONFIDENCE: f64 = 0.95;
+
 /// Error estimate of an image, from its own samples.
 #[derive(Clone, Debug, Default)]
 pub struct Known {

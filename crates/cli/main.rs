@@ -44,6 +44,7 @@ mod metadata;
 mod metering;
 mod options;
 mod output;
+mod part;
 mod partial;
 mod progress;
 mod report;
@@ -94,6 +95,7 @@ fn run() -> Result<ExitCode, Failure> {
         Some(Command::Render(a)) => commands::render::run(a.scene.as_deref(), subcommand(&matches)),
         Some(Command::Info(a)) => commands::info::run(&a, subcommand(&matches)).map(done),
         Some(Command::Plan(a)) => commands::plan::run(&a, subcommand(&matches)).map(done),
+        Some(Command::Merge(a)) => commands::merge::run(&a),
         Some(Command::Replay(a)) => commands::replay::run(&a, subcommand(&matches)).map(done),
         Some(Command::Rays(a)) => commands::rays::run(&a.scene, subcommand(&matches)).map(done),
         #[cfg(feature = "manual")]

@@ -62,12 +62,17 @@ pub fn settings_text(
     match settings.kind() {
         MethodKind::Path => {
             // If the first round was not finished: the samples that some pixels have.
-            lines.push(format!("spp = {}", stats.spp.max(1)));
+            let part = settings.path_tracer().and_then(|path| Some((path.of?, path.samples.clone())));
+            lines.push(format!("spp = {}", part.as_ref().map_or(stats.spp, |(of, _)| *of).max(1)));
+            let samples = part.map(|(_, samples)| format!("samples = \"{}:{}\"", samples.start, samples.end));
+            lines.extend(samples);
             lines.push(format!("pattern = \"{}\"", settings.pattern));
             lines.push(format!("adaptive = {}", settings.adaptive()));
         }
         MethodKind::Distribution => {
             let secondary = settings.distribution_tracer().map_or(1, |d| d.secondary);
+            let samples = settings.distribution_tracer().and_then(|d| d.samples.clone());
+            lines.extend(samples.map(|samples| format!("samples = \"{}:{}\"", samples.start, samples.end)));
             lines.push(format!("combine = \"{}\"", settings.combine()));
             lines.push(format!("secondary = {secondary}"));
         }
@@ -126,9 +131,14 @@ fn exposure_lines(settings: &Settings, view: &NamedCamera, scene: &Scene) -> Vec
         lines.push(format!("shutter = \"{open}:{close}\""));
     }
     if let Some(c) = settings.crop {
-        lines.push(format!("crop = [{}, {}, {}, {}]", c.x0, c.y0, c.x1, c.y1));
+        lines.push(crop_line([c.x0, c.y0, c.x1, c.y1]));
     }
     lines
+}
+
+/// Returns the line of a crop: its columns from and to, and its rows.
+pub fn crop_line([x0, y0, x1, y1]: [u32; 4]) -> String {
+    format!("crop = [{x0}, {y0}, {x1}, {y1}]")
 }
 
 /// Returns the requested environment; the scene's own is part of the scene.

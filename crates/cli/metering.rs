@@ -75,8 +75,7 @@ fn small(settings: &Settings) -> Settings {
     }
     .with_method(MethodKind::Path)
     .with_spp(SAMPLES)
-    .with_path(|p| p.adaptive = false)
-    .with_path(|p| p.allocation = None)
+    .with_path(|p| (p.of, p.adaptive, p.allocation) = (None, false, None))
 }
 
 #[cfg(test)]

@@ -15,6 +15,8 @@ enum Format {
     Exr,
     Png,
     Hdr,
+    /// A part of a render for `dapple merge`.
+    Part,
 }
 
 /// The files to write, with their formats and settings.
@@ -47,11 +49,14 @@ impl Outputs {
         let default = || formats.iter().map(|format| PathBuf::from(format!("{name}.{format}"))).collect();
         let paths = options.output.clone().unwrap_or_else(default);
         let files = paths.into_iter().map(with_format).collect::<Result<Vec<_>, _>>()?;
-        for (path, _) in &files {
+        for (path, format) in &files {
             if options.output.is_none() {
                 refuse_link(path)?;
             }
-            write::check(path)?;
+            match format {
+                Format::Part => write::probe(path)?,
+                _ => write::check(path)?,
+            }
         }
         refuse_same(&files)?;
         let depth = if RenderOptions::is(options.half) { Depth::Half } else { Depth::Float };
@@ -66,7 +71,8 @@ impl Outputs {
             Some(extension) => path.with_extension(format!("partial.{}", extension.to_string_lossy())),
             None => path.with_extension("partial"),
         };
-        let files = self.files.iter().map(|(path, format)| (named(path), *format)).collect();
+        let images = self.files.iter().filter(|(_, format)| *format != Format::Part);
+        let files = images.map(|(path, format)| (named(path), *format)).collect();
         Self { files, ..*self }
     }
 
@@ -102,13 +108,14 @@ impl Outputs {
             Format::Exr => write::exr(path, &outcome.layers, self.depth),
             Format::Png => self.png(path, outcome, picture, comment),
             Format::Hdr => write::hdr(path, picture),
+            Format::Part => Ok(()),
         }
     }
 
     /// Writes all files, even if some fail; `comment` goes into the PNG metadata.
     pub fn write(&self, outcome: &Outcome, picture: &Image, comment: Option<&str>) -> Written {
         let mut written = Written::default();
-        for (path, format) in &self.files {
+        for (path, format) in self.files.iter().filter(|(_, format)| *format != Format::Part) {
             let at = saving::save(path, |path| self.one(path, *format, (outcome, picture, comment)));
             if at.as_ref() != Some(path) {
                 written.failed.push(path.clone());
@@ -116,6 +123,22 @@ impl Outputs {
             written.paths.extend(at);
         }
         written
+    }
+
+    /// Returns the paths of the parts among the files.
+    pub fn parts(&self) -> impl Iterator<Item = &Path> {
+        self.files.iter().filter(|(_, format)| *format == Format::Part).map(|(path, _)| path.as_path())
+    }
+
+    /// Writes the parts, and adds them to what was written.
+    pub fn write_parts(&self, bytes: &[u8], written: &mut Written) {
+        for path in self.parts() {
+            let at = saving::save(path, |path| write::replace(path, bytes));
+            if at.as_deref() != Some(path) {
+                written.failed.push(path.to_path_buf());
+            }
+            written.paths.extend(at);
+        }
     }
 
     fn png(
@@ -203,8 +226,9 @@ fn with_format(path: PathBuf) -> Result<(PathBuf, Format), Failure> {
         Some("exr") => Ok((path, Format::Exr)),
         Some("png") => Ok((path, Format::Png)),
         Some("hdr") => Ok((path, Format::Hdr)),
+        Some("part") => Ok((path, Format::Part)),
         _ => Err(Failure::Arguments(format!(
-            "{}: unknown image format; the extension selects it: use .exr, .png or .hdr",
+            "{}: unknown image format; the extension selects it: use .exr, .png or .hdr, or .part for a part of a render",
             path.display()
         ))),
     }

@@ -87,7 +87,7 @@ const SIDECAR_KEYS: [&str; 55] = [
 
 /// Options that only the user can set: outputs, messages, use of the machine, and consent.
 #[cfg(test)]
-const USER_KEYS: [&str; 21] = [
+const USER_KEYS: [&str; 22] = [
     "output",
     "aov",
     "half",
@@ -95,6 +95,7 @@ const USER_KEYS: [&str; 21] = [
     "png-depth",
     "frames",
     "skip-existing",
+    "samples",
     "save-every",
     "checkpoint",
     "checkpoint-every",

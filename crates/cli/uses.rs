@@ -89,6 +89,7 @@ const OF_SOME: &[(&str, &[&str])] = &[
     ("frames", &["render"]),
     ("skip-existing", &["render"]),
     ("fixed-seed", &["render"]),
+    ("samples", &["render"]),
     ("save-every", &["render"]),
     ("checkpoint", &["render"]),
     ("checkpoint-every", &["render"]),

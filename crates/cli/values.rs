@@ -219,6 +219,46 @@ pub fn duration(s: &str) -> Result<Seconds, String> {
     Ok(Duration::from_secs_f64(seconds))
 }
 
+/// A range of sample indices, BEGIN:END without END, or BEGIN:+N for N samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SampleRange {
+    /// Index of the first sample.
+    pub start: u32,
+    /// One past the index of the last sample.
+    pub end: u32,
+}
+
+impl std::str::FromStr for SampleRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = "expected BEGIN:END, the indices of the samples to render, such as 0:64 for the first 64; for the \
+                     number of samples per pixel use --spp";
+        let number = |s: &str| s.trim().parse::<u32>().map_err(|_| wrong.to_string());
+        let (start, end) = text.split_once(':').ok_or(wrong)?;
+        let start = number(start)?;
+        let end = match end.trim().strip_prefix('+') {
+            Some(count) => {
+                start.checked_add(number(count)?).ok_or("the indices of samples are below 2^32 - 1")?
+            }
+            None => number(end)?,
+        };
+        match end {
+            u32::MAX => Err("the indices of samples are below 2^32 - 1".into()),
+            end if end <= start => {
+                Err("there are no samples; END is not included and must be greater than BEGIN".into())
+            }
+            end => Ok(Self { start, end }),
+        }
+    }
+}
+
+impl std::fmt::Display for SampleRange {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}", self.start, self.end)
+    }
+}
+
 /// Parses an interval: as [`duration`], or 0 for never.
 pub fn interval(s: &str) -> Result<Seconds, String> {
     if s.trim().trim_start_matches('0').trim_end_matches(['s', 'm', 'h']).is_empty() && s.contains('0') {

@@ -26,7 +26,7 @@ mod verdict;
 mod within;
 
 pub use doublings::Doublings;
-pub use replicate::{replicate, replicate_until, replicated_share};
+pub use replicate::{Replicates, replicate, replicate_until, replicated, replicated_share, variances};
 pub use unseen::{Hidden, Unseen, unseen};
 pub use verdict::{SHARE, Verdict};
 pub use within::{Estimate, Way, within};

@@ -246,6 +246,52 @@ impl Film {
         self.trim();
     }
 
+    /// Returns a film of all samples of `films`, which cover the same rectangle. Where the samples of a pixel adjoin, it
+    /// has the bits of one film to which all of them were added; where some between them are missing, it has their
+    /// number, mean and variance, but no longer their indices.
+    ///
+    /// # Errors
+    /// The rectangles differ, or two films have a sample in common.
+    pub fn united(films: &[Film]) -> Result<Self, FilmMismatch> {
+        let rect = films.first().map_or(PixelRect { x0: 0, y0: 0, x1: 0, y1: 0 }, |film| film.rect);
+        if let Some(other) = films.iter().find(|film| film.rect != rect) {
+            return Err(FilmMismatch::Rect { ours: rect, theirs: other.rect });
+        }
+        let (mut all, mut nodes) = (Self::new(rect), Vec::new());
+        all.first = vec![0; rect.area()];
+        for pixel in 0..rect.area() {
+            let mut sums = SampleSums::default();
+            for film in films {
+                film.nodes(pixel, &mut nodes);
+                let part = SampleSums::of(std::mem::take(&mut nodes));
+                let range = |sums: &SampleSums| sums.range().unwrap_or_default();
+                sums.merge(&part)
+                    .map_err(|_| FilmMismatch::Samples { ours: range(&sums), theirs: range(&part) })?;
+            }
+            all.restore(pixel, &sums);
+        }
+        all.trim();
+        Ok(all)
+    }
+
+    /// Sets the samples of a pixel that has none.
+    fn restore(&mut self, pixel: usize, sums: &SampleSums) {
+        let (n, moments) = sums.finish();
+        if let Some(range) = sums.range().filter(|range| range.end - range.start == n) {
+            self.first[pixel] = range.start;
+            for node in sums.nodes() {
+                self.push(pixel, node.level, node.moments);
+            }
+            return;
+        }
+        // Nodes with the mean of all samples, of which the first has all squared deviations.
+        let levels = (0..64).rev().filter(|level| n >> level & 1 == 1);
+        let mut m2 = moments.m2;
+        for level in levels {
+            self.push(pixel, level, PixelMoments { m2: std::mem::take(&mut m2), ..moments });
+        }
+    }
+
     /// Frees the memory of nodes that no pixel has.
     pub fn trim(&mut self) {
         // If the first sample is 0, the nodes of a pixel are the bits of its count.
@@ -414,6 +460,27 @@ mod tests {
         assert!(!film.add(3, 5, Vec3::ONE, f32::NAN));
         assert_eq!(film.count(3, 5), 4);
         assert_eq!(film.mean().pixels[0], Vec3::splat(0.25));
+    }
+
+    /// Films in any order, with and without missing samples between them.
+    #[test]
+    fn films_unite_whether_samples_are_missing_or_not() {
+        let value = |s: u64| Vec3::new(0.1 * s as f32, (s * s) as f32, 3.0);
+        let part = |samples: Range<u64>| {
+            let mut film = Film::starting_at(RECT, |_, _| samples.start);
+            samples.for_each(|s| assert!(film.add(4, 6, value(s), 1.0)));
+            film
+        };
+        let parts = [part(100..256), part(0..7), part(7..100)];
+        let (united, whole) = (Film::united(&parts).unwrap(), part(0..256));
+        assert_eq!(united, whole);
+        assert_eq!((united.mean(), united.variance()), (whole.mean(), whole.variance()));
+        let (gap, mut sums) = (Film::united(&parts[..2]).unwrap(), parts[0].sums_at(4, 6));
+        sums.merge(&parts[1].sums_at(4, 6)).unwrap();
+        assert_eq!(gap.sums_at(4, 6).finish(), sums.finish());
+        assert_eq!((gap.count(4, 6), gap.count(3, 5)), (163, 0));
+        assert!(gap.is_whole() && united.is_whole());
+        assert!(Film::united(&[part(0..8), part(7..9)]).is_err());
     }
 
     #[test]

@@ -13,6 +13,7 @@
 
 use glam::DVec3;
 use std::fmt;
+use std::ops::Range;
 
 /// Mean and sum of squared deviations from it of some samples, per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,6 +73,7 @@ fn half_of_power(level: u32) -> f64 {
 
 /// A complete node of the tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SumNode {
     /// Logarithm of the number of samples to base 2, at most 63.
     pub level: u32,
@@ -131,6 +133,8 @@ pub(crate) fn total(nodes: &[SumNode]) -> (u64, PixelMoments) {
 /// assert_eq!(parts.finish(), part(0..256).finish());
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "Vec<SumNode>", into = "Vec<SumNode>"))]
 pub struct SampleSums {
     /// The largest complete nodes, in order of their samples.
     nodes: Vec<SumNode>,
@@ -153,6 +157,12 @@ impl SampleSums {
     /// Number and moments of all samples; zeros without samples.
     pub fn finish(&self) -> (u64, PixelMoments) {
         total(&self.nodes)
+    }
+
+    /// The smallest range that contains the indices of all samples; none without samples.
+    pub fn range(&self) -> Option<Range<u64>> {
+        let (first, last) = (self.nodes.first()?, self.nodes.last()?);
+        Some(first.start()..last.last() + 1)
     }
 
     /// The largest complete nodes in order of their samples. They are all that is needed to restore the sums with
@@ -198,6 +208,20 @@ impl SampleSums {
         }
         self.nodes.insert(at, node);
         Ok(())
+    }
+}
+
+impl TryFrom<Vec<SumNode>> for SampleSums {
+    type Error = Overlap;
+
+    fn try_from(nodes: Vec<SumNode>) -> Result<Self, Overlap> {
+        Self::from_nodes(nodes)
+    }
+}
+
+impl From<SampleSums> for Vec<SumNode> {
+    fn from(sums: SampleSums) -> Self {
+        sums.nodes
     }
 }
 

@@ -1,6 +1,7 @@
-//! Format of checkpoint files: safetensors with text metadata, planes for inspection, the complete state, and a
+//! Format of checkpoints and parts: safetensors with text metadata, planes for inspection, the complete state, and a
 //! checksum of all of it.
 
+use dapple_integrator::camera::Film;
 use safetensors::tensor::{Dtype, TensorView};
 use safetensors::{SafeTensors, serialize};
 use sha2::{Digest, Sha256};
@@ -9,8 +10,37 @@ use std::collections::{BTreeMap, HashMap};
 /// Version of the format.
 pub const VERSION: &str = "1";
 
-/// Metadata keys of the format: its version, and the checksum of everything else.
-const FORMAT: &str = "dapple-checkpoint";
+/// Kinds of files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// The state of a render, which can be resumed.
+    #[default]
+    Checkpoint,
+    /// A part of a render, which can be merged with others.
+    Part,
+}
+
+impl Kind {
+    /// Metadata key of the version of the format.
+    fn key(self) -> &'static str {
+        match self {
+            Self::Checkpoint => "dapple-checkpoint",
+            Self::Part => "dapple-part",
+        }
+    }
+
+    /// The error of a file that lacks the key.
+    fn missing(self) -> &'static str {
+        match self {
+            Self::Checkpoint => "it is not a checkpoint of this program",
+            Self::Part => {
+                "it is not a part of a render of this program; write one with dapple render -o NAME.part"
+            }
+        }
+    }
+}
+
+/// Metadata key of the checksum of everything else.
 const CHECKSUM: &str = "sha256";
 
 /// Names of the tensors: the mean and the sample count of each pixel, and the encoded state of the render.
@@ -34,13 +64,26 @@ pub struct Contents {
 }
 
 impl Contents {
+    /// The contents of a file for an image whose state is encoded in `state`.
+    pub fn of(film: &Film, about: BTreeMap<String, String>, state: Vec<u8>) -> Self {
+        let (rect, image) = (film.rect(), film.mean());
+        let pixels = (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (x, y)));
+        Self {
+            about,
+            size: [rect.width() as usize, rect.height() as usize],
+            mean: image.pixels.iter().flat_map(|pixel| pixel.to_array()).collect(),
+            samples: pixels.map(|(x, y)| film.count(x, y)).collect(),
+            state,
+        }
+    }
+
     /// Encodes the file.
-    pub fn encode(&self) -> Result<Vec<u8>, String> {
+    pub fn encode(&self, kind: Kind) -> Result<Vec<u8>, String> {
         let [width, height] = self.size;
         let mean: Vec<u8> = self.mean.iter().flat_map(|x| x.to_le_bytes()).collect();
         let samples: Vec<u8> = self.samples.iter().flat_map(|n| n.to_le_bytes()).collect();
         let mut about: BTreeMap<String, String> = self.about.clone();
-        about.insert(FORMAT.into(), VERSION.into());
+        about.insert(kind.key().into(), VERSION.into());
         let parts = [(MEAN, &mean[..]), (SAMPLES, &samples), (STATE, &self.state)];
         about.insert(CHECKSUM.into(), checksum(&about, &parts));
         let view = |dtype, shape, bytes| TensorView::new(dtype, shape, bytes).map_err(|e| e.to_string());
@@ -54,13 +97,13 @@ impl Contents {
     }
 
     /// Decodes a file; the error says what is wrong with it.
-    pub fn decode(bytes: &[u8]) -> Result<Self, String> {
+    pub fn decode(kind: Kind, bytes: &[u8]) -> Result<Self, String> {
         let damaged = "it is damaged; use an older copy, or render again";
         let (_, header) = SafeTensors::read_metadata(bytes).map_err(|_| damaged)?;
         let mut about: BTreeMap<String, String> =
             header.metadata().iter().flatten().map(|(key, value)| (key.clone(), value.clone())).collect();
         let found = about.remove(CHECKSUM);
-        match about.get(FORMAT).map(String::as_str) {
+        match about.get(kind.key()).map(String::as_str) {
             Some(VERSION) => {}
             Some(version) => {
                 let version = crate::error::short(version);
@@ -68,7 +111,7 @@ impl Contents {
                     "its format is version {version}, and this program reads version {VERSION}"
                 ));
             }
-            None => return Err("it is not a checkpoint of this program".into()),
+            None => return Err(kind.missing().into()),
         }
         let tensors = SafeTensors::deserialize(bytes).map_err(|_| damaged)?;
         let part = |name| tensors.tensor(name).map_err(|_| damaged);
@@ -81,7 +124,7 @@ impl Contents {
         if !is_whole {
             return Err(damaged.into());
         }
-        about.remove(FORMAT);
+        about.remove(kind.key());
         Ok(Self {
             about,
             size: [width, height],
@@ -134,8 +177,8 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read() {
-        let (written, bytes) = (contents(), contents().encode().unwrap());
-        let read = Contents::decode(&bytes).unwrap();
+        let (written, bytes) = (contents(), contents().encode(Kind::Part).unwrap());
+        let read = Contents::decode(Kind::Part, &bytes).unwrap();
         let bits = |of: &Contents| of.mean.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&read), bits(&written));
         let plain = |of: Contents| Contents { mean: Vec::new(), ..of };
@@ -145,12 +188,12 @@ mod tests {
     /// Any flipped bit either is found or changes nothing, as in the padding of the header.
     #[test]
     fn no_flipped_bit_goes_unnoticed() {
-        let (bytes, whole) = (contents().encode().unwrap(), format!("{:?}", contents()));
+        let (bytes, whole) = (contents().encode(Kind::Part).unwrap(), format!("{:?}", contents()));
         let mut found = 0;
         for bit in 0..8 * bytes.len() {
             let mut flipped = bytes.clone();
             flipped[bit / 8] ^= 1 << (bit % 8);
-            match Contents::decode(&flipped) {
+            match Contents::decode(Kind::Part, &flipped) {
                 Ok(read) => assert_eq!(format!("{read:?}"), whole, "bit {bit}"),
                 Err(_) => found += 1,
             }
@@ -159,11 +202,17 @@ mod tests {
     }
 
     #[test]
+    fn kinds_are_told_apart() {
+        let said = Contents::decode(Kind::Checkpoint, &contents().encode(Kind::Part).unwrap());
+        assert_eq!(said.unwrap_err(), "it is not a checkpoint of this program");
+    }
+
+    #[test]
     fn no_truncated_file_is_read() {
-        let bytes = contents().encode().unwrap();
-        assert!((0..bytes.len()).all(|length| Contents::decode(&bytes[..length]).is_err()));
+        let bytes = contents().encode(Kind::Part).unwrap();
+        assert!((0..bytes.len()).all(|length| Contents::decode(Kind::Part, &bytes[..length]).is_err()));
         let mut longer = bytes;
         longer.push(0);
-        assert!(Contents::decode(&longer).is_err());
+        assert!(Contents::decode(Kind::Part, &longer).is_err());
     }
 }

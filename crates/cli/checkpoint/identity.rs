@@ -18,6 +18,9 @@ const SCENE: &str = "scene";
 const SETTINGS: &str = "settings";
 const FILES: &str = "files";
 
+/// Key of the digest of the sample allocation, for parts of adaptive renders.
+pub const PILOT: &str = "pilot";
+
 /// Most differences that a message names.
 const NAMED: usize = 4;
 
@@ -67,7 +70,7 @@ pub fn difference(then: &BTreeMap<String, String>, now: &BTreeMap<String, String
         let [scene, current] = [scene, current].map(|name| error::short(&name));
         return Some(format!("it belongs to the scene '{scene}', not '{current}'"));
     }
-    let (then, now) = (both(SETTINGS), both(FILES));
+    let (then, now, pilots) = (both(SETTINGS), both(FILES), both(PILOT));
     let mut found = lines(&then.0, &then.1).map(|(was, is)| match (was, is) {
         (Some(was), Some(is)) => format!("{} instead of {}", error::short(is), error::short(was)),
         (Some(was), None) => format!("without {}", error::short(was)),
@@ -83,7 +86,11 @@ pub fn difference(then: &BTreeMap<String, String>, now: &BTreeMap<String, String
     });
     let mut changed: Vec<String> = changed.collect();
     changed.dedup();
-    (!changed.is_empty()).then(|| format!("files of the scene have changed: {}", listed(&changed)))
+    if !changed.is_empty() {
+        return Some(format!("files of the scene have changed: {}", listed(&changed)));
+    }
+    let (was, is) = pilots;
+    (was != is).then(|| "its pilot samples gave another sample allocation".to_string())
 }
 
 /// Pairs the lines that differ, by key: what precedes ` = `, or the position.

@@ -3,6 +3,7 @@
 pub mod info;
 #[cfg(feature = "manual")]
 pub mod manual;
+pub mod merge;
 pub mod plan;
 pub mod rays;
 pub mod render;

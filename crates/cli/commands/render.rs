@@ -2,6 +2,8 @@
 
 mod frames;
 mod image;
+mod parting;
+mod settings;
 
 use crate::error::Failure;
 use crate::load::Source;
@@ -10,7 +12,8 @@ use clap::ArgMatches;
 use image::Kept;
 #[cfg(feature = "report")]
 pub use image::say_light_unit;
-pub use image::{settings, warn};
+pub use image::warn;
+pub use settings::settings;
 use std::process::ExitCode;
 
 /// Renders `scene` with the sidecar's, the settings file's and the typed options.

@@ -1,12 +1,19 @@
 //! Options of long renders: what is saved while they run.
 
-use crate::values::{self, Seconds};
+use crate::values::{self, SampleRange, Seconds};
 use clap::Args;
 use std::path::PathBuf;
 
 /// Options that decide what a running render saves.
 #[derive(Args, Clone, Debug, Default)]
 pub struct LongOptions {
+    /// Render only the samples with indices BEGIN to END - 1 (or BEGIN:+N) of every pixel, as a part for `dapple merge`
+    ///
+    /// They are samples of the set that --spp names, which stratified and grid points require; without it, of a set
+    /// that ends at END. For --method distribution an index is a point of the pixel. With --adaptive the indices are
+    /// those of a pixel with the mean number of samples. Write the part with -o NAME.part.
+    #[arg(long, value_name = "BEGIN:END", help_heading = "Long renders")]
+    pub samples: Option<SampleRange>,
     /// Save the state of the render to FILE at intervals, so that --resume can continue it after an interruption
     ///
     /// The file is replaced only when the new one is complete, and is also written when the render ends. An existing

@@ -307,7 +307,10 @@ impl RenderOptions {
     pub fn shows_picture(&self) -> bool {
         let layers = self.layers();
         let first_hits = !layers.is_empty() && layers.iter().all(|aov| aov.needs_first_hit());
-        let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let has_layers = |extension: &std::ffi::OsStr| {
+            ["exr", "part"].iter().any(|known| extension.eq_ignore_ascii_case(known))
+        };
+        let is_exr = |path: &PathBuf| path.extension().is_some_and(has_layers);
         self.of_scene.set("aov")
             || !first_hits
             || !self.output.iter().flatten().all(is_exr)

@@ -53,6 +53,14 @@ impl SampleAllocation {
         PILOT.saturating_add(more as u32)
     }
 
+    /// A digest of all shares, which tells allocations apart.
+    pub fn digest(&self) -> u64 {
+        let PixelRect { x0, y0, x1, y1 } = self.rect;
+        let start = Key::pixel(u64::from(x1) << 32 | u64::from(y1), x0, y0);
+        let mix = |digest: u64, share: &f64| Key::pixel(digest ^ share.to_bits(), 0, 0).bits();
+        self.shares.iter().fold(start.bits(), mix)
+    }
+
     /// Whether there is a share for each pixel; an allocation that was read from a file may lack some.
     pub(crate) fn is_whole(&self) -> bool {
         self.shares.len() == self.rect.area()

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 /// One layer of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Aov {
     /// The image itself, linear radiance.
     Beauty,

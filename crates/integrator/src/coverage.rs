@@ -79,6 +79,35 @@ impl Coverage {
         }
     }
 
+    /// Empty sums of the same kinds for another number of pixels.
+    pub fn like(&self, pixels: usize) -> Self {
+        let count = |is_empty: bool| if is_empty { 0 } else { pixels };
+        Self {
+            open: vec![FixedSum::default(); count(self.open.is_empty())],
+            weights: vec![FixedSum::default(); count(self.weights.is_empty())],
+            objects: vec![Vec::new(); count(self.objects.is_empty())],
+        }
+    }
+
+    /// Whether the sums are those of `pixels` pixels.
+    pub fn is_of(&self, pixels: usize) -> bool {
+        [self.open.len(), self.weights.len(), self.objects.len()].iter().all(|len| [0, pixels].contains(len))
+            && self.weights.len() == self.objects.len()
+    }
+
+    /// Adds the sums of pixel `from` of `other` to pixel `to`.
+    pub fn merge_pixel(&mut self, to: usize, other: &Self, from: usize) {
+        let sums = [(&mut self.open, &other.open), (&mut self.weights, &other.weights)];
+        for (sums, others) in sums {
+            if let (Some(sum), Some(other)) = (sums.get_mut(to), others.get(from)) {
+                sum.merge(other);
+            }
+        }
+        if let (Some(all), Some(others)) = (self.objects.get_mut(to), other.objects.get(from)) {
+            others.iter().for_each(|(object, sum)| of(all, *object).merge(sum));
+        }
+    }
+
     /// Coverage of a pixel with the given number of samples; 0 without samples.
     pub fn alpha(&self, pixel: usize, samples: u64) -> f32 {
         if samples == 0 { 0.0 } else { (1.0 - self.open[pixel].value() / samples as f64) as f32 }

@@ -5,8 +5,8 @@
 //! their coverage, in descending order. Entries beyond the sixth are dropped.
 
 use crate::coverage::Coverage;
+use crate::facts::Names;
 use dapple_imaging::{Layer, MetaValue};
-use dapple_scene::Scene;
 use std::collections::BTreeMap;
 
 /// Number of ids stored per pixel, two in each layer.
@@ -27,14 +27,14 @@ pub(crate) struct Matte<'a> {
 
 impl<'a> Matte<'a> {
     /// Objects by name. Objects of the same name share an id.
-    pub fn of_objects(scene: &'a Scene, pixels: usize) -> Self {
-        Self::new("CryptoObject", scene.objects.iter().map(|object| &*object.name).collect(), pixels)
+    pub fn of_objects(names: &'a Names, pixels: usize) -> Self {
+        Self::new("CryptoObject", (0..names.count()).map(|object| names.object(object)).collect(), pixels)
     }
 
     /// Materials by name.
-    pub fn of_materials(scene: &'a Scene, pixels: usize) -> Self {
-        let names = scene.objects.iter().map(|object| &*scene.materials[object.material as usize].name);
-        Self::new("CryptoMaterial", names.collect(), pixels)
+    pub fn of_materials(names: &'a Names, pixels: usize) -> Self {
+        let material = |object| names.material(names.material_of(object) as usize);
+        Self::new("CryptoMaterial", (0..names.count()).map(material).collect(), pixels)
     }
 
     fn new(name: &'static str, names: Vec<&'a str>, pixels: usize) -> Self {
@@ -52,8 +52,8 @@ impl<'a> Matte<'a> {
     pub fn set_pixel(&mut self, to: usize, coverage: &Coverage, from: usize) {
         let mut shares: Vec<(u32, f64)> = Vec::new();
         for (object, share) in coverage.objects(from).filter(|(_, share)| *share > 0.0) {
-            let object = object as usize - 1;
-            let id = self.ids[object];
+            let object = (object as usize).wrapping_sub(1);
+            let Some(&id) = self.ids.get(object) else { continue };
             self.seen[object] = true;
             match shares.iter_mut().find(|(known, _)| *known == id) {
                 Some((_, sum)) => *sum += share,

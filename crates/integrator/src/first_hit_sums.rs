@@ -166,4 +166,45 @@ impl FirstHits {
         self.object.iter_mut().zip(&other.object).for_each(|(object, other)| *object = (*object).max(*other));
         self.coverage.merge(&other.coverage);
     }
+
+    /// Empty sums of the same layers for another number of pixels.
+    pub fn like(&self, pixels: usize) -> Self {
+        let count = |is_empty: bool| if is_empty { 0 } else { pixels };
+        let vectors = |of: &Vec<FixedVector>| vec![FixedVector::default(); count(of.is_empty())];
+        Self {
+            hits: vec![FixedSum::default(); count(self.hits.is_empty())],
+            albedo: vectors(&self.albedo),
+            normal: vectors(&self.normal),
+            p: vectors(&self.p),
+            object: vec![0; count(self.object.is_empty())],
+            coverage: self.coverage.like(pixels),
+            is_asked: self.is_asked,
+        }
+    }
+
+    /// Whether the sums are those of `pixels` pixels.
+    pub fn is_of(&self, pixels: usize) -> bool {
+        let counts = [self.hits.len(), self.albedo.len(), self.normal.len(), self.p.len(), self.object.len()];
+        counts.iter().all(|len| [0, pixels].contains(len))
+            && self.hits.len() == self.p.len()
+            && self.coverage.is_of(pixels)
+    }
+
+    /// Adds the sums of other samples: those of pixel `from` of `other` to pixel `to`.
+    pub fn merge_pixel(&mut self, to: usize, other: &Self, from: usize) {
+        if let (Some(sum), Some(other)) = (self.hits.get_mut(to), other.hits.get(from)) {
+            sum.merge(other);
+        }
+        let vectors =
+            [(&mut self.albedo, &other.albedo), (&mut self.normal, &other.normal), (&mut self.p, &other.p)];
+        for (sums, others) in vectors {
+            if let (Some(sum), Some(other)) = (sums.get_mut(to), others.get(from)) {
+                sum.merge(other);
+            }
+        }
+        if let (Some(object), Some(other)) = (self.object.get_mut(to), other.object.get(from)) {
+            *object = (*object).max(*other);
+        }
+        self.coverage.merge_pixel(to, &other.coverage, from);
+    }
 }

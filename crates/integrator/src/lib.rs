@@ -30,6 +30,7 @@ mod direct;
 mod distribution;
 pub mod effects;
 mod emission;
+mod facts;
 pub mod first_hit;
 mod first_hit_sums;
 pub mod forecast;
@@ -70,8 +71,9 @@ pub use forecast::{Forecast, forecast};
 pub use peak::{Peak, peak};
 pub use plan::{RenderPlan, plan};
 pub use render::{
-    Advance, BadSample, Look, Outcome, Progress, RenderState, Renderer, Snapshot, Stats, Watcher, render,
-    render_pixels, render_pixels_until, render_watched,
+    Advance, BadSample, Covered, Look, Outcome, Part, PartError, PilotResult, Progress, RenderState,
+    Renderer, Snapshot, Stats, Watcher, missing, render, render_pilot, render_pixels, render_pixels_until,
+    render_watched, sum_pixels_until,
 };
 pub use replay::{PathVertex, replay};
 pub use settings::{DistributionSettings, Limits, MethodKind, PathSettings, Settings, SettingsError};

@@ -46,6 +46,7 @@ const SMOOTH: f32 = 0.3;
 /// Upper bounds of the value of one sample by the source of its light: largest channel, W·m⁻²·sr⁻¹; 0 where no such
 /// source is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Peak {
     /// Emitters that rays find by chance: through smooth surfaces, smaller than one or two pixels in the image, or
     /// excluded from light sampling.

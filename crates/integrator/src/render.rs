@@ -10,7 +10,9 @@
 
 mod layers;
 mod outcome;
+mod part;
 mod pilot;
+mod pilot_samples;
 mod pixels;
 mod pool;
 mod renderer;
@@ -20,7 +22,10 @@ mod whole;
 
 pub use crate::tile::BadSample;
 pub use outcome::{Outcome, Progress, Stats};
-pub use pixels::{render_pixels, render_pixels_until};
+pub use part::{Covered, Part, PartError, missing};
+pub use pilot::PilotResult;
+pub use pilot_samples::render_pilot;
+pub use pixels::{render_pixels, render_pixels_until, sum_pixels_until};
 pub use renderer::{Advance, RenderState, Renderer};
 pub use snapshot::{Look, Snapshot};
 pub use whole::{Watcher, render, render_watched};

@@ -5,7 +5,7 @@ mod check;
 pub use check::SettingsError;
 
 use crate::Aov;
-use crate::allocation::SampleAllocation;
+use crate::allocation::{PILOT, SampleAllocation};
 use crate::culling::Backfaces;
 use crate::effects::{Combine, SampleSets};
 use dapple_camera::Filter;
@@ -72,6 +72,9 @@ pub struct DistributionSettings {
     /// In one round, every pixel takes all points of its sample set once; further rounds have different points. A range
     /// that ends at `u32::MAX` is unlimited.
     pub rounds: Range<u32>,
+    /// Sample indices of every pixel, in place of those of `rounds`: a part of a render. Index i is point i mod n of
+    /// round i div n, for n points of the pixel.
+    pub samples: Option<Range<u32>>,
     /// Sample set over the environment if `plans.light` is off, which does not affect the environment. Otherwise the
     /// environment uses the light's sample set.
     pub sky: SampleSet,
@@ -83,7 +86,8 @@ pub struct DistributionSettings {
 
 impl Default for DistributionSettings {
     fn default() -> Self {
-        Self { rounds: 0..1, sky: SampleSets::default().light, combine: Combine::Nested, secondary: 1 }
+        let sky = SampleSets::default().light;
+        Self { rounds: 0..1, samples: None, sky, combine: Combine::Nested, secondary: 1 }
     }
 }
 
@@ -319,10 +323,10 @@ impl Settings {
     pub fn sample_range(&self) -> Range<u32> {
         match &self.method {
             Method::Path(path) => path.samples.clone(),
-            Method::Distribution(distribution) => {
+            Method::Distribution(distribution) => distribution.samples.clone().unwrap_or_else(|| {
                 let Range { start, end } = distribution.rounds;
                 start.saturating_mul(self.round())..end.saturating_mul(self.round())
-            }
+            }),
         }
     }
 
@@ -354,6 +358,16 @@ impl Settings {
     /// How the distribution tracer's integrals are combined.
     pub fn combine(&self) -> Combine {
         self.distribution_tracer().map_or(Combine::Nested, |distribution| distribution.combine)
+    }
+
+    /// Number of pilot samples of every pixel ([`crate::render_pilot`]): [`crate::PILOT`], or all if there are fewer;
+    /// for the distribution tracer one round. None if that has more points, or if there is no image.
+    pub fn pilot_samples(&self) -> Option<u32> {
+        let count = match &self.method {
+            Method::Path(path) => PILOT.min(path.of.unwrap_or(path.samples.end)),
+            Method::Distribution(_) => self.round(),
+        };
+        Some(count).filter(|count| self.picture && *count <= PILOT)
     }
 
     /// Whether this render has to compute a sample allocation.

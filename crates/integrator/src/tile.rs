@@ -130,19 +130,69 @@ impl Tile {
     /// Adds the sums of a pass.
     fn merge(&mut self, pass: Self) {
         self.next = pass.next;
+        self.merge_totals(&pass);
         let tail = &mut self.tail;
-        tail.merge(&pass.tail);
         // The pass begins where these sums end, in the same pixels.
         let adjoins = self.film.merge_measured(&pass.film, |squared| tail.add(squared));
         debug_assert_eq!(adjoins, Ok(()));
         self.first_hits.merge(&pass.first_hits);
         self.removed.iter_mut().zip(&pass.removed).for_each(|(sum, other)| sum.merge(other));
-        self.rays += pass.rays;
         self.pixel_rays.iter_mut().zip(&pass.pixel_rays).for_each(|(sum, rays)| *sum += rays);
+    }
+
+    /// Empty sums of the same layers for the pixels of `rect`, without a film.
+    pub fn like(&self, rect: PixelRect) -> Self {
+        let pixels = rect.area();
+        Self {
+            rect,
+            next: self.next,
+            before: None,
+            film: Film::new(none(rect)),
+            first_hits: self.first_hits.like(pixels),
+            removed: vec![Removed::default(); if self.removed.is_empty() { 0 } else { pixels }],
+            rays: 0,
+            pixel_rays: Vec::new(),
+            bad: Vec::new(),
+            bad_count: 0,
+            bias: BiasTotals::default(),
+            tail: Tail::default(),
+            failure: None,
+        }
+    }
+
+    /// Whether all sums have one entry per pixel, so that they can be merged; those read from a file may not.
+    pub fn is_sums(&self) -> bool {
+        let pixels = self.rect.area();
+        [0, pixels].contains(&self.removed.len()) && self.first_hits.is_of(pixels)
+    }
+
+    /// Whether both have sums of the same layers.
+    pub fn is_of_layers(&self, other: &Self) -> bool {
+        let both = self.like(self.rect);
+        let other = other.like(self.rect);
+        both.removed.len() == other.removed.len() && both.first_hits.is_like(&other.first_hits)
+    }
+
+    /// Adds the sums of other samples, for pixels of this tile; the films are not touched.
+    pub fn merge_sums(&mut self, other: &Self) {
+        for (from, (x, y)) in pixels(other.rect).enumerate() {
+            let to = self.pixel((x, y));
+            self.first_hits.merge_pixel(to, &other.first_hits, from);
+            if let (Some(sum), Some(other)) = (self.removed.get_mut(to), other.removed.get(from)) {
+                sum.merge(other);
+            }
+        }
+        self.merge_totals(other);
+    }
+
+    /// Adds the sums that are not those of a pixel.
+    fn merge_totals(&mut self, other: &Self) {
+        self.tail.merge(&other.tail);
+        self.rays += other.rays;
         let room = REMEMBERED.saturating_sub(self.bad.len());
-        self.bad.extend(pass.bad.iter().take(room));
-        self.bad_count += pass.bad_count;
-        self.bias.merge(&pass.bias);
+        self.bad.extend(other.bad.iter().take(room));
+        self.bad_count += other.bad_count;
+        self.bias.merge(&other.bias);
     }
 
     /// Ends the tile after a panic: its samples are discarded, and it takes part in no further pass.

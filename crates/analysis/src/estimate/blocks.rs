@@ -6,6 +6,7 @@
 
 use dapple_integrator::math::PixelRect;
 use dapple_integrator::sampling::Key;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,7 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const EVEN: f64 = 0.5;
 
 /// A block and its weight.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Block {
     pub rect: PixelRect,
     pub weight: f64,

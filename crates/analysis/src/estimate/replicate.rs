@@ -6,11 +6,13 @@
 
 use super::blocks::{self, Block};
 use super::within::{Estimate, level, sum_and_spread};
-use dapple_integrator::camera::{Camera, Film};
+use dapple_integrator::camera::{Camera, Film, SampleSums};
 use dapple_integrator::math::PixelRect;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{Settings, render_pixels_until};
+use dapple_integrator::{Settings, sum_pixels_until};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Minimum number of draws: 256 pixels determine the squared error to about an eighth if their errors are similar.
 const LEAST: usize = 256;
@@ -49,31 +51,125 @@ pub fn replicate(
     whole: (&Film, u32),
     confidence: f64,
 ) -> Option<Estimate> {
-    replicate_until(scene, camera, settings, whole, confidence, &|| false)
+    let within = variances(whole.0);
+    replicate_until(scene, camera, settings, whole, &within, confidence, &|| false)
 }
 
-/// As [`replicate`]; returns `None` once `stop`, which is polled during rendering, returns true.
+/// As [`replicate`]; the pixels are drawn by the variances `within` them, row by row. Returns `None` once `stop`, which
+/// is polled during rendering, returns true.
 pub fn replicate_until(
     scene: &Scene,
     camera: &Camera,
     settings: &Settings,
     (film, spp): (&Film, u32),
+    within: &[f32],
     confidence: f64,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Estimate> {
-    let within: Vec<f64> = film.variance().pixels.iter().map(|v| v.as_dvec3().element_sum()).collect();
-    let rect = settings.rect();
-    let drawn = blocks::drawn(rect, 1, &within, settings.seed, draws(rect));
-    let mut sums = vec![DVec3::ZERO; drawn.len()];
-    let most = drawn.iter().map(|block| block.times).max().unwrap_or(0).min(MOST);
-    for k in 0..most {
-        let again: Vec<usize> = (0..drawn.len()).filter(|i| drawn[*i].times > k).collect();
-        let pixels: Vec<(u32, u32)> = again.iter().map(|i| pixel(&drawn[*i])).collect();
-        let means = render_pixels_until(scene, camera, &other(settings, k), spp, &pixels, stop)?;
-        again.iter().zip(means).for_each(|(i, mean)| sums[*i] += mean);
+    let first = settings.sample_range().start;
+    let samples = first..first.saturating_add(spp);
+    Replicates::render((scene, camera, settings), within, samples, stop)?.estimate(film, confidence)
+}
+
+/// The variance of the mean of each pixel, summed over channels, row by row.
+pub fn variances(film: &Film) -> Vec<f32> {
+    film.variance().pixels.iter().map(|variance| variance.element_sum()).collect()
+}
+
+/// Sums of the samples of some pixels in renders with other seeds. Parts of a render have those of their own samples,
+/// and merged parts the bits of the whole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Replicates {
+    rect: PixelRect,
+    drawn: Vec<Block>,
+    /// For each pixel that was drawn, the sums of each of its other renders.
+    sums: Vec<Vec<SampleSums>>,
+}
+
+impl Replicates {
+    /// Renders the samples with indices in `samples` of pixels that are drawn by the variances `within` the pixels of
+    /// the image, row by row; `None` once `stop`, which is polled during rendering, returns true.
+    pub fn render(
+        (scene, camera, settings): (&Scene, &Camera, &Settings),
+        within: &[f32],
+        samples: Range<u32>,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Option<Self> {
+        let rect = settings.rect();
+        let within: Vec<f64> = within.iter().map(|variance| f64::from(*variance)).collect();
+        let drawn = blocks::drawn(rect, 1, &within, settings.seed, draws(rect));
+        let mut sums = vec![Vec::new(); drawn.len()];
+        let most = drawn.iter().map(renders).max().unwrap_or(0);
+        for k in 0..most {
+            let again: Vec<usize> = (0..drawn.len()).filter(|i| renders(&drawn[*i]) > k).collect();
+            let pixels: Vec<(u32, u32)> = again.iter().map(|i| pixel(&drawn[*i])).collect();
+            let settings = other(settings, k);
+            let found = sum_pixels_until(scene, camera, &settings, samples.clone(), &pixels, stop)?;
+            again.iter().zip(found).for_each(|(i, found)| sums[*i].push(found));
+        }
+        Some(Self { rect, drawn, sums })
     }
-    let errors: Vec<f64> = drawn.iter().zip(&sums).map(|(b, sum)| square(film, b, *sum)).collect();
-    judged(&drawn, &errors, &within, level(film.mean().mean()), confidence)
+
+    /// Adds the samples of another part of the same pixels; returns whether that is possible. If not, there is no
+    /// change.
+    #[must_use]
+    pub fn merge(&mut self, other: &Self) -> bool {
+        if self.rect != other.rect || self.drawn != other.drawn || !self.is_whole() || !other.is_whole() {
+            return false;
+        }
+        let mut both = self.sums.clone();
+        let pairs = both.iter_mut().flatten().zip(other.sums.iter().flatten());
+        let is_merged = pairs.fold(true, |merged, (sums, others)| merged & sums.merge(others).is_ok());
+        if is_merged {
+            self.sums = both;
+        }
+        is_merged
+    }
+
+    /// Whether there are sums for every pixel that was drawn; in a damaged file there may be others.
+    fn is_whole(&self) -> bool {
+        let is_inside = |(x, y): (u32, u32)| self.rect.contains(x, y);
+        self.sums.len() == self.drawn.len()
+            && self.drawn.iter().all(|block| block.times > 0 && is_inside(pixel(block)))
+            && self.drawn.iter().zip(&self.sums).all(|(block, sums)| sums.len() == renders(block) as usize)
+    }
+
+    /// The pixels of the image that the error of these renders stands for.
+    pub fn rect(&self) -> PixelRect {
+        self.rect
+    }
+
+    /// The error of `film`, whose samples have the same indices; none if it cannot be estimated.
+    pub fn estimate(&self, film: &Film, confidence: f64) -> Option<Estimate> {
+        let (sum, squares) = self.is_whole().then(|| self.errors(film))?;
+        let within: Vec<f64> = film.variance().pixels.iter().map(|v| v.as_dvec3().element_sum()).collect();
+        judged((sum, squares), &within, level(film.mean().mean()), confidence)
+    }
+
+    /// The squared error, summed over the pixels, and the sum of its squares.
+    fn errors(&self, film: &Film) -> (f64, f64) {
+        let other = |sums: &Vec<SampleSums>| sums.iter().map(|sums| sums.finish().1.mean).sum();
+        let errors = self.drawn.iter().zip(&self.sums).map(|(b, sums)| (b, square(film, b, other(sums))));
+        summed(errors)
+    }
+}
+
+/// The error of `film`, of whose pixels each of `parts` stands for some; none if it cannot be estimated, or if they are
+/// not all pixels.
+pub fn replicated(parts: &[Replicates], film: &Film, confidence: f64) -> Option<Estimate> {
+    let area: usize = parts.iter().map(|part| part.rect.area()).sum();
+    if area != film.rect().area() || !parts.iter().all(Replicates::is_whole) {
+        return None;
+    }
+    let errors = parts.iter().map(|part| part.errors(film));
+    let (sum, squares) = errors.fold((0.0, 0.0), |all, part| (all.0 + part.0, all.1 + part.1));
+    let within: Vec<f64> = film.variance().pixels.iter().map(|v| v.as_dvec3().element_sum()).collect();
+    judged((sum, squares), &within, level(film.mean().mean()), confidence)
+}
+
+/// Number of other renders of a pixel.
+fn renders(block: &Block) -> u32 {
+    block.times.min(MOST)
 }
 
 fn pixel(block: &Block) -> (u32, u32) {
@@ -88,16 +184,19 @@ fn other(settings: &Settings, k: u32) -> Settings {
 
 /// The weighted squared error of a pixel, summed over channels; `sum` is the sum of its other renders.
 fn square(film: &Film, block: &Block, sum: DVec3) -> f64 {
-    let (k, (x, y)) = (f64::from(block.times.min(MOST)), pixel(block));
+    let (k, (x, y)) = (f64::from(renders(block)), pixel(block));
     block.weight * k / (k + 1.0) * (film.mean_at(x, y) - sum / k).length_squared()
 }
 
-/// The estimate from the weighted squared errors of the `drawn` pixels and the variances `within` all pixels, both
+/// Sum of the weighted squared errors of the pixels that were drawn, and the sum of their squares. Each draw is an
+/// independent value.
+fn summed<'a>(errors: impl Iterator<Item = (&'a Block, f64)>) -> (f64, f64) {
+    errors.fold((0.0, 0.0), |(sum, squares), (b, e)| (sum + e, squares + e * e / f64::from(b.times)))
+}
+
+/// The estimate from the [`summed`] errors of the pixels that were drawn and the variances `within` all pixels, both
 /// summed over channels.
-fn judged(drawn: &[Block], errors: &[f64], within: &[f64], level: f64, confidence: f64) -> Option<Estimate> {
-    let sum: f64 = errors.iter().sum();
-    // Each draw is an independent value.
-    let squares: f64 = drawn.iter().zip(errors).map(|(b, e)| e * e / f64::from(b.times)).sum();
+fn judged((sum, squares): (f64, f64), within: &[f64], level: f64, confidence: f64) -> Option<Estimate> {
     let spread = if sum > 0.0 { squares / (sum * sum) } else { 0.0 };
     // The true error varies as well, in particular if few pixels dominate it.
     let (known, within_spread) = sum_and_spread(within.iter().copied());
@@ -147,8 +246,8 @@ mod tests {
                 let mine = errors[(y * rect.width() + x) as usize];
                 b.weight * 3.0 * k / (k + 1.0) * (mine - other).powi(2)
             };
-            let all: Vec<f64> = drawn.iter().map(&mut square).collect();
-            judged(&drawn, &all, &within, 1.0, 0.95).unwrap().bound >= truth.sqrt()
+            let all = summed(drawn.iter().map(|block| (block, square(block))));
+            judged(all, &within, 1.0, 0.95).unwrap().bound >= truth.sqrt()
         });
         held.count() as f64 / 500.0
     }

@@ -1,6 +1,7 @@
 //! `dapple render --frames`: the frames of an animation, each with the bytes that it has alone.
 
 use super::image::{self, Kept};
+use super::settings::settings;
 use crate::error::Failure;
 use crate::load::{self, Source};
 use crate::options::{Frames, RenderOptions};
@@ -101,7 +102,7 @@ impl<'a> Sequence<'a> {
         first.quiet = Some(true);
         let loaded = load::load(source, &first)?;
         let view = load::camera(&loaded.scene, &first)?;
-        let settings = image::settings(&first, &view)?;
+        let settings = settings(&first, &view)?;
         self.exposure =
             Some(metering::metered("all PNGs", self.options, (&loaded.scene, &view.camera, &settings)));
         self.kept.loaded = Some(loaded);

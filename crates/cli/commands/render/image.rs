@@ -1,5 +1,7 @@
 //! One image: checks everything, then loads, renders and writes, and returns the report.
 
+use super::parting::{self, Parting};
+use super::settings::settings;
 use crate::checkpoint::{self, Checkpoint, State};
 use crate::ending::Ending;
 use crate::error::{self, Failure};
@@ -14,14 +16,12 @@ use crate::progress::Bar;
 use crate::report::Report;
 use crate::say::{say, say_lines};
 use crate::{
-    consent, effects, interrupt, log, machine, metadata, metering, retrace, saving, standard_output, verbose,
+    consent, effects, interrupt, log, metadata, metering, retrace, saving, standard_output, verbose,
 };
 use clap::ArgMatches;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
-use dapple_integrator::{
-    Advance, MethodKind, Outcome, Renderer, Settings, SettingsError, Snapshot, Stats, Watcher,
-};
+use dapple_integrator::{Advance, Outcome, Part, Renderer, Settings, Snapshot, Stats, Watcher};
 use std::collections::HashSet;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
@@ -66,6 +66,29 @@ impl Kept {
     }
 }
 
+/// Checks the outputs, and loads the scene; no output may replace an input.
+fn opened(
+    source: &Source,
+    options: &RenderOptions,
+    kept: &mut Kept,
+) -> Result<(Outputs, checkpoint::Files, Inputs, Loaded), Failure> {
+    let outputs = Outputs::plan(options, &source.name())?;
+    let mut inputs = Inputs::of_render(source, options);
+    let checkpoint = checkpoint::Files::open(options)?;
+    inputs.spare(checkpoint.paths())?;
+    parting::refuse_same(&outputs, &checkpoint)?;
+    checkpoint.paths().for_each(|path| inputs.add("the checkpoint", path));
+    inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
+    log::check(options, &outputs)?;
+    let loaded = kept.load(source, options)?;
+    inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
+    let mut scene_files = Inputs::default();
+    scene_files.add_scene_files(&loaded.scene.files);
+    scene_files.spare(outputs.paths().chain(options.log.as_deref()).chain(checkpoint.paths()))?;
+    inputs.add_scene_files(&loaded.scene.files);
+    Ok((outputs, checkpoint, inputs, loaded))
+}
+
 /// Renders one image, writes it, and returns its report and the exit code.
 pub fn image(
     (scene, source): (Option<&str>, &Source),
@@ -73,20 +96,8 @@ pub fn image(
     typed: &ArgMatches,
     kept: &mut Kept,
 ) -> Result<(Report, ExitCode), Failure> {
-    let mut outputs = Outputs::plan(options, &source.name())?;
-    let mut inputs = Inputs::of_render(source, options);
-    let checkpoint = checkpoint::Files::open(options)?;
-    inputs.spare(checkpoint.paths())?;
-    checkpoint.paths().for_each(|path| inputs.add("the checkpoint", path));
-    inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
-    log::check(options, &outputs)?;
     let is_first = kept.is_new("first");
-    let loaded = kept.load(source, options)?;
-    inputs.spare(outputs.paths().chain(options.log.as_deref()))?;
-    let mut scene_files = Inputs::default();
-    scene_files.add_scene_files(&loaded.scene.files);
-    scene_files.spare(outputs.paths().chain(options.log.as_deref()).chain(checkpoint.paths()))?;
-    inputs.add_scene_files(&loaded.scene.files);
+    let (mut outputs, checkpoint, inputs, loaded) = opened(source, options, kept)?;
     let view = &load::camera(&loaded.scene, options)?;
     let mut settings = settings(options, view)?;
     warn_new(&loaded, |said| kept.is_new(said));
@@ -106,6 +117,10 @@ pub fn image(
     if is_verbose {
         say(&verbose::render(&settings));
     }
+    let part = match Parting::is_asked(options, &settings, &outputs) {
+        true => Some(Parting::begin(options, &mut settings, view, &loaded, &outputs)?),
+        false => None,
+    };
     let lines = checkpoint_lines(options, &settings, view, &loaded);
     let (checkpoint, state) = checkpoint.begin((&loaded.scene, &settings), options, &lines)?;
     let complete = |outcome| finish(outcome, options, &loaded, view, &settings);
@@ -113,13 +128,17 @@ pub fn image(
     let mut partial = Partial::new(&outputs, options.long.save_every, pixels, &complete, quiet);
     partial.spare(&inputs);
     let saving = Saves { partial: &mut partial, checkpoint };
-    let (outcome, known) = draw(&loaded, view, &settings, options, (saving, state))?;
+    let is_part = outputs.parts().next().is_some();
+    let (outcome, known, sums) = draw(&loaded, view, &settings, options, (saving, state, is_part))?;
     let outcome = complete(outcome);
     let ending = Ending::of(options, &settings, &outcome, &known);
     if is_verbose {
         say(&verbose::writing(&outputs));
     }
-    let written = outputs.write(&outcome, &outcome.film.mean(), ending.comment());
+    let mut written = outputs.write(&outcome, &outcome.film.mean(), ending.comment());
+    if let Some(part) = part {
+        part.end((&loaded, view, &settings), sums, (&outputs, &outcome), &mut written);
+    }
     if written.failed.is_empty() {
         partial.remove();
     }
@@ -130,61 +149,6 @@ pub fn image(
     (report.stopped, report.unsampled_pixels) = (ending.is_early(), ending.unsampled);
     kept.loaded = Some(loaded);
     Ok((report, ending.code()))
-}
-
-/// Converts the options to settings of the integrator.
-pub fn settings(options: &RenderOptions, view: &NamedCamera) -> Result<Settings, Failure> {
-    let size = load::size(options, view);
-    let default = Settings::default();
-    let mut settings = Settings {
-        size: (size.width, size.height),
-        crop: load::rect(options, size)?,
-        pattern: options.pattern.unwrap_or_default(),
-        max_bounces: options.max_bounces.unwrap_or(default.max_bounces),
-        seed: options.seed.unwrap_or(0),
-        filter: options.filter.unwrap_or_default(),
-        aovs: options.layers(),
-        picture: options.shows_picture(),
-        general: options.is_general(),
-        clamp: options.clamp,
-        soft_terminator: !RenderOptions::is(options.no_soft_terminator),
-        transparent_shadows: RenderOptions::is(options.transparent_shadows),
-        transparent: RenderOptions::is(options.transparent),
-        backfaces: options.backfaces(),
-        ..default
-    }
-    .with_method(options.method.unwrap_or_default())
-    .with_time_limit(options.time_limit)
-    .with_threads(machine::threads(options.threads))
-    .with_spp(options.samples())
-    .with_path(|p| p.roulette = !RenderOptions::is(options.no_roulette))
-    .with_path(|p| p.adaptive = RenderOptions::is(options.adaptive));
-    effects::apply(options, &mut settings);
-    if options.error_limit.is_some() {
-        settings = settings.with_distribution(|d| d.rounds = 0..u32::MAX);
-    }
-    check(&settings, options)?;
-    Ok(settings)
-}
-
-/// Checks the settings; an error names the options that it comes from.
-fn check(settings: &Settings, options: &RenderOptions) -> Result<(), Failure> {
-    if RenderOptions::is(options.adaptive) && settings.kind() == MethodKind::Distribution {
-        let said =
-            "--adaptive: the distribution tracer gives every pixel the same samples; use --method path";
-        return Err(Failure::Arguments(said.into()));
-    }
-    settings.check().map_err(|error| {
-        let option = match &error {
-            SettingsError::AdaptivePattern(pattern) => format!("--adaptive with --pattern {pattern}: "),
-            SettingsError::AdaptiveCrop => "--adaptive with --crop: ".to_string(),
-            SettingsError::Paired { effect, .. } => format!("--{effect}: "),
-            SettingsError::Crop(_) => "--crop: ".to_string(),
-            SettingsError::Size(..) => "--size: ".to_string(),
-            _ => String::new(),
-        };
-        Failure::Arguments(format!("{option}{error}"))
-    })
 }
 
 /// Prints the warnings of the scene, and notes about further contents of the file.
@@ -289,8 +253,8 @@ fn draw(
     view: &NamedCamera,
     settings: &Settings,
     options: &RenderOptions,
-    (saves, state): (Saves<'_, '_>, Option<State>),
-) -> Result<(Outcome, Known), Failure> {
+    (saves, state, is_part): (Saves<'_, '_>, Option<State>, bool),
+) -> Result<(Outcome, Known, Option<Part>), Failure> {
     let bar = Bar::new(RenderOptions::is(options.quiet));
     let (scene, camera) = (&loaded.scene, &view.camera);
     let mut errors = ErrorWatch::new((scene, camera, settings), options, &bar)?;
@@ -313,10 +277,17 @@ fn draw(
     let is_done = is_enough || watching.errors.is_done();
     let why = if is_done { Advance::Reached } else { renderer.run(&progress, &mut watching) };
     watching.end(&renderer);
-    let outcome = renderer.finish_as(why);
-    let known = if tells_error(options) { watching.errors.finish(&outcome) } else { Known::unasked() };
+    let (outcome, part) =
+        if is_part { renderer.finish_with_part(why) } else { (renderer.finish_as(why), None) };
+    let known = if is_part {
+        Known { why: "dapple merge tells the error of the whole".into(), ..Known::default() }
+    } else if tells_error(options) {
+        watching.errors.finish(&outcome)
+    } else {
+        Known::unasked()
+    };
     bar.finish();
-    Ok((outcome, known))
+    Ok((outcome, known, part))
 }
 
 /// Returns the settings with the part of the time limit that is for rendering: the rest is needed to measure the error.

@@ -3,7 +3,7 @@
 use crate::aov::Aov;
 use crate::bias_report::Removed;
 use crate::cryptomatte::{Matte, names_of_ids};
-use crate::job::Job;
+use crate::facts::Facts;
 use crate::tile::Tile;
 use dapple_camera::Film;
 use dapple_imaging::{Image, Layer, Layers, MetaValue};
@@ -13,34 +13,33 @@ use std::collections::BTreeSet;
 
 /// The beauty layer if the image is rendered, then the layers in the requested order; finally the sample counts if only
 /// some pixels have samples.
-pub(super) fn compose(job: &Job<'_>, film: &Film, tiles: &[Tile], some: bool) -> Layers {
-    let rect = job.settings.rect();
-    let beauty = job.settings.picture.then(|| beauty(job, rect, film, tiles));
+pub(super) fn compose(facts: &Facts, rect: PixelRect, film: &Film, tiles: &[Tile], some: bool) -> Layers {
+    let beauty = facts.picture.then(|| beauty(facts, rect, film, tiles));
     let mut layers: Vec<Layer> = beauty.into_iter().collect();
-    let mut metadata = names(job, rect, tiles);
-    for &aov in job.settings.aovs.iter().filter(|aov| **aov != Aov::Beauty) {
+    let mut metadata = names(facts, rect, tiles);
+    for &aov in facts.aovs.iter().filter(|aov| **aov != Aov::Beauty) {
         match aov {
-            Aov::Cryptomatte => mattes(job, rect, tiles, &mut layers, &mut metadata),
-            aov => layers.push(layer(job, aov, rect, film, tiles)),
+            Aov::Cryptomatte => mattes(facts, rect, tiles, &mut layers, &mut metadata),
+            aov => layers.push(layer(facts, aov, rect, film, tiles)),
         }
     }
-    if some && !job.settings.aovs.contains(&Aov::SampleCount) {
-        layers.push(layer(job, Aov::SampleCount, rect, film, tiles));
+    if some && !facts.aovs.contains(&Aov::SampleCount) {
+        layers.push(layer(facts, Aov::SampleCount, rect, film, tiles));
     }
     Layers {
         width: (rect.x1 - rect.x0) as usize,
         height: (rect.y1 - rect.y0) as usize,
         offset: (rect.x0 as i32, rect.y0 as i32),
-        full_size: (job.settings.size.0 as usize, job.settings.size.1 as usize),
+        full_size: (facts.size.0 as usize, facts.size.1 as usize),
         layers,
         metadata,
     }
 }
 
 /// The image, with alpha if its background is transparent.
-fn beauty(job: &Job<'_>, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
+fn beauty(facts: &Facts, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
     let mut beauty = rgb("", &film.mean());
-    if job.settings.transparent {
+    if facts.transparent {
         let mut alpha = vec![0.0; rect.area()];
         let counts: Vec<u64> = pixels(rect).map(|(x, y)| film.count(x, y)).collect();
         each_pixel(rect, tiles, |to, tile, from| {
@@ -53,14 +52,14 @@ fn beauty(job: &Job<'_>, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer 
 
 /// Adds the Cryptomatte layers and their metadata.
 fn mattes(
-    job: &Job<'_>,
+    facts: &Facts,
     rect: PixelRect,
     tiles: &[Tile],
     layers: &mut Vec<Layer>,
     metadata: &mut Vec<(String, MetaValue)>,
 ) {
     for of in [Matte::of_objects, Matte::of_materials] {
-        let mut matte = of(job.scene, rect.area());
+        let mut matte = of(&facts.names, rect.area());
         each_pixel(rect, tiles, |to, tile, from| matte.set_pixel(to, &tile.first_hits.coverage, from));
         let (more, about) = matte.finish();
         layers.extend(more);
@@ -69,22 +68,21 @@ fn mattes(
 }
 
 /// The names of the ids in the layers `object` and `material` that occur in the image.
-fn names(job: &Job<'_>, rect: PixelRect, tiles: &[Tile]) -> Vec<(String, MetaValue)> {
-    let asks = |aov| job.settings.aovs.contains(&aov);
+fn names(facts: &Facts, rect: PixelRect, tiles: &[Tile]) -> Vec<(String, MetaValue)> {
+    let asks = |aov| facts.aovs.contains(&aov);
     if !asks(Aov::ObjectId) && !asks(Aov::MaterialId) {
         return Vec::new();
     }
-    let (scene, seen) = (job.scene, gather(rect, tiles, |tile| &tile.first_hits.object, |id| *id));
+    let (all, seen) = (&facts.names, gather(rect, tiles, |tile| &tile.first_hits.object, |id| *id));
     let objects: BTreeSet<u32> = seen.into_iter().filter(|object| *object != 0).collect();
-    let object = |id: u32| &scene.objects[id as usize - 1];
-    let materials: BTreeSet<u32> = objects.iter().map(|id| object(*id).material + 1).collect();
+    let materials: BTreeSet<u32> = objects.iter().map(|id| all.material_of(*id as usize - 1) + 1).collect();
     let mut names = Vec::new();
     if asks(Aov::ObjectId) {
-        let text = names_of_ids(objects.iter().map(|id| (shown(&object(*id).name), *id)));
+        let text = names_of_ids(objects.iter().map(|id| (shown(all.object(*id as usize - 1)), *id)));
         names.push(("objectNames".into(), MetaValue::Text(text)));
     }
     if asks(Aov::MaterialId) {
-        let name = |id: u32| &*scene.materials[id as usize - 1].name;
+        let name = |id: u32| all.material(id as usize - 1);
         let text = names_of_ids(materials.iter().map(|id| (shown(name(*id)), *id)));
         names.push(("materialNames".into(), MetaValue::Text(text)));
     }
@@ -105,7 +103,7 @@ fn each_pixel(rect: PixelRect, tiles: &[Tile], mut of: impl FnMut(usize, &Tile, 
     }
 }
 
-fn layer(job: &Job<'_>, aov: Aov, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
+fn layer(facts: &Facts, aov: Aov, rect: PixelRect, film: &Film, tiles: &[Tile]) -> Layer {
     let name = aov.to_string();
     match aov {
         // The Cryptomatte layers are created in [`mattes`].
@@ -127,16 +125,16 @@ fn layer(job: &Job<'_>, aov: Aov, rect: PixelRect, film: &Film, tiles: &[Tile]) 
             vector(name, ["X", "Y", "Z"], &mean)
         }
         Aov::Position => {
-            let all: Vec<DVec3> = places(rect, tiles).map(|at| position(job, at)).collect();
+            let all: Vec<DVec3> = places(rect, tiles).map(|at| position(facts, at)).collect();
             vector(name, ["X", "Y", "Z"], &all)
         }
         Aov::Depth => {
-            let all = places(rect, tiles).map(|at| depth(job, at)).collect();
+            let all = places(rect, tiles).map(|at| depth(facts, at)).collect();
             Layer { name, channels: vec![("Z".into(), all)] }
         }
         Aov::ObjectId => ids(name, rect, tiles, |object| object),
         Aov::MaterialId => ids(name, rect, tiles, |object| {
-            if object == 0 { 0 } else { job.scene.objects[object as usize - 1].material + 1 }
+            if object == 0 { 0 } else { facts.names.material_of(object as usize - 1) + 1 }
         }),
         Aov::Removed => removed(rect, film, tiles),
     }
@@ -167,15 +165,15 @@ fn places(rect: PixelRect, tiles: &[Tile]) -> impl Iterator<Item = Option<DVec3>
 }
 
 /// Position in world space; zero where nothing was hit.
-fn position(job: &Job<'_>, at: Option<DVec3>) -> DVec3 {
-    at.map_or(DVec3::ZERO, |at| job.scene.space.to_world_f64(at).0)
+fn position(facts: &Facts, at: Option<DVec3>) -> DVec3 {
+    at.map_or(DVec3::ZERO, |at| facts.space().to_world_f64(at).0)
 }
 
 /// Distance along the view axis in scene units; infinite where nothing was hit.
-fn depth(job: &Job<'_>, at: Option<DVec3>) -> f32 {
+fn depth(facts: &Facts, at: Option<DVec3>) -> f32 {
     let Some(at) = at else { return f32::INFINITY };
-    let from_camera = at - job.camera.origin.as_dvec3();
-    job.scene.space.length_to_world(-from_camera.dot(job.camera.backward.as_dvec3())) as f32
+    let from_camera = at - facts.camera.0.as_dvec3();
+    facts.space().length_to_world(-from_camera.dot(facts.camera.1.as_dvec3())) as f32
 }
 
 fn rgb(name: &str, picture: &Image) -> Layer {

@@ -68,4 +68,7 @@ pub struct Outcome {
     pub allocation: Option<Arc<SampleAllocation>>,
     /// The largest differences of neighbouring samples.
     pub tail: Tail,
+    /// The variance of the mean of each pixel after its first samples, see [`PilotResult`](super::PilotResult); none if the render
+    /// does not have them.
+    pub pilot: Option<Arc<Vec<f32>>>,
 }

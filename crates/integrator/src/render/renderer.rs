@@ -2,14 +2,15 @@
 
 use super::layers;
 use super::outcome::{Outcome, Progress, Stats};
-use super::pilot::Pilot;
+use super::part::Part;
+use super::pilot::{Pilot, PilotResult};
 use super::pool::Pool;
 use super::snapshot::{self, Snapshot};
 use super::watch::Watch;
 use crate::batch::Batches;
-use crate::bias_report::{self, BiasReport, BiasTotals};
-use crate::clear;
+use crate::bias_report::{BiasReport, BiasTotals};
 use crate::custom::Integrator;
+use crate::facts::Facts;
 use crate::job::Job;
 use crate::kernel::{self, Kernel};
 use crate::settings::{Settings, SettingsError};
@@ -44,6 +45,8 @@ pub struct Renderer<'a> {
 pub struct RenderState {
     /// The settings of the render, without those that change no bit.
     belongs_to: String,
+    /// Index of the first sample of every pixel.
+    first: u32,
     /// Index of the next sample of every pixel.
     next: u32,
     tiles: Vec<Tile>,
@@ -66,6 +69,7 @@ impl RenderState {
     fn fits(&self, fresh: &Self, rect: PixelRect) -> bool {
         let tiles = || self.tiles.iter().zip(&fresh.tiles);
         self.belongs_to == fresh.belongs_to
+            && self.first == fresh.first
             && self.next >= fresh.next
             && self.pilot.is_like(&fresh.pilot, rect)
             && self.tiles.len() == fresh.tiles.len()
@@ -128,8 +132,8 @@ impl<'a> Renderer<'a> {
         let settings = job.settings;
         let mut tiles = Tile::cut(settings.rect(), settings);
         let pilot = Pilot::new(settings, &mut tiles);
-        let (belongs_to, next) = (settings.identity(), settings.sample_range().start);
-        let state = RenderState { belongs_to, next, tiles, pilot, elapsed: Duration::ZERO };
+        let (belongs_to, first) = (settings.identity(), settings.sample_range().start);
+        let state = RenderState { belongs_to, first, next: first, tiles, pilot, elapsed: Duration::ZERO };
         let batches = Batches::new(&job, kernel);
         Self { pool: Pool::new(&settings.limits), job, kernel, kernel_name, batches, state }
     }
@@ -243,6 +247,12 @@ impl<'a> Renderer<'a> {
         )
     }
 
+    /// What the pilot samples decide, as far as they are taken.
+    pub fn pilot(&self) -> PilotResult {
+        let Pilot { variance, allocation, .. } = &self.state.pilot;
+        PilotResult { variance: variance.clone(), allocation: allocation.clone() }
+    }
+
     /// All sums so far, to be stored.
     pub fn saved(&self) -> &RenderState {
         &self.state
@@ -251,6 +261,18 @@ impl<'a> Renderer<'a> {
     /// A copy of all sums so far, for [`Renderer::resume`].
     pub fn state(&self) -> RenderState {
         self.state.clone()
+    }
+
+    /// As [`finish_as`](Self::finish_as); also returns the samples as a part of a larger render.
+    pub fn finish_with_part(self, why: Advance) -> (Outcome, Option<Part>) {
+        (self.outcome(why), self.finish_part())
+    }
+
+    /// Ends the render with its current samples as a part of a larger one; none if not every pixel has a sample.
+    pub fn finish_part(self) -> Option<Part> {
+        let facts = Facts::of(&self.job);
+        let RenderState { belongs_to, first, next, tiles, elapsed, .. } = self.state;
+        Part::new(&belongs_to, facts, (self.job.settings.rect(), first..next), tiles, elapsed)
     }
 
     /// Ends the render with its current samples.
@@ -293,14 +315,16 @@ impl<'a> Renderer<'a> {
             stats.bad_samples.extend(tile.bad.iter().take(room));
         }
         stats.samples = film.samples();
+        let facts = Facts::of(job);
         stats.bias = BiasReport {
-            lights_culled: bias_report::culled(job.scene),
-            lights_unreachable: clear::unreachable(job.scene, job.sharp),
+            lights_culled: facts.lights_culled,
+            lights_unreachable: facts.lights_unreachable,
             ..bias.report()
         };
-        let layers = layers::compose(job, &film, &state.tiles, spp == 0);
+        let layers = layers::compose(&facts, job.settings.rect(), &film, &state.tiles, spp == 0);
         let tail = snapshot::tail(&state.tiles);
-        Outcome { film, layers, stats, allocation: state.pilot.allocation.clone(), tail }
+        let pilot = state.pilot.variance.clone();
+        Outcome { film, layers, stats, allocation: state.pilot.allocation.clone(), tail, pilot }
     }
 }
 

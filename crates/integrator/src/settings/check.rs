@@ -55,6 +55,9 @@ pub enum SettingsError {
     OtherRender,
 }
 
+/// Sobol points depend on the size of their set only up to this size ([`dapple_sampling::padded_2d`]).
+const SOBOL_BLOCK: u32 = 16;
+
 /// Maximum number of pixels per side.
 const LARGEST: u32 = 1 << 16;
 
@@ -114,17 +117,27 @@ impl Settings {
         }
     }
 
-    /// The settings that two renders must share so that one can continue the other.
+    /// The settings that two renders must share so that one can continue the other, or both can be merged.
     pub(crate) fn identity(&self) -> String {
         let mut of = self.clone();
-        of.limits = Limits::default();
+        (of.limits, of.crop) = (Limits::default(), None);
         let block = self.block();
+        let mut shares = String::new();
         match &mut of.method {
-            Method::Path(path) => (path.samples.end, path.of) = (0, None),
-            Method::Distribution(distribution) => distribution.rounds.end = 0,
+            Method::Path(path) => {
+                (path.samples, path.of) = (0..0, None);
+                let allocation = path.allocation.take();
+                shares =
+                    allocation.map_or_else(String::new, |allocation| format!(" {:x}", allocation.digest()));
+            }
+            Method::Distribution(distribution) => (distribution.rounds, distribution.samples) = (0..0, None),
         }
-        // Only random points do not depend on the size of their set.
-        let fixed = if self.pattern == Pattern::Random { 0 } else { block };
-        format!("{fixed} {of:?}")
+        // Random points do not depend on the size of their set, and Sobol points only on that of the first block.
+        let fixed = match self.pattern {
+            Pattern::Random => 0,
+            Pattern::Sobol => block.min(SOBOL_BLOCK),
+            Pattern::Stratified | Pattern::Grid => block,
+        };
+        format!("{fixed}{shares} {of:?}")
     }
 }
