@@ -43,7 +43,7 @@ fn help(arguments: &[&str]) -> String {
 #[test]
 fn names_of_other_programs_lead_to_ours() {
     for (typed, meant) in [
-        ("--samples", "did you mean --spp?"),
+        ("--sample", "did you mean --spp?"),
         ("--samples-per-pixel", "did you mean --spp?"),
         ("--sppp", "did you mean --spp?"),
         ("--width", "did you mean --size, as WIDTHxHEIGHT such as 640x480?"),
@@ -68,7 +68,7 @@ fn names_of_other_programs_lead_to_ours() {
         ("--config", "did you mean --settings?"),
         ("--counts", "--counts"),
         ("--bounce", "did you mean --max-bounces?"),
-        ("--sampels", "did you mean --spp?"),
+        ("--sampels", "--spp"),
         ("--no-half", "--half=false"),
         ("--zzzzz", "see dapple render --help"),
     ] {
@@ -109,7 +109,7 @@ fn what_there_is_not_has_an_answer() {
         ("--no-env", "--env none"),
         ("--position", "--look-from, the camera position"),
         ("--sppp", "--spp"),
-        ("--samples", "--spp"),
+        ("--num-samples", "--spp"),
         ("--szie=3x3", "--size"),
     ] {
         let name = typed.split('=').next().unwrap();
@@ -210,8 +210,7 @@ fn settings_files_may_serve_many_commands() {
     let rays = well(folder.path(), &["rays", "builtin:cornell", "--settings", "mine.toml", "--json"]);
     assert_eq!(rays.err, "note: mine.toml: half, tone: ignored, because dapple rays does not use it\n");
     assert_eq!(rays.json()["width"], 8);
-    for (key, said) in [("samples", "did you mean spp?"), ("szie", "did you mean size?"), ("width", "size?")]
-    {
+    for (key, said) in [("sample", "did you mean spp?"), ("szie", "did you mean size?"), ("width", "size?")] {
         fs::write(folder.path().join("bad.toml"), format!("{key} = 3\n")).unwrap();
         let run = run(folder.path(), &["render", "--settings", "bad.toml"]);
         assert!(run.code == 2 && run.err.contains(key) && run.err.contains(said), "{}", run.err);

@@ -281,3 +281,24 @@ fn gaps_are_allowed_on_request() {
     well(path, &["render", "--size", "8x8", "--spp", "16", "--quiet", "-o", "whole.exr"]);
     assert!(bytes(path, "all.exr") == bytes(path, "whole.exr"));
 }
+
+/// The ranges of a plan are the whole, in order, for every frame.
+#[test]
+fn plans_divide_all_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan =
+        |more: &[&str]| well(folder.path(), &[&["plan", "builtin:cornell", "--json"], more].concat()).json();
+    let slices = plan(&["--slices", "8", "--spp", "100"]);
+    let slices = slices["slices"].as_array().unwrap();
+    let number = |slice: &serde_json::Value, key: &str| slice[key].as_u64().unwrap();
+    assert_eq!((slices.len(), number(&slices[0], "begin"), number(&slices[7], "end")), (8, 0, 100));
+    assert!(slices.windows(2).all(|pair| pair[0]["end"] == pair[1]["begin"]));
+    let frames = plan(&["--slices", "2", "--spp", "8", "--frames", "3:6"]);
+    let frames: Vec<i64> =
+        frames["slices"].as_array().unwrap().iter().map(|s| s["frame"].as_i64().unwrap()).collect();
+    assert_eq!(frames, [3, 3, 4, 4, 5, 5]);
+    let lines = well(folder.path(), &["plan", "builtin:cornell", "--slices", "2", "--spp", "32"]).out;
+    assert_eq!(lines, "--samples 0:24\n--samples 24:32\n");
+    let few = run(folder.path(), &["plan", "builtin:cornell", "--slices", "9", "--spp", "8"]);
+    assert!(few.code == 2 && few.err.contains("only 8 samples"), "{}", few.err);
+}

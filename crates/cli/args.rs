@@ -44,9 +44,10 @@ pub enum Command {
     Info(InfoArgs),
     /// Print which features a render of a scene uses and omits, with reasons
     Plan(PlanArgs),
-    /// Merge the parts of a render, which `render --samples BEGIN:END -o NAME.part` writes, to its image
+    /// Merge the parts of a render to its image
     ///
-    /// The image has the same bytes as one render of all samples. The scene is not needed. Parts may also be crops.
+    /// Parts are written by `render --samples BEGIN:END -o NAME.part`, and may also be crops. The image has the same
+    /// bytes as one render of all samples. The scene is not needed.
     Merge(MergeArgs),
     /// Trace one sample again and print the vertices of its path
     Replay(ReplayArgs),
@@ -86,6 +87,10 @@ pub struct PlanArgs {
     /// Compare the time of this plan with that of the general plan, in interleaved runs
     #[arg(long)]
     pub measure: bool,
+    /// Divide the samples, and those of every frame of --frames, into N ranges of equal expected cost, and print the
+    /// options that render each: for the tasks of a farm, whose parts `dapple merge` joins
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub slices: Option<u32>,
     #[command(flatten)]
     pub options: RenderOptions,
 }

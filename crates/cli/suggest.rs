@@ -4,7 +4,6 @@ use clap::Command;
 
 /// Names that other programs use for an option, each with the option's name here.
 const OPTIONS: &[(&str, &str)] = &[
-    ("samples", "spp"),
     ("sample", "spp"),
     ("sample-count", "spp"),
     ("num-samples", "spp"),
@@ -232,7 +231,10 @@ pub fn option(all: &Command, sub: &str, word: &str) -> Option<String> {
     let others = all.get_subcommands().filter(|other| longs(other).contains(&plain));
     let others: Vec<&str> = others.map(Command::get_name).collect();
     match others[..] {
-        [] => slip(&plain, &own).map(|name| format!("did you mean --{name}?")),
+        [] => slip(&plain, &own).map(|name| match name {
+            "samples" => "did you mean --spp, the number of samples, or --samples BEGIN:END, a range?".into(),
+            name => format!("did you mean --{name}?"),
+        }),
         _ if sub.is_empty() => Some(format!("it is an option of dapple {}", others.join(", "))),
         _ => Some(format!("not available for {sub}; it is an option of {}", others.join(", "))),
     }

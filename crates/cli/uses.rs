@@ -86,7 +86,7 @@ const OF_SOME: &[(&str, &[&str])] = &[
     ("yes", &["render", "sheet"]),
     ("crop", &["render", "info", "plan", "replay", "rays", "budget", "sheet"]),
     ("plan", &["render", "plan", "budget", "sheet", "converge"]),
-    ("frames", &["render"]),
+    ("frames", &["render", "plan"]),
     ("skip-existing", &["render"]),
     ("fixed-seed", &["render"]),
     ("samples", &["render"]),

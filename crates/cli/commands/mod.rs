@@ -8,5 +8,6 @@ pub mod plan;
 pub mod rays;
 pub mod render;
 pub mod replay;
+mod slices;
 #[cfg(feature = "report")]
 pub mod study;

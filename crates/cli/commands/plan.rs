@@ -1,5 +1,6 @@
 //! `dapple plan`: which features a render of the scene uses and omits, with reasons, and what that saves.
 
+use super::slices::Slices;
 use crate::args::PlanArgs;
 use crate::commands::render;
 use crate::error::Failure;
@@ -21,6 +22,14 @@ pub fn run(arguments: &PlanArgs, typed: &ArgMatches) -> Result<(), Failure> {
     let settings = render::settings(&options, view)?;
     render::warn(&loaded);
     effects::note_idle(&options, &settings, &loaded.scene, &view.camera);
+    if let Some(count) = arguments.slices {
+        let slices = Slices::new(&options, &settings, count)?;
+        match RenderOptions::is(options.json) {
+            true => standard_output::json(&slices),
+            false => standard_output::results(&slices.as_text()),
+        }
+        return Ok(());
+    }
     let plan = plan(&loaded.scene, &view.camera, &settings);
     let measured = match arguments.measure {
         true => Some(measure::against_general(&source, &options)?),

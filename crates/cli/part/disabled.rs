@@ -3,8 +3,9 @@
 use crate::known::Known;
 use crate::load::Loaded;
 use dapple_integrator::camera::Camera;
-use dapple_integrator::{Outcome, PilotResult, Settings};
+use dapple_integrator::{Outcome, Settings};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// What a part has for the error estimate: nothing.
 #[derive(Clone, Default)]
@@ -12,7 +13,7 @@ pub struct Errors(Vec<u8>);
 
 impl Errors {
     /// Renders nothing again.
-    pub fn render(_: &Loaded, _: &Camera, _: &Settings, _: Option<&PilotResult>, _: Range<u32>) -> Self {
+    pub fn render(_: &Loaded, _: &Camera, _: &Settings, _: Option<Arc<Vec<f32>>>, _: Range<u32>) -> Self {
         Self::default()
     }
 

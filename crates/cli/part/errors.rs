@@ -5,9 +5,10 @@ use crate::known::Known;
 use crate::load::Loaded;
 use dapple_analysis::estimate::{Replicates, Verdict, Way, replicated, unseen, within};
 use dapple_integrator::camera::Camera;
-use dapple_integrator::{Outcome, Peak, PilotResult, Settings, peak};
+use dapple_integrator::{Outcome, Peak, Settings, peak};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// What a part has for the error estimate of the whole.
@@ -31,7 +32,7 @@ impl Errors {
         loaded: &Loaded,
         camera: &Camera,
         settings: &Settings,
-        pilot: Option<&PilotResult>,
+        pilot: Option<Arc<Vec<f32>>>,
         samples: Range<u32>,
     ) -> Self {
         let (start, scene) = (Instant::now(), &loaded.scene);
@@ -43,8 +44,9 @@ impl Errors {
                     Some("the error of these samples is not random: they are the same for every seed".into());
             }
             Way::Replicate => {
-                let even = || std::sync::Arc::new(vec![0.0; settings.rect().area()]);
-                let within = pilot.and_then(|pilot| pilot.variance.clone()).unwrap_or_else(even);
+                // Without pilot samples the pixels are drawn evenly.
+                let even = || Arc::new(vec![0.0; settings.rect().area()]);
+                let within = pilot.unwrap_or_else(even);
                 let what = (scene, camera, settings);
                 match Replicates::render(what, &within, samples, &interrupt::asked) {
                     Some(found) => errors.replicates.push(found),

@@ -8,8 +8,9 @@ use crate::output::{Outputs, Written};
 use crate::part::{self, Errors, Notes, PartFile};
 use crate::say::say;
 use crate::{metering, saving};
+use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::NamedCamera;
-use dapple_integrator::{Outcome, Part, PilotResult, Settings};
+use dapple_integrator::{MethodKind, Outcome, Part, PilotResult, Settings};
 use std::collections::BTreeMap;
 
 /// What a part holds beside its sums, and its pilot samples.
@@ -38,8 +39,9 @@ impl Parting {
             let why = "the error of the whole is known only after dapple merge; leave out --error-limit";
             return Err(Failure::Arguments(format!("-o NAME.part: {why}")));
         }
-        let pilot = part::pilot(settings, view, loaded)?;
-        if pilot.is_none() {
+        let needs_pilot = settings.adaptive() || (is_part && !has_own_pilot(settings));
+        let pilot = if needs_pilot { part::pilot(settings, view, loaded)? } else { None };
+        if needs_pilot && pilot.is_none() {
             *settings = settings.clone().with_path(|p| p.adaptive = false);
         }
         let about = part::describe(options, settings, view, loaded)?;
@@ -68,7 +70,8 @@ impl Parting {
         };
         let start = settings.sample_range().start;
         let samples = start..start + outcome.stats.spp;
-        let errors = Errors::render(loaded, &view.camera, settings, self.pilot.as_ref(), samples);
+        let pilot = self.pilot.map_or_else(|| outcome.pilot.clone(), |pilot| pilot.variance);
+        let errors = Errors::render(loaded, &view.camera, settings, pilot, samples);
         let file = PartFile { about: self.about, part, notes: self.notes, errors };
         match file.encode(&outcome.film) {
             Ok(bytes) => outputs.write_parts(&bytes, written),
@@ -78,6 +81,14 @@ impl Parting {
             }
         }
     }
+}
+
+/// Whether a part begins with all pilot samples, or needs none, because its samples are independent.
+fn has_own_pilot(settings: &Settings) -> bool {
+    let range = settings.sample_range();
+    let has_all = settings.pilot_samples().is_none_or(|count| range.start == 0 && range.end >= count);
+    let is_random = settings.kind() == MethodKind::Path && settings.pattern == Pattern::Random;
+    has_all || is_random || !settings.picture
 }
 
 /// Whether a render both has checkpoints and writes a part under the same name.
