@@ -1,15 +1,20 @@
-//! The progress bar: on standard error, and only if that is a terminal.
+//! Progress of long work: a bar if standard error is a terminal, otherwise a line at intervals, or the messages of a
+//! scheduler.
 //!
 //! The bar is one line that fits the terminal: on narrow terminals the less important parts are omitted, and the bar
 //! itself takes the remaining width.
 
 use crate::say::say;
+use crate::standard_output;
 use console::{Term, measure_text_width};
 use dapple_integrator::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::fmt;
 use std::io::IsTerminal;
+use std::str::FromStr;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Minimum and maximum width of the bar itself, in columns; a narrower bar is omitted.
 const BAR: (usize, usize) = (6, 24);
@@ -20,24 +25,100 @@ const RANK: u8 = 3;
 /// Assumed width of a terminal that does not report its width, in columns.
 const COLUMNS: usize = 80;
 
-/// A progress bar, or nothing.
+/// Time of the first line where no bar is drawn, and the longest interval between two.
+const FIRST: Duration = Duration::from_secs(10);
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// Interval between two messages to a scheduler.
+const OFTEN: Duration = Duration::from_secs(1);
+
+/// How progress is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Style {
+    /// A bar on a terminal, otherwise lines.
+    #[default]
+    Auto,
+    /// A line on standard error after 10 s, at doubling intervals of up to a minute.
+    Lines,
+    /// `openjd_progress` and `openjd_status` on standard output, as schedulers that run Open Job Description read them.
+    OpenJd,
+}
+
+impl Style {
+    const ALL: [(Self, &'static str); 3] =
+        [(Self::Auto, "auto"), (Self::Lines, "lines"), (Self::OpenJd, "openjd")];
+}
+
+impl FromStr for Style {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.iter().find(|(_, name)| text.eq_ignore_ascii_case(name));
+        found.map(|(style, _)| *style).ok_or_else(|| "expected auto, lines or openjd".into())
+    }
+}
+
+impl fmt::Display for Style {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let found = Self::ALL.iter().find(|(style, _)| style == self);
+        f.write_str(found.map_or("auto", |(_, name)| name))
+    }
+}
+
+/// When the next line is due.
+struct Interval {
+    start: Instant,
+    next: Duration,
+    step: Duration,
+    longest: Duration,
+}
+
+impl Interval {
+    fn new(first: Duration, longest: Duration) -> Mutex<Self> {
+        Mutex::new(Self { start: Instant::now(), next: first, step: first, longest })
+    }
+
+    /// Whether a line is due `now` after the start; then the next one is scheduled.
+    fn is_due(&mut self, now: Duration) -> bool {
+        if now < self.next {
+            return false;
+        }
+        self.step = (2 * self.step).min(self.longest);
+        self.next = now + self.step;
+        true
+    }
+}
+
+/// Where progress goes.
+enum Shown {
+    Bar(ProgressBar),
+    Lines(Mutex<Interval>),
+    OpenJd(Mutex<Interval>),
+    Nowhere,
+}
+
+/// A progress bar, lines, or nothing.
 pub struct Bar {
-    bar: Option<ProgressBar>,
+    shown: Shown,
     /// Bits of the current error estimate; NaN = unknown.
     error: AtomicU64,
 }
 
 impl Bar {
-    /// Creates a bar; hidden if `quiet` is set or standard error is not a terminal.
+    /// Creates a bar, or lines where standard error is not a terminal; nothing if `quiet` is set.
     pub fn new(quiet: bool) -> Self {
-        let error = AtomicU64::new(f64::NAN.to_bits());
-        if quiet || !std::io::stderr().is_terminal() {
-            return Self { bar: None, error };
-        }
-        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-        let style = ProgressStyle::with_template("{msg}");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        Self { bar: Some(bar), error }
+        Self::of(quiet, Style::Auto)
+    }
+
+    /// Creates a bar of the given style. The messages to a scheduler are sent even if `quiet` is set.
+    pub fn of(quiet: bool, style: Style) -> Self {
+        let shown = match style {
+            Style::OpenJd => Shown::OpenJd(Interval::new(OFTEN, OFTEN)),
+            _ if quiet => Shown::Nowhere,
+            Style::Auto if std::io::stderr().is_terminal() => Shown::Bar(bar()),
+            _ => Shown::Lines(Interval::new(FIRST, LONGEST)),
+        };
+        Self { shown, error: AtomicU64::new(f64::NAN.to_bits()) }
     }
 
     /// Shows the progress of a render.
@@ -52,11 +133,25 @@ impl Bar {
     }
 
     fn draw(&self, fraction: f64, parts: impl FnOnce() -> Vec<(u8, String)>) {
-        if let Some(bar) = &self.bar {
-            let columns = Term::stderr().size_checked().map_or(COLUMNS, |(_, columns)| usize::from(columns));
-            // The last column stays free: some terminals wrap to the next line when it is written.
-            bar.set_message(line(columns.saturating_sub(1), fraction, parts()));
-            bar.tick();
+        let is_due = |interval: &Mutex<Interval>| {
+            interval.lock().is_ok_and(|mut interval| {
+                let now = interval.start.elapsed();
+                interval.is_due(now)
+            })
+        };
+        match &self.shown {
+            Shown::Bar(bar) => {
+                let columns =
+                    Term::stderr().size_checked().map_or(COLUMNS, |(_, columns)| usize::from(columns));
+                // The last column stays free: some terminals wrap to the next line when it is written.
+                bar.set_message(line(columns.saturating_sub(1), fraction, parts()));
+                bar.tick();
+            }
+            Shown::Lines(interval) if is_due(interval) => {
+                say(&format!("{} % · {}", percent(fraction), joined(parts())));
+            }
+            Shown::OpenJd(interval) if is_due(interval) => tell_scheduler(fraction, &joined(parts())),
+            Shown::Lines(_) | Shown::OpenJd(_) | Shown::Nowhere => {}
         }
     }
 
@@ -67,14 +162,14 @@ impl Bar {
 
     /// Whether the bar is visible.
     pub fn is_shown(&self) -> bool {
-        self.bar.is_some()
+        matches!(self.shown, Shown::Bar(_))
     }
 
     /// Runs a function that writes to the terminal, above the bar.
     pub fn aside(&self, write: impl FnOnce()) {
-        match &self.bar {
-            Some(bar) => bar.suspend(write),
-            None => write(),
+        match &self.shown {
+            Shown::Bar(bar) => bar.suspend(write),
+            _ => write(),
         }
     }
 
@@ -85,10 +180,38 @@ impl Bar {
 
     /// Removes the bar.
     pub fn finish(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
+        match &self.shown {
+            Shown::Bar(bar) => bar.finish_and_clear(),
+            Shown::OpenJd(_) => tell_scheduler(1.0, "rendered"),
+            Shown::Lines(_) | Shown::Nowhere => {}
         }
     }
+}
+
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{msg}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
+/// Prints the messages of Open Job Description: the percentage done, and a text.
+fn tell_scheduler(fraction: f64, status: &str) {
+    standard_output::result(&format!("openjd_progress: {:.1}", 100.0 * sound(fraction)));
+    standard_output::result(&format!("openjd_status: {status}"));
+}
+
+/// A fraction between 0 and 1.
+fn sound(fraction: f64) -> f64 {
+    if fraction.is_nan() { 0.0 } else { fraction.clamp(0.0, 1.0) }
+}
+
+fn percent(fraction: f64) -> u32 {
+    (100.0 * sound(fraction)).floor() as u32
+}
+
+fn joined(parts: Vec<(u8, String)>) -> String {
+    parts.into_iter().map(|(_, part)| part).collect::<Vec<_>>().join(" · ")
 }
 
 /// Returns the texts beside the bar, in order, each with its rank: rank 1 is omitted last.
@@ -112,8 +235,8 @@ fn left(fraction: f64, seconds: f64) -> String {
 
 /// Formats one line of at most `columns`: the percentage, a bar, and as many of the parts as fit.
 fn line(columns: usize, fraction: f64, mut parts: Vec<(u8, String)>) -> String {
-    let fraction = if fraction.is_nan() { 0.0 } else { fraction.clamp(0.0, 1.0) };
-    let percent = format!("{:>3.0}%", (100.0 * fraction).floor());
+    let fraction = sound(fraction);
+    let percent = format!("{:>3}%", percent(fraction));
     let free = columns.saturating_sub(percent.len());
     // A space precedes each part, or a dot between two parts.
     let width = |parts: &[(u8, String)]| {
@@ -131,7 +254,7 @@ fn line(columns: usize, fraction: f64, mut parts: Vec<(u8, String)>) -> String {
     }
     let room = (free - width(&parts)).saturating_sub(1).min(BAR.1);
     let bar = if room < BAR.0 { String::new() } else { format!(" {}", blocks(room, fraction)) };
-    let said = parts.into_iter().map(|(_, part)| part).collect::<Vec<_>>().join(" · ");
+    let said = joined(parts);
     format!("{percent}{bar} {said}").trim_end().chars().take(columns).collect()
 }
 
@@ -163,6 +286,14 @@ mod tests {
         let said = line(200, 0.0, at(0.0, 0, 0, 0, 0.0123));
         assert!(said.ends_with("0 spp · error 1.23 % · 0.00 Mrays/s · 0:00 elapsed · ? left"), "{said}");
         assert_eq!(clock(3725.0), "1:02:05");
+    }
+
+    #[test]
+    fn lines_come_at_doubling_intervals() {
+        let second = Duration::from_secs(1);
+        let mut interval = Interval { start: Instant::now(), next: FIRST, step: FIRST, longest: LONGEST };
+        let times: Vec<u32> = (0..400).filter(|now| interval.is_due(*now * second)).collect();
+        assert_eq!(times, [10, 30, 70, 130, 190, 250, 310, 370]);
     }
 
     /// The line fits however narrow the terminal and however large the numbers are; the remaining time is omitted last.

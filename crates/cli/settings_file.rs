@@ -87,7 +87,7 @@ const SIDECAR_KEYS: [&str; 55] = [
 
 /// Options that only the user can set: outputs, messages, use of the machine, and consent.
 #[cfg(test)]
-const USER_KEYS: [&str; 22] = [
+const USER_KEYS: [&str; 23] = [
     "output",
     "aov",
     "half",
@@ -96,6 +96,7 @@ const USER_KEYS: [&str; 22] = [
     "frames",
     "skip-existing",
     "samples",
+    "progress",
     "save-every",
     "checkpoint",
     "checkpoint-every",

@@ -90,6 +90,7 @@ const OF_SOME: &[(&str, &[&str])] = &[
     ("skip-existing", &["render"]),
     ("fixed-seed", &["render"]),
     ("samples", &["render"]),
+    ("progress", &["render"]),
     ("save-every", &["render"]),
     ("checkpoint", &["render"]),
     ("checkpoint-every", &["render"]),

@@ -1,5 +1,6 @@
 //! Options of long renders: what is saved while they run.
 
+use crate::progress::Style;
 use crate::values::{self, SampleRange, Seconds};
 use clap::Args;
 use std::path::PathBuf;
@@ -30,6 +31,10 @@ pub struct LongOptions {
     /// can repeat one command.
     #[arg(long, value_name = "FILE", help_heading = "Long renders")]
     pub resume: Option<PathBuf>,
+    /// How to show progress: auto (a bar on a terminal, otherwise lines), lines (on standard error, after 10 s and at
+    /// intervals of up to a minute), or openjd (openjd_progress and openjd_status on standard output) [default: auto]
+    #[arg(long, value_name = "STYLE", help_heading = "Long renders")]
+    pub progress: Option<Style>,
     /// Save the image so far as NAME.partial.EXT at this interval; 0 = never [default: after 1, 3 and 7 minutes, then
     /// every 5 minutes]
     ///

@@ -255,7 +255,7 @@ fn draw(
     options: &RenderOptions,
     (saves, state, is_part): (Saves<'_, '_>, Option<State>, bool),
 ) -> Result<(Outcome, Known, Option<Part>), Failure> {
-    let bar = Bar::new(RenderOptions::is(options.quiet));
+    let bar = Bar::of(RenderOptions::is(options.quiet), options.long.progress.unwrap_or_default());
     let (scene, camera) = (&loaded.scene, &view.camera);
     let mut errors = ErrorWatch::new((scene, camera, settings), options, &bar)?;
     let timed = &in_time(settings, options);
