@@ -76,6 +76,7 @@ const PINNED: [(&str, &[&str], &[&str]); 12] = [
             "glam",
             "indicatif",
             "postcard",
+            "rustix",
             "safetensors",
             "same-file",
             "serde",
@@ -88,7 +89,7 @@ const PINNED: [(&str, &[&str], &[&str]); 12] = [
             "tracing",
             "tracing-subscriber",
         ],
-        &["clap_complete", "clap_mangen", "dapple-analysis", "dapple-verify", "maud", "rustix"],
+        &["clap_complete", "clap_mangen", "dapple-analysis", "dapple-verify", "maud"],
     ),
 ];
 

@@ -191,3 +191,124 @@ fn many_threads() {
     assert!(bytes("1") == bytes("64"));
     row("1 and 64 threads", 2, "nothing", "0");
 }
+
+/// A checkpoint that is truncated anywhere, or has a flipped bit, is refused, and stays as it is.
+#[test]
+fn damaged_checkpoints() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let small = ["render", "--size", "32x24", "--spp", "4", "--quiet", "-o", "a.exr"];
+    well(path, &[&small[..], &["--checkpoint", "c"]].concat());
+    let image = fs::read(path.join("a.exr")).unwrap();
+    let whole = fs::read(path.join("c")).unwrap();
+    let resume = |bytes: &[u8]| {
+        fs::write(path.join("c"), bytes).unwrap();
+        let found = run(path, &[&small[..], &["--resume", "c"]].concat());
+        assert!(found.code == 0 || fs::read(path.join("c")).unwrap() == bytes);
+        found.code
+    };
+    let cuts: Vec<usize> = (0..whole.len()).step_by(4096).collect();
+    assert!(cuts.len() > 5 && cuts.iter().all(|length| resume(&whole[..*length]) == 2));
+    row("checkpoint truncated at every 4 KiB", cuts.len(), "the checkpoint", "2");
+    let flips = 40;
+    for i in 0..flips {
+        let mut flipped = whole.clone();
+        let bit = (8 * whole.len() / flips) * i + 3;
+        flipped[bit / 8] ^= 1 << (bit % 8);
+        // A bit of the padding after the header means nothing.
+        let is_same = || fs::read(path.join("a.exr")).unwrap() == image;
+        assert!(resume(&flipped) == 2 || is_same(), "bit {bit}");
+    }
+    row("bit of a checkpoint flipped", flips, "the checkpoint", "2");
+}
+
+/// Parts of another scene, seed or version of the samples are not merged; neither are damaged ones.
+#[test]
+fn parts_that_do_not_belong_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let part = |name: &str, samples: &str, more: &[&str]| {
+        let small = ["render", "--size", "8x8", "--spp", "8", "--quiet", "--samples", samples, "-o", name];
+        well(path, &[&small[..], more].concat());
+    };
+    part("a.part", "0:4", &[]);
+    part("b.part", "4:8", &["--seed", "1"]);
+    part("c.part", "4:8", &["builtin:furnace"]);
+    part("d.part", "4:8", &[]);
+    let merge = |other: &str| run(path, &["merge", "a.part", other, "-o", "m.exr"]);
+    for other in ["b.part", "c.part"] {
+        let found = merge(other);
+        assert!(found.code == 2 && found.err.contains("not of the same render as a.part"), "{}", found.err);
+    }
+    row("parts of other seeds and scenes", 2, "nothing", "2");
+    let whole = fs::read(path.join("d.part")).unwrap();
+    let cuts: Vec<usize> = (0..whole.len()).step_by(1 + whole.len() / 20).collect();
+    for length in &cuts {
+        fs::write(path.join("e.part"), &whole[..*length]).unwrap();
+        assert_eq!(merge("e.part").code, 2);
+    }
+    row("part truncated", cuts.len(), "the part", "2");
+    let bits = dapple_integrator::BITS;
+    let at = find(&whole, format!("\"bits\":\"{bits}\"").as_bytes());
+    let mut older = whole.clone();
+    older[at + 8] = b'0';
+    fs::write(path.join("e.part"), &older).unwrap();
+    assert_eq!(merge("e.part").code, 2);
+    row("part of another version of the samples", 1, "nothing", "2");
+    assert_eq!(merge("d.part").code, 0);
+}
+
+/// Position of `word` in `bytes`.
+fn find(bytes: &[u8], word: &[u8]) -> usize {
+    bytes.windows(word.len()).position(|at| at == word).unwrap()
+}
+
+/// The clock of the system is read nowhere in a render, so that setting it does not change a time limit.
+#[test]
+fn the_clock_goes_backwards() {
+    fn sources(folder: &Path, all: &mut Vec<String>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                sources(&path, all);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                all.push(fs::read_to_string(path).unwrap());
+            }
+        }
+    }
+    let mut all = Vec::new();
+    ["integrator/src", "cli"].iter().for_each(|name| {
+        sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("crates").join(name), &mut all);
+    });
+    assert!(all.len() > 100 && all.iter().any(|text| text.contains("Instant::now")));
+    assert!(!all.iter().any(|text| text.contains("SystemTime")));
+    row("clock set back under --time-limit", 1, "nothing: time is monotonic", "0");
+}
+
+/// A panic in one tile costs its pixels; the other pixels are rendered, and the failure is reported.
+#[test]
+fn a_panic_in_one_tile() {
+    use dapple_integrator::scene::builtin::builtin;
+    use dapple_integrator::{Integrator, Renderer, SampleContext, Settings};
+    use std::sync::atomic::{AtomicBool, Ordering};
+    /// Panics at its first sample.
+    struct Broken(AtomicBool);
+    impl Integrator for Broken {
+        fn radiance(&self, _: &dapple_integrator::math::Ray, _: &SampleContext<'_>) -> glam::Vec3 {
+            assert!(self.0.swap(true, Ordering::Relaxed), "an error of the program");
+            glam::Vec3::ONE
+        }
+    }
+    let scene = builtin("cornell").unwrap().build().unwrap();
+    let settings = Settings { size: (48, 32), ..Settings::default() }.with_spp(2);
+    let broken = Broken(AtomicBool::new(false));
+    let mut renderer =
+        Renderer::with_integrator(&scene, &scene.cameras[0].camera, &settings, &broken).unwrap();
+    renderer.advance(2, &|_| std::ops::ControlFlow::Continue(()));
+    let (outcome, part) = renderer.finish_with_part(dapple_integrator::Advance::Reached);
+    let black = outcome.film.mean().pixels.iter().filter(|pixel| **pixel == glam::Vec3::ZERO).count();
+    assert_eq!((outcome.stats.failures.len(), black), (1, 256));
+    let covered: usize = part.unwrap().covered().iter().map(|covered| covered.rect.area()).sum();
+    assert_eq!(covered, 48 * 32 - 256);
+    row("panic in one tile", 1, "the 256 pixels of the tile", "4");
+}

@@ -282,6 +282,45 @@ fn gaps_are_allowed_on_request() {
     assert!(bytes(path, "all.exr") == bytes(path, "whole.exr"));
 }
 
+/// A part that is stopped continues from its checkpoint; without one the samples so far are a part under another name.
+#[cfg(unix)]
+#[test]
+fn stopped_parts_are_continued() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let small = ["render", "--size", "64x64", "--spp", "4000", "--seed", "7"];
+    let stopped = |more: &[&str]| {
+        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_dapple"))
+            .args([&small[..], &["--samples", "10:2000", "-o", "a.part", "-v"], more].concat())
+            .current_dir(path)
+            .stderr(std::process::Stdio::piped())
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        let said = dapple::begun(&mut child);
+        std::thread::sleep(std::time::Duration::from_millis(400));
+        dapple::signal(&child, "-TERM");
+        let rest: String = std::io::Read::bytes(said).map_while(Result::ok).map(char::from).collect();
+        assert_eq!(child.wait().unwrap().code(), Some(3), "{rest}");
+        assert!(!path.join("a.part").exists());
+        rest
+    };
+    let said = stopped(&["--checkpoint", "c", "--resume", "c"]);
+    assert!(said.contains("the part is not written: --resume continues it"), "{said}");
+    let resume = ["--samples", "10:2000", "-o", "a.part", "--checkpoint", "c", "--resume", "c", "--quiet"];
+    well(path, &[&small[..], &resume].concat());
+    fs::rename(path.join("a.part"), path.join("resumed.part")).unwrap();
+    well(path, &[&small[..], &["--samples", "10:2000", "-o", "once.part", "--quiet"]].concat());
+    let image = |part: &str| {
+        well(path, &["merge", part, "--allow-gaps", "-o", "x.exr", "--quiet"]);
+        bytes(path, "x.exr")
+    };
+    assert!(image("resumed.part") == image("once.part"));
+    stopped(&[]);
+    let gaps = run(path, &["merge", "a.partial.part", "-o", "x.exr"]);
+    assert!(gaps.code == 2 && gaps.err.contains("samples 0:10 of pixels"), "{}", gaps.err);
+}
+
 /// The ranges of a plan are the whole, in order, for every frame.
 #[test]
 fn plans_divide_all_samples() {

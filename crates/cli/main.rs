@@ -46,6 +46,7 @@ mod options;
 mod output;
 mod part;
 mod partial;
+mod preflight;
 mod progress;
 mod report;
 mod retrace;

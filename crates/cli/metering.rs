@@ -11,7 +11,7 @@ use dapple_integrator::camera::Camera;
 use dapple_integrator::imaging::metering;
 use dapple_integrator::sampling::Pattern;
 use dapple_integrator::scene::Scene;
-use dapple_integrator::{MethodKind, Settings, render};
+use dapple_integrator::{MethodKind, Settings, Stats, render};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -30,6 +30,12 @@ pub fn exposure(scene: &Scene, camera: &Camera, settings: &Settings) -> f32 {
     let progress = |_| if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let outcome = render(scene, camera, &small(settings), &progress);
     metering::exposure(&outcome.film.mean()).min(most)
+}
+
+/// Renders the metered image, and returns its statistics.
+pub fn trial(scene: &Scene, camera: &Camera, settings: &Settings) -> Stats {
+    let progress = |_| if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    render(scene, camera, &small(settings), &progress).stats
 }
 
 /// Returns the requested exposure, else the metered one for all images of `camera`, which is printed once; `what` names

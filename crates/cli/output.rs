@@ -3,10 +3,10 @@
 use crate::error::Failure;
 use crate::options::RenderOptions;
 use crate::saving;
-use dapple_integrator::Outcome;
 use dapple_integrator::imaging::picture::MetaValue;
 use dapple_integrator::imaging::write::{self, Depth, PngDepth, PngOptions};
 use dapple_integrator::imaging::{Image, ImageError, Tone};
+use dapple_integrator::{Aov, Outcome};
 use std::path::{Path, PathBuf};
 
 /// Image formats, selected by extension.
@@ -125,17 +125,39 @@ impl Outputs {
         written
     }
 
+    /// Returns the size of an image per pixel in bytes, without compression; none for a part, and for other files.
+    pub fn bytes_per_pixel(&self, path: &Path, options: &RenderOptions) -> Option<u64> {
+        let (_, format) = self.files.iter().find(|(file, _)| file == path)?;
+        let colours = if RenderOptions::is(options.transparent) { 4 } else { 3 };
+        match format {
+            Format::Exr => {
+                let channels = |aov: &Aov| match aov {
+                    Aov::Depth | Aov::SampleCount | Aov::ObjectId | Aov::MaterialId => 1,
+                    Aov::Cryptomatte => 24,
+                    _ => 4,
+                };
+                let layers: u64 = options.layers().iter().map(channels).sum();
+                Some((colours + layers) * if self.depth == Depth::Half { 2 } else { 4 })
+            }
+            Format::Png => Some(colours * if self.png_depth == PngDepth::Sixteen { 2 } else { 1 }),
+            Format::Hdr => Some(5),
+            Format::Part => None,
+        }
+    }
+
     /// Returns the paths of the parts among the files.
     pub fn parts(&self) -> impl Iterator<Item = &Path> {
         self.files.iter().filter(|(_, format)| *format == Format::Part).map(|(path, _)| path.as_path())
     }
 
-    /// Writes the parts, and adds them to what was written.
-    pub fn write_parts(&self, bytes: &[u8], written: &mut Written) {
+    /// Writes the parts, and adds them to what was written; those that lack requested samples under the name
+    /// `NAME.partial.part`.
+    pub fn write_parts(&self, bytes: &[u8], is_whole: bool, written: &mut Written) {
         for path in self.parts() {
-            let at = saving::save(path, |path| write::replace(path, bytes));
-            if at.as_deref() != Some(path) {
-                written.failed.push(path.to_path_buf());
+            let path = if is_whole { path.to_path_buf() } else { path.with_extension("partial.part") };
+            let at = saving::save(&path, |path| write::replace(path, bytes));
+            if at.as_ref() != Some(&path) {
+                written.failed.push(path);
             }
             written.paths.extend(at);
         }

@@ -87,7 +87,7 @@ const SIDECAR_KEYS: [&str; 55] = [
 
 /// Options that only the user can set: outputs, messages, use of the machine, and consent.
 #[cfg(test)]
-const USER_KEYS: [&str; 23] = [
+const USER_KEYS: [&str; 24] = [
     "output",
     "aov",
     "half",
@@ -97,6 +97,7 @@ const USER_KEYS: [&str; 23] = [
     "skip-existing",
     "samples",
     "progress",
+    "dry-run",
     "save-every",
     "checkpoint",
     "checkpoint-every",

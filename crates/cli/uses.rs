@@ -91,6 +91,7 @@ const OF_SOME: &[(&str, &[&str])] = &[
     ("fixed-seed", &["render"]),
     ("samples", &["render"]),
     ("progress", &["render"]),
+    ("dry-run", &["render"]),
     ("save-every", &["render"]),
     ("checkpoint", &["render"]),
     ("checkpoint-every", &["render"]),

@@ -36,7 +36,7 @@ pub fn run(arguments: &MergeArgs) -> Result<ExitCode, Failure> {
     let mut written = outputs.write(&outcome, &outcome.film.mean(), None);
     if outputs.parts().next().is_some() {
         let bytes = merged.encode(&outcome.film).map_err(Failure::Arguments)?;
-        outputs.write_parts(&bytes, &mut written);
+        outputs.write_parts(&bytes, true, &mut written);
     }
     let report = Report::new(arguments, &merged, &outcome, &known, (&outputs, &written));
     if !arguments.quiet {

@@ -31,6 +31,11 @@ pub struct LongOptions {
     /// can repeat one command.
     #[arg(long, value_name = "FILE", help_heading = "Long renders")]
     pub resume: Option<PathBuf>,
+    /// Check everything, print a forecast of memory, rays, time and disk space, and end before the first ray
+    ///
+    /// The exit code is 2 where the render would be refused. A small image is rendered to measure the speed.
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", hide_possible_values = true, help_heading = "Long renders")]
+    pub dry_run: Option<bool>,
     /// How to show progress: auto (a bar on a terminal, otherwise lines), lines (on standard error, after 10 s and at
     /// intervals of up to a minute), or openjd (openjd_progress and openjd_status on standard output) [default: auto]
     #[arg(long, value_name = "STYLE", help_heading = "Long renders")]
@@ -42,4 +47,11 @@ pub struct LongOptions {
     /// the render ends. On Unix, the signal USR1 saves one at once.
     #[arg(long, value_name = "TIME", value_parser = values::interval, help_heading = "Long renders")]
     pub save_every: Option<Seconds>,
+}
+
+impl LongOptions {
+    /// Whether the render can be continued from a file.
+    pub fn has_checkpoint(&self) -> bool {
+        self.checkpoint.is_some() || self.resume.is_some()
+    }
 }

@@ -52,6 +52,13 @@ pub fn run(
     Ok(code)
 }
 
+/// The options of the first image that a render writes.
+pub fn first_of(source: &Source, options: &RenderOptions) -> Result<RenderOptions, Failure> {
+    let Some(range) = options.frames.frames else { return Ok(options.clone()) };
+    let first = range.numbers().next().unwrap_or_default();
+    Ok(Sequence::new(source, options, range)?.frame(first))
+}
+
 /// A sequence of frames in progress.
 struct Sequence<'a> {
     options: &'a RenderOptions,

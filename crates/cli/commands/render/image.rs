@@ -12,11 +12,13 @@ use crate::load::{self, Loaded, Source};
 use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::partial::Partial;
+use crate::preflight::planned;
 use crate::progress::Bar;
 use crate::report::Report;
 use crate::say::{say, say_lines};
 use crate::{
-    consent, effects, interrupt, log, metadata, metering, retrace, saving, standard_output, verbose,
+    consent, effects, interrupt, log, metadata, metering, preflight, retrace, saving, standard_output,
+    verbose,
 };
 use clap::ArgMatches;
 use dapple_integrator::sampling::Pattern;
@@ -109,6 +111,7 @@ pub fn image(
     }
     consent::of_rays(options, &settings, &loaded.scene, &view.camera)?;
     effects::confirm(options, &settings, &loaded.scene, &view.camera)?;
+    preflight::check(&planned(&outputs, &checkpoint, options, &settings, 1), options)?;
     if is_first {
         interrupt::listen();
     }
@@ -137,6 +140,7 @@ pub fn image(
     }
     let mut written = outputs.write(&outcome, &outcome.film.mean(), ending.comment());
     if let Some(part) = part {
+        let sums = (sums, ending.is_early(), options.long.has_checkpoint());
         part.end((&loaded, view, &settings), sums, (&outputs, &outcome), &mut written);
     }
     if written.failed.is_empty() {

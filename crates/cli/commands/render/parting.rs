@@ -52,19 +52,21 @@ impl Parting {
         Ok(Self { pilot, about, notes })
     }
 
-    /// Measures the error of the part `sums`, and writes it to the outputs that are parts.
+    /// Measures the error of the part `sums`, and writes it to the outputs that are parts. Of a render that was stopped
+    /// (`is_early`), nothing is written if its checkpoint continues it (`has_checkpoint`).
     pub fn end(
         self,
         (loaded, view, settings): (&Loaded, &NamedCamera, &Settings),
-        sums: Option<Part>,
+        (sums, is_early, has_checkpoint): (Option<Part>, bool, bool),
         (outputs, outcome): (&Outputs, &Outcome),
         written: &mut Written,
     ) {
         if outputs.parts().next().is_none() {
             return;
         }
-        let Some(part) = sums else {
-            say("no part is written, because not every pixel has a sample");
+        let Some(part) = sums.filter(|_| !(is_early && has_checkpoint)) else {
+            let why = if has_checkpoint { "--resume continues it" } else { "not every pixel has a sample" };
+            say(&format!("the part is not written: {why}"));
             written.failed.extend(outputs.parts().map(Into::into));
             return;
         };
@@ -74,7 +76,7 @@ impl Parting {
         let errors = Errors::render(loaded, &view.camera, settings, pilot, samples);
         let file = PartFile { about: self.about, part, notes: self.notes, errors };
         match file.encode(&outcome.film) {
-            Ok(bytes) => outputs.write_parts(&bytes, written),
+            Ok(bytes) => outputs.write_parts(&bytes, !is_early, written),
             Err(why) => {
                 say(&format!("error: the part cannot be encoded: {why}"));
                 saving::lose();
