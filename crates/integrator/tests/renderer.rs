@@ -112,10 +112,21 @@ fn a_state_belongs_to_its_settings() {
     renderer.advance(3, &go);
     let resume = |settings: &Settings| Renderer::resume(&scene, camera, settings, renderer.state()).err();
     assert_eq!(resume(&settings.clone().with_threads(1)), None);
-    // A point set of another size has other points; a render with the same specified size, or with random points, may
-    // continue.
-    assert_eq!(resume(&settings.clone().with_spp(100)), Some(SettingsError::OtherRender));
+    // Sobol points are a sequence from sets of 16 on, so that the render may continue to the bits of a longer one.
+    let longer = settings.clone().with_spp(100);
+    let mut resumed = Renderer::resume(&scene, camera, &longer, renderer.state()).unwrap();
+    resumed.advance(u32::MAX, &go);
+    assert!(is_same(&resumed.finish(), &render(&scene, camera, &longer, &go)));
+    assert_eq!(resume(&settings.clone().with_spp(8)), Some(SettingsError::OtherRender));
     assert_eq!(resume(&settings.clone().with_path(|p| (p.samples, p.of) = (0..100, Some(24)))), None);
+    // A set of cells of another size has other points; one of the same specified size may continue.
+    let cells = Settings { pattern: Pattern::Stratified, ..settings.clone() };
+    let mut stratified = Renderer::new(&scene, camera, &cells).unwrap();
+    stratified.advance(3, &go);
+    let resume_cells =
+        |settings: &Settings| Renderer::resume(&scene, camera, settings, stratified.state()).err();
+    assert_eq!(resume_cells(&cells.clone().with_spp(100)), Some(SettingsError::OtherRender));
+    assert_eq!(resume_cells(&cells.clone().with_path(|p| (p.samples, p.of) = (0..100, Some(24)))), None);
     for other in [
         Settings { seed: 4, ..settings.clone() },
         Settings { max_bounces: 3, ..settings.clone() },
