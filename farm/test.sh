@@ -14,7 +14,7 @@ export DAPPLE
 [ -x "$DAPPLE" ] || { echo "$DAPPLE: no program; build it with cargo build --release" >&2; exit 2; }
 work=$(mktemp -d)
 scene=$root/scenes/cornell_spheres.gltf
-options=(--size 128x96 --spp 2048 --seed 3)
+options=(--size 128x96 --spp 512 --seed 3)
 slices=8
 daemons=()
 finish() {
@@ -85,13 +85,14 @@ read -r array merge < <("$here/slurm.sh" "$scene" "$work/slurm.out" $slices "$wo
 killed=
 for _ in $(seq 6000); do
   [ -e "$work/slurm.out/3.part" ] && break
+  squeue -h -j "$array" 2>/dev/null | grep -q . || break
   if [ -e "$work/slurm.out/3.checkpoint" ]; then
     scontrol requeue "${array}_3" && killed=yes
     break
   fi
   sleep 0.05
 done
-[ -n "$killed" ] || { echo "no task was killed" >&2; exit 1; }
+[ -n "$killed" ] || { cat "$work"/slurm.out/*.log >&2; echo "no task was killed" >&2; exit 1; }
 for _ in $(seq 3600); do
   state=$(squeue -h -j "$merge" -o %T 2>/dev/null || true)
   # A requeued task waits for two minutes, unless it is told to start.

@@ -338,6 +338,9 @@ fn plans_divide_all_samples() {
     assert_eq!(frames, [3, 3, 4, 4, 5, 5]);
     let lines = well(folder.path(), &["plan", "builtin:cornell", "--slices", "2", "--spp", "32"]).out;
     assert_eq!(lines, "--samples 0:24\n--samples 24:32\n");
+    // The options of the render may all be given.
+    let more = ["--slices", "2", "--spp", "32", "--half", "--checkpoint", "c", "-o", "a.part", "--quiet"];
+    assert_eq!(well(folder.path(), &[&["plan", "builtin:cornell"], &more[..]].concat()).out, lines);
     let few = run(folder.path(), &["plan", "builtin:cornell", "--slices", "9", "--spp", "8"]);
     assert!(few.code == 2 && few.err.contains("only 8 samples"), "{}", few.err);
 }

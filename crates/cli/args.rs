@@ -88,7 +88,8 @@ pub struct PlanArgs {
     #[arg(long)]
     pub measure: bool,
     /// Divide the samples, and those of every frame of --frames, into N ranges of equal expected cost, and print the
-    /// options that render each: for the tasks of a farm, whose parts `dapple merge` joins
+    /// options that render each: for the tasks of a farm, whose parts `dapple merge` joins. All options of render are
+    /// accepted then
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub slices: Option<u32>,
     #[command(flatten)]

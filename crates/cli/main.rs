@@ -8,6 +8,8 @@
 //! `error`); values and their names (`values`, `aliases`); `options`; the command line (`args`, `help`, `complaint`,
 //! `layer`, `settings_file`); loading (`load`, `view`, `effects`); `commands`.
 #![deny(unsafe_code)]
+#![cfg_attr(fuzzing, no_main)]
+#![cfg_attr(fuzzing, allow(dead_code, reason = "a fuzz target uses the readers alone"))]
 #![cfg_attr(not(feature = "report"), allow(dead_code, reason = "some parts serve only the study commands"))]
 
 mod aliases;
@@ -29,6 +31,8 @@ mod error_watch;
 mod events;
 mod first_sight;
 mod first_word;
+#[cfg(fuzzing)]
+mod fuzzing;
 mod help;
 mod idle;
 mod inputs;

@@ -217,12 +217,21 @@ impl PartFile {
 
     /// Reads a file; the error says what is wrong with it.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let bytes = fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
-        let Contents { mut about, state, .. } = Contents::decode(Kind::Part, &bytes)?;
+        Self::decode(&fs::read(path).map_err(|e| format!("cannot be read: {e}"))?)
+    }
+
+    /// Decodes a file; the error says what is wrong with it.
+    pub fn decode(bytes: &[u8]) -> Result<Self, String> {
+        let Contents { mut about, state, .. } = Contents::decode(Kind::Part, bytes)?;
         about.remove("samples");
+        Self::of_state(about, &state)
+    }
+
+    /// Decodes the encoded sums.
+    pub fn of_state(about: BTreeMap<String, String>, state: &[u8]) -> Result<Self, String> {
         let other = "it was written by another version of this program, whose sums this one does not read";
         let (part, notes, errors): (Part, Notes, Vec<u8>) =
-            postcard::from_bytes(&state).map_err(|_| other.to_string())?;
+            postcard::from_bytes(state).map_err(|_| other.to_string())?;
         part.check().map_err(|e| e.to_string())?;
         Ok(Self { about, part, notes, errors: Errors::decode(&errors).ok_or(other)? })
     }

@@ -177,6 +177,15 @@ pub fn sidecar(scene: &Path) -> Option<PathBuf> {
     Some(scene.with_extension("toml")).filter(|path| path.is_file())
 }
 
+/// Applies a file as one beside a scene and as the user's own.
+#[cfg(fuzzing)]
+pub fn fuzzed(path: &Path) -> Result<(), Failure> {
+    let mut options = RenderOptions::default();
+    apply_file(&mut options, path, Trust::Scene { anywhere: false }, "render")?;
+    apply_file(&mut options, path, Trust::User, "sheet")?;
+    consent::of_values(&mut options)
+}
+
 /// Applies the file; returns the keys that it is not allowed to set.
 fn apply_file(
     options: &mut RenderOptions,

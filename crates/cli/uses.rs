@@ -119,9 +119,14 @@ pub fn serves(command: &str, option: &str) -> bool {
     !COMMANDS.contains(&command) || listed.is_none_or(|(_, commands)| commands.contains(&command))
 }
 
+/// Whether the command is `plan --slices`, which takes all options of the render that it divides.
+fn divides(command: &str, typed: &ArgMatches) -> bool {
+    command == "plan" && typed.value_source("slices") == Some(ValueSource::CommandLine)
+}
+
 /// Rejects typed options that have no effect on the command.
 pub fn refuse(command: &str, typed: &ArgMatches) -> Result<(), Failure> {
-    if !COMMANDS.contains(&command) {
+    if !COMMANDS.contains(&command) || divides(command, typed) {
         return Ok(());
     }
     for (option, id) in options::ids().iter().filter(|(option, _)| !serves(command, option)) {
