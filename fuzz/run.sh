@@ -7,7 +7,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 target=${1:?target} seconds=${2:-600} seeds=${3:-}
 mkdir -p "corpus/$target" found
-flags='--cfg fuzzing -Cpasses=sancov-module -Ccodegen-units=1 -Cdebug-assertions=yes -Coverflow-checks=yes'
+flags='--cfg fuzzing -Cpasses=sancov-module -Ccodegen-units=1'
 for option in level=4 inline-8bit-counters pc-table trace-compares; do
   flags+=" -Cllvm-args=-sanitizer-coverage-$option"
 done

@@ -15,7 +15,6 @@ use dapple_integrator::scene::Scene;
 use dapple_integrator::{Outcome, Peak, SampleAllocation, Settings, Snapshot, Tail, peak};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use std::borrow::Cow;
 use std::cell::{Cell, OnceCell};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -238,7 +237,7 @@ impl<'a> ErrorWatch<'a> {
             (guess, doubt)
         } else {
             self.looks += 1;
-            let measured = self.measure(film, at.spp, at.allocation, None).unwrap_or(guess);
+            let measured = self.measure(film, at.spp, at.allocation).unwrap_or(guess);
             (measured, self.judge(measured, (film, &tail), self.confidence(self.looks)))
         };
         self.held = Some(verdict.clone()).filter(|v| v.reliable && v.bound <= limit);
@@ -281,13 +280,7 @@ impl<'a> ErrorWatch<'a> {
     }
 
     /// Measures the error of an image of `spp` samples; renders a small part of it again where no other way exists.
-    fn measure(
-        &self,
-        film: &Film,
-        spp: u32,
-        allocation: Option<&Arc<SampleAllocation>>,
-        pilot: Option<&[f32]>,
-    ) -> Option<Estimate> {
+    fn measure(&self, film: &Film, spp: u32, allocation: Option<&Arc<SampleAllocation>>) -> Option<Estimate> {
         let start = Instant::now();
         let found = match self.way {
             Way::Within => within(film, self.confidence(self.looks)),
@@ -296,8 +289,7 @@ impl<'a> ErrorWatch<'a> {
                 let confidence = self.confidence(self.looks);
                 let deadline = self.deadline;
                 let stop = || interrupt::asked() || late(deadline);
-                let now = || Cow::from(variances(film));
-                let within = pilot.map_or_else(now, Cow::from);
+                let within = variances(film);
                 let (whole, scene) = ((film, spp), self.scene);
                 let found = replicate_until(scene, self.camera, &settings, whole, &within, confidence, &stop);
                 self.is_cut.set(self.is_cut.get() || stop());
@@ -335,9 +327,7 @@ impl<'a> ErrorWatch<'a> {
     /// well if the last line has none.
     pub fn finish(mut self, outcome: &Outcome) -> Known {
         let stats = &outcome.stats;
-        // The pilot samples draw the same pixels if the image is merged from parts.
-        let pilot = outcome.pilot.as_ref().map(|pilot| pilot.as_slice());
-        let measured = || self.measure(&outcome.film, stats.spp, outcome.allocation.as_ref(), pilot);
+        let measured = || self.measure(&outcome.film, stats.spp, outcome.allocation.as_ref());
         let guessed = || self.doublings.as_ref()?.estimate(self.confidence);
         let judged = || {
             let found = measured().or_else(guessed)?;

@@ -9,4 +9,5 @@
 /// | 2 | Russian roulette from the third reflection on, with four times the throughput as survival probability; sample points, BSDFs, lights and camera rays by formulas over lanes |
 /// | 3 | sums of samples along a tree over their indices, so that parts of a render merge to the bits of the whole |
 /// | 4 | tilted shading normals and environment maps by formulas over lanes |
-pub const BITS: i32 = 4;
+/// | 5 | normal maps of surfaces that emit light, which version 4 applied twice in batches |
+pub const BITS: i32 = 5;

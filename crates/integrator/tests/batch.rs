@@ -70,6 +70,16 @@ fn every_scene_has_the_bits_of_single_samples() {
     }
 }
 
+/// Paths go on one by one where a surface emits light; there, normal maps and interpolated normals apply as elsewhere.
+#[cfg(feature = "gltf")]
+#[test]
+fn surfaces_that_emit_light_have_the_bits_of_single_samples() {
+    for mut scene in scenes().into_iter().chain([outdoors()]) {
+        scene.materials.iter_mut().for_each(|material| material.emission = Vec3::new(0.1, 0.2, 0.3));
+        check(&scene, &settings().with_spp(3));
+    }
+}
+
 #[test]
 fn environment_maps_and_smooth_bodies_have_the_bits_of_single_samples() {
     let scene = outdoors();

@@ -121,7 +121,8 @@ impl Surfaces<'_> {
             live = live & !job.may_pass_first(hits.t.load(i), at.ng, d);
         }
         vertices.materials.store(i, &material);
-        let (mut frame, mut transmits) = (Framex::from_z(at.ns), material.has_transmission());
+        let plain = Framex::from_z(at.ns);
+        let (mut frame, mut transmits) = (plain, material.has_transmission());
         let varies = live & index.eq(R::Word::splat(VARIES));
         let height = at.ng.dot(wo);
         if varies.any() {
@@ -154,6 +155,7 @@ impl Surfaces<'_> {
         vertices.start.store(i, at.start);
         vertices.p_error.store(i, at.p_error);
         vertices.ng.store(i, at.ng);
-        vertices.store_frame(i, &frame);
+        // Where paths go on one by one, this is the surface, whose normal the frame stands for.
+        vertices.store_frame(i, &Framex::select(live, frame, plain));
     }
 }
