@@ -250,7 +250,10 @@ impl Report {
             self.parts,
             self.render_seconds,
             self.rays as f64 / 1e6,
-            known.summary(),
+            match known.error {
+                Some(_) => known.summary(),
+                None => format!("\nno error estimate: {}", known.why),
+            },
         )
     }
 }
