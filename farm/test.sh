@@ -14,7 +14,7 @@ export DAPPLE
 [ -x "$DAPPLE" ] || { echo "$DAPPLE: no program; build it with cargo build --release" >&2; exit 2; }
 work=$(mktemp -d)
 scene=$root/scenes/cornell_spheres.gltf
-options=(--size 128x96 --spp 512 --seed 3)
+options=(--size 96x72 --spp 512 --seed 3)
 slices=8
 daemons=()
 finish() {
