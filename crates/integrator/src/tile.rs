@@ -71,15 +71,20 @@ impl Tile {
     }
 
     fn new(rect: PixelRect, settings: &Settings) -> Self {
-        let pixels = ((rect.x1 - rect.x0) * (rect.y1 - rect.y0)) as usize;
-        let removed = if settings.aovs.contains(&Aov::Removed) { pixels } else { 0 };
+        let has_removed = settings.aovs.contains(&Aov::Removed);
+        let first_hits = FirstHits::new(rect.area(), settings);
+        Self::empty(rect, settings.sample_range().start, (first_hits, has_removed))
+    }
+
+    /// A tile without samples, whose next sample has the index `next`.
+    fn empty(rect: PixelRect, next: u32, (first_hits, has_removed): (FirstHits, bool)) -> Self {
         Self {
             rect,
-            next: settings.sample_range().start,
+            next,
             before: None,
             film: Film::new(none(rect)),
-            first_hits: FirstHits::new(pixels, settings),
-            removed: vec![Removed::default(); removed],
+            first_hits,
+            removed: vec![Removed::default(); if has_removed { rect.area() } else { 0 }],
             rays: 0,
             pixel_rays: Vec::new(),
             bad: Vec::new(),
@@ -142,22 +147,7 @@ impl Tile {
 
     /// Empty sums of the same layers for the pixels of `rect`, without a film.
     pub fn like(&self, rect: PixelRect) -> Self {
-        let pixels = rect.area();
-        Self {
-            rect,
-            next: self.next,
-            before: None,
-            film: Film::new(none(rect)),
-            first_hits: self.first_hits.like(pixels),
-            removed: vec![Removed::default(); if self.removed.is_empty() { 0 } else { pixels }],
-            rays: 0,
-            pixel_rays: Vec::new(),
-            bad: Vec::new(),
-            bad_count: 0,
-            bias: BiasTotals::default(),
-            tail: Tail::default(),
-            failure: None,
-        }
+        Self::empty(rect, self.next, (self.first_hits.like(rect.area()), !self.removed.is_empty()))
     }
 
     /// Whether all sums have one entry per pixel, so that they can be merged; those read from a file may not.
